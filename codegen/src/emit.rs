@@ -1,0 +1,359 @@
+//! Rust from expressions: one function a kernel, one named intermediate for each shared operation.
+//!
+//! Each operation that is used more than once becomes a `let`; the others are built into syntax trees, to which
+//! the printer adds the parentheses that precedence needs. The functions are generic over the scalar type, so
+//! that one source serves single values and several at once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proc_macro2::{Literal, TokenStream};
+use quote::{format_ident, quote};
+use syn::Ident;
+
+use crate::graph::{Graph, Node, NodeId};
+use crate::kernels::{Input, Kernel, Output, Shape};
+
+/// Why a kernel cannot be emitted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EmitError {
+    /// An output needs a symbol that no input provides.
+    #[error("kernel `{kernel}` uses `{symbol}`, which is none of its inputs")]
+    UnboundSymbol {
+        /// Name of the kernel.
+        kernel: String,
+        /// Name of the symbol.
+        symbol: String,
+    },
+    /// A constant is infinite or not a number.
+    #[error("kernel `{kernel}` holds the constant {value}, which is not finite")]
+    NonFiniteConstant {
+        /// Name of the kernel.
+        kernel: String,
+        /// The constant.
+        value: String,
+    },
+    /// The tokens are no Rust: a defect of the emitter.
+    #[error("the emitted code does not parse: {0}")]
+    Syntax(String),
+}
+
+/// How many operations a kernel takes, a shared one counted once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OperationCount {
+    /// Additions, subtractions and changes of sign.
+    pub additions: usize,
+    /// Multiplications, squares included.
+    pub multiplications: usize,
+    /// Divisions.
+    pub divisions: usize,
+    /// Square roots, sines, cosines, and evaluations of `S` and its derivatives.
+    pub functions: usize,
+}
+
+impl OperationCount {
+    /// All operations.
+    pub fn total(&self) -> usize {
+        self.additions + self.multiplications + self.divisions + self.functions
+    }
+}
+
+impl std::fmt::Display for OperationCount {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { additions, multiplications, divisions, functions } = self;
+        write!(
+            formatter,
+            "{additions} additions, {multiplications} multiplications, {divisions} divisions, {functions} functions"
+        )
+    }
+}
+
+/// A function of more operations is not marked to be inlined.
+const MAX_INLINED_OPERATIONS: usize = 1000;
+
+/// Counts the operations of a kernel.
+pub fn count_operations(kernel: &Kernel) -> OperationCount {
+    let mut count = OperationCount::default();
+    for id in needed(kernel) {
+        match kernel.graph.node(id) {
+            Node::Constant(_) | Node::Symbol(_) => {}
+            Node::Add(..) | Node::Sub(..) | Node::Neg(_) => count.additions += 1,
+            Node::Mul(..) => count.multiplications += 1,
+            Node::Div(..) => count.divisions += 1,
+            Node::Powi(_, exponent) => {
+                count.multiplications += exponent.unsigned_abs().saturating_sub(1) as usize;
+                count.divisions += usize::from(exponent < 0);
+            }
+            Node::Sqrt(_) | Node::Sin(_) | Node::Cos(_) | Node::HalfAngleSquared(..) => count.functions += 1,
+        }
+    }
+    count
+}
+
+/// The nodes that the outputs need and that the inputs do not give, operands before users.
+fn needed(kernel: &Kernel) -> Vec<NodeId> {
+    let given = given(kernel);
+    let outputs: Vec<NodeId> = outputs(kernel).collect();
+    let mut live: BTreeSet<NodeId> = BTreeSet::new();
+    let mut pending = outputs;
+    while let Some(id) = pending.pop() {
+        if !given.contains_key(&id) && live.insert(id) {
+            pending.extend(kernel.graph.node(id).operands());
+        }
+    }
+    live.into_iter().collect()
+}
+
+fn outputs(kernel: &Kernel) -> impl Iterator<Item = NodeId> {
+    kernel.outputs.iter().flat_map(|output| output.nodes.iter().copied())
+}
+
+fn given(kernel: &Kernel) -> BTreeMap<NodeId, Ident> {
+    let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
+    elements.map(|(name, node)| (*node, format_ident!("{name}"))).collect()
+}
+
+/// The Rust source of `kernels`, formatted, below `header` (lines of comment, without the slashes).
+///
+/// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's runtime
+/// defines it.
+///
+/// # Errors
+/// [`EmitError`] says which kernel cannot be written, and why.
+pub fn emit(kernels: &[Kernel], header: &str) -> Result<String, EmitError> {
+    let mut tokens = TokenStream::new();
+    for kernel in kernels {
+        tokens.extend(emit_kernel(kernel)?);
+    }
+    let file = syn::parse2(tokens).map_err(|error| EmitError::Syntax(error.to_string()))?;
+    let header: String = header.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect();
+    Ok(format!("{header}\n{}", prettyplease::unparse(&file)))
+}
+
+fn emit_kernel(kernel: &Kernel) -> Result<TokenStream, EmitError> {
+    let function = format_ident!("{}", kernel.name);
+    let result = format_ident!("{}", camel_case(&kernel.name));
+    let body = Body::new(kernel)?;
+
+    let summary = kernel.summary.lines().map(|line| format!(" {line}"));
+    let count = format!(" Operations: {}.", count_operations(kernel));
+    let arguments = kernel.inputs.iter().map(|input| format!(" - `{}`: {}", input.name, input.doc));
+    let docs: Vec<String> = summary.chain([String::new()]).chain(arguments).chain([String::new(), count]).collect();
+    let parameters = kernel.inputs.iter().map(|input| parameter(input, &body.uses));
+    let bindings = kernel.inputs.iter().filter_map(|input| binding(input, &body.uses));
+    // Small functions go into the solver's loops; whole equations can be too large to copy.
+    let inline = (count_operations(kernel).total() < MAX_INLINED_OPERATIONS).then(|| quote!(#[inline(always)]));
+    let fields = kernel.outputs.iter().map(field);
+    let values = kernel.outputs.iter().map(|output| body.value(output));
+    let statements = &body.statements;
+    let result_doc = format!(" Result of [`{}`].", kernel.name);
+    Ok(quote! {
+        #[doc = #result_doc]
+        #[derive(Clone, Copy, Debug)]
+        pub struct #result<T> {
+            #(#fields,)*
+        }
+
+        #(#[doc = #docs])*
+        #inline
+        pub fn #function<T: Real>(#(#parameters),*) -> #result<T> {
+            #(#bindings)*
+            #(#statements)*
+            #result { #(#values,)* }
+        }
+    })
+}
+
+fn camel_case(name: &str) -> String {
+    let capitalise = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map(|first| first.to_uppercase().chain(letters).collect::<String>()).unwrap_or_default()
+    };
+    name.split('_').map(capitalise).collect()
+}
+
+/// The local name of an element; an underscore in front where nothing uses it.
+fn local_name(element: &(String, NodeId), uses: &BTreeMap<NodeId, usize>) -> Ident {
+    let (name, node) = element;
+    if uses.contains_key(node) { format_ident!("{name}") } else { format_ident!("_{name}") }
+}
+
+fn parameter(input: &Input, uses: &BTreeMap<NodeId, usize>) -> TokenStream {
+    if let [element] = &input.elements[..] {
+        let element = local_name(element, uses);
+        return quote!(#element: T);
+    }
+    let name = format_ident!("{}", input.name);
+    let length = Literal::usize_unsuffixed(input.elements.len());
+    quote!(#name: [T; #length])
+}
+
+fn binding(input: &Input, uses: &BTreeMap<NodeId, usize>) -> Option<TokenStream> {
+    if input.elements.len() == 1 {
+        return None;
+    }
+    let name = format_ident!("{}", input.name);
+    let elements = input.elements.iter().map(|element| local_name(element, uses));
+    Some(quote!(let [#(#elements),*] = #name;))
+}
+
+fn field(output: &Output) -> TokenStream {
+    let name = format_ident!("{}", output.name);
+    let doc = format!(" {}", output.doc);
+    let shape = match output.shape {
+        Shape::Scalar => quote!(T),
+        Shape::Vector(length) => {
+            let length = Literal::usize_unsuffixed(length);
+            quote!([T; #length])
+        }
+        Shape::Matrix(rows, columns) => {
+            let (rows, columns) = (Literal::usize_unsuffixed(rows), Literal::usize_unsuffixed(columns));
+            quote!([[T; #columns]; #rows])
+        }
+    };
+    quote! {
+        #[doc = #doc]
+        pub #name: #shape
+    }
+}
+
+/// The statements of a function, and the expression of every node that they make available.
+struct Body {
+    /// How often each node is an operand or an output.
+    uses: BTreeMap<NodeId, usize>,
+    statements: Vec<TokenStream>,
+    expressions: BTreeMap<NodeId, syn::Expr>,
+}
+
+/// Expressions deeper than this are cut by a `let`, for the reader and for the parser's stack.
+const MAX_DEPTH: usize = 6;
+
+impl Body {
+    fn new(kernel: &Kernel) -> Result<Self, EmitError> {
+        let given = given(kernel);
+        let order = needed(kernel);
+        let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
+        for operand in order.iter().flat_map(|&id| kernel.graph.node(id).operands()).chain(outputs(kernel)) {
+            *uses.entry(operand).or_default() += 1;
+        }
+        let mut body = Self { uses: BTreeMap::new(), statements: Vec::new(), expressions: BTreeMap::new() };
+        let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
+        for (id, name) in given {
+            body.expressions.insert(id, syn::parse_quote!(#name));
+        }
+        let bases: BTreeSet<NodeId> = order.iter().filter_map(|&id| base_of_power(&kernel.graph, id)).collect();
+        let mut names = 0;
+        for id in order {
+            let node = kernel.graph.node(id);
+            let expression = body.operation(kernel, node)?;
+            let depth = 1 + node.operands().filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
+            // A power repeats its base and a constant is as short as a name.
+            let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
+            if shared && !matches!(node, Node::Constant(_)) {
+                let name = format_ident!("t{names}");
+                names += 1;
+                body.statements.push(quote!(let #name = #expression;));
+                body.expressions.insert(id, syn::parse_quote!(#name));
+            } else {
+                body.expressions.insert(id, expression);
+                depths.insert(id, depth);
+            }
+        }
+        body.uses = uses;
+        Ok(body)
+    }
+
+    fn operation(&self, kernel: &Kernel, node: Node) -> Result<syn::Expr, EmitError> {
+        let of = |id: NodeId| &self.expressions[&id];
+        Ok(match node {
+            Node::Constant(constant) => {
+                let value = constant.value();
+                if !value.is_finite() {
+                    return Err(EmitError::NonFiniteConstant { kernel: kernel.name.clone(), value: value.to_string() });
+                }
+                constant_expression(value)
+            }
+            Node::Symbol(symbol) => {
+                let symbol = kernel.graph.symbols()[symbol.index()].name.clone();
+                return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol });
+            }
+            Node::Add(a, b) => binary(of(a), syn::parse_quote!(+), of(b)),
+            Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
+            Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),
+            Node::Div(a, b) => binary(of(a), syn::parse_quote!(/), of(b)),
+            Node::Neg(a) => syn::Expr::Unary(syn::ExprUnary {
+                attrs: Vec::new(),
+                op: syn::parse_quote!(-),
+                expr: Box::new(of(a).clone()),
+            }),
+            Node::Powi(a, exponent) => power(of(a), exponent),
+            Node::Sqrt(a) => method(of(a), "sqrt"),
+            Node::Sin(a) => method(of(a), "sin"),
+            Node::Cos(a) => method(of(a), "cos"),
+            Node::HalfAngleSquared(order, a) => {
+                let (order, argument) = (Literal::u8_unsuffixed(order), of(a));
+                syn::parse_quote!(T::half_angle_squared::<#order>(#argument))
+            }
+        })
+    }
+
+    fn value(&self, output: &Output) -> TokenStream {
+        let name = format_ident!("{}", output.name);
+        let elements: Vec<&syn::Expr> = output.nodes.iter().map(|node| &self.expressions[node]).collect();
+        match output.shape {
+            Shape::Scalar => {
+                let value = elements[0];
+                quote!(#name: #value)
+            }
+            Shape::Vector(_) => quote!(#name: [#(#elements),*]),
+            Shape::Matrix(_, columns) => {
+                let rows = elements.chunks(columns).map(|row| quote!([#(#row),*]));
+                quote!(#name: [#(#rows),*])
+            }
+        }
+    }
+}
+
+fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
+    match graph.node(id) {
+        Node::Powi(base, _) => Some(base),
+        _ => None,
+    }
+}
+
+fn binary(left: &syn::Expr, operator: syn::BinOp, right: &syn::Expr) -> syn::Expr {
+    syn::Expr::Binary(syn::ExprBinary {
+        attrs: Vec::new(),
+        left: Box::new(left.clone()),
+        op: operator,
+        right: Box::new(right.clone()),
+    })
+}
+
+fn method(receiver: &syn::Expr, name: &str) -> syn::Expr {
+    let name = format_ident!("{name}");
+    syn::Expr::MethodCall(syn::ExprMethodCall {
+        attrs: Vec::new(),
+        receiver: Box::new(receiver.clone()),
+        dot_token: Default::default(),
+        method: name,
+        turbofish: None,
+        paren_token: Default::default(),
+        args: Default::default(),
+    })
+}
+
+fn constant_expression(value: f64) -> syn::Expr {
+    let literal = Literal::f64_unsuffixed(value.abs());
+    if value.is_sign_negative() {
+        syn::parse_quote!(T::from_f64(-#literal))
+    } else {
+        syn::parse_quote!(T::from_f64(#literal))
+    }
+}
+
+/// An integer power as multiplications: exact, and faster than `powi`.
+fn power(base: &syn::Expr, exponent: i32) -> syn::Expr {
+    let times = syn::parse_quote!(*);
+    let product = (1..exponent.unsigned_abs()).fold(base.clone(), |product, _| binary(&product, times, base));
+    if exponent < 0 { binary(&constant_expression(1.0), syn::parse_quote!(/), &product) } else { product }
+}

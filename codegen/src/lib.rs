@@ -1,0 +1,24 @@
+//! Bristle's symbolic engine: from the energies of a filament to Rust that computes its motion.
+//!
+//! The passes, in order, each a function from one plain type to the next:
+//!
+//! 1. [`chain`] states the energies of a segment and of a joint as expressions in a [`graph::Graph`];
+//! 2. [`calculus`] differentiates them, [`simplify`] reduces what comes out;
+//! 3. [`lagrange::whole_equations`] forms the dense equations `M q̈ = f` for any number of segments: the form
+//!    that people read, snapshot and compare ([`whole`] puts names to it);
+//! 4. [`kernels::kernels`] forms the derivatives of one segment and one joint, from which the solver's loops
+//!    compute accelerations and implicit steps in O(n);
+//! 5. [`emit`] writes either form as Rust, [`print`] as mathematics, [`exchange`] as JSON.
+
+pub mod calculus;
+pub mod chain;
+pub mod constant;
+pub mod emit;
+pub mod exchange;
+pub mod graph;
+pub mod kernels;
+pub mod lagrange;
+pub mod print;
+pub mod simplify;
+pub mod special;
+pub mod whole;

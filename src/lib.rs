@@ -1,0 +1,1 @@
+//! Bristle simulates the contact of an abrasive brush filament with a workpiece.
