@@ -1,1 +1,3 @@
 //! Bristle simulates the contact of an abrasive brush filament with a workpiece.
+
+pub mod equations;

@@ -1,0 +1,21 @@
+//! The equations of motion of a chain: generated kernels, and the O(n) loops over them.
+//!
+//! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
+//! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
+//! of an implicit step, each in time proportional to the number of segments.
+
+mod dynamics;
+pub mod linear;
+mod real;
+
+pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
+pub use real::Real;
+
+/// Kernels of one segment and one joint, derived and emitted by the build step.
+// The emitter binds every element of an input array and names arguments as the model does.
+#[allow(unused_variables, clippy::too_many_arguments, clippy::let_and_return)]
+pub mod kernels {
+    use super::Real;
+
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}
