@@ -1,0 +1,203 @@
+//! The settings of a simulation, as an input file states them.
+//!
+//! A field's name is its key in the file, and its unit is part of the name (SI throughout, angles in radians). What a
+//! number may be stands in one table, [`crate::parameters::PARAMETERS`]; [`crate::document`] reads the file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Everything that one simulation depends on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The brushing tool.
+    pub tool: ToolSettings,
+    /// One filament of the tool.
+    pub filament: FilamentSettings,
+    /// The contact law between filament and workpiece.
+    #[serde(default)]
+    pub contact: ContactSettings,
+    /// The workpiece.
+    #[serde(default)]
+    pub workpiece: WorkpieceSettings,
+    /// How the tool meets the workpiece.
+    pub process: ProcessSettings,
+    /// The numerical solution and its output.
+    #[serde(default)]
+    pub solver: SolverSettings,
+}
+
+/// The brushing tool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolSettings {
+    /// The kind of tool.
+    #[serde(default)]
+    pub kind: ToolKind,
+    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m.
+    pub body_radius_m: f64,
+    /// Width of the brush along its axis, in m.
+    pub width_m: f64,
+    /// Number `N_f` of filaments on the tool. An estimate need not be whole.
+    #[serde(default = "default_filament_count")]
+    pub filament_count: f64,
+    /// Uncertainty of the number of filaments.
+    #[serde(default = "default_filament_count_uncertainty")]
+    pub filament_count_uncertainty: f64,
+}
+
+/// The kinds of tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ToolKind {
+    /// A round brush with radial filaments.
+    #[default]
+    Round,
+}
+
+/// One filament of the tool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FilamentSettings {
+    /// Number `n` of rigid segments that stand for the filament.
+    #[serde(default = "default_segments")]
+    pub segments: usize,
+    /// Free length `l_f`, in m.
+    pub length_m: f64,
+    /// Diameter `d`, in m.
+    pub diameter_m: f64,
+    /// Density `ρ`, in kg/m³.
+    #[serde(default = "default_density_kg_m3")]
+    pub density_kg_m3: f64,
+    /// Young's modulus `E`, in Pa.
+    #[serde(default = "default_youngs_modulus_pa")]
+    pub youngs_modulus_pa: f64,
+    /// Damping ratio `ζ` of the first bending mode of the clamped filament.
+    #[serde(default = "default_damping_ratio")]
+    pub damping_ratio: f64,
+}
+
+/// The contact law between filament and workpiece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactSettings {
+    /// Contact stiffness `k_c`, in N/m^p (N/m at exponent 1).
+    pub stiffness_n_m: f64,
+    /// Exponent `p` of the penetration.
+    pub exponent: f64,
+    /// Contact damping `χ` (Hunt and Crossley), in s/m.
+    pub damping_s_m: f64,
+    /// Contact radius of a node, taken off the gap, in m.
+    pub radius_m: f64,
+    /// Coefficient of friction `µ`.
+    pub friction_coefficient: f64,
+    /// Sliding speed `v_reg` over which friction is regularised, in m/s.
+    pub friction_regularisation_m_s: f64,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self {
+            stiffness_n_m: 1.0e5,
+            exponent: 1.0,
+            damping_s_m: 0.0,
+            radius_m: 0.0,
+            friction_coefficient: 0.0,
+            friction_regularisation_m_s: 1.0e-3,
+        }
+    }
+}
+
+/// The workpiece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WorkpieceSettings {
+    /// The kind of workpiece.
+    pub kind: WorkpieceKind,
+    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`.
+    pub normal: [f64; 3],
+    /// Feed velocity `v_ft` of the workpiece along `x`, in m/s.
+    pub feed_velocity_m_s: f64,
+}
+
+impl Default for WorkpieceSettings {
+    fn default() -> Self {
+        Self { kind: WorkpieceKind::default(), normal: [0.0, 1.0, 0.0], feed_velocity_m_s: 0.0 }
+    }
+}
+
+/// The kinds of workpiece.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum WorkpieceKind {
+    /// A plane.
+    #[default]
+    Plane,
+}
+
+/// How the tool meets the workpiece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessSettings {
+    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. May be left out where `[study]` sweeps it.
+    pub brushing_velocity_m_s: f64,
+    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out where `[study]` sweeps it.
+    pub penetration_depth_m: f64,
+    /// Acceleration of free fall, in m/s².
+    #[serde(default)]
+    pub gravity_m_s2: [f64; 3],
+    /// Angle before nominal entry at which the simulation starts, in rad.
+    #[serde(default = "default_lead_angle_rad")]
+    pub lead_angle_rad: f64,
+    /// Angle past nominal exit at which the simulation ends, in rad.
+    #[serde(default = "default_tail_angle_rad")]
+    pub tail_angle_rad: f64,
+}
+
+/// The numerical solution and its output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverSettings {
+    /// Relative tolerance of the integration.
+    pub relative_tolerance: f64,
+    /// Number of equally spaced samples in `history.csv`. No metric depends on it.
+    pub samples: usize,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self { relative_tolerance: 1.0e-6, samples: 2000 }
+    }
+}
+
+fn default_filament_count() -> f64 {
+    10_500.0
+}
+
+fn default_filament_count_uncertainty() -> f64 {
+    600.0
+}
+
+fn default_segments() -> usize {
+    25
+}
+
+fn default_density_kg_m3() -> f64 {
+    1110.0
+}
+
+fn default_youngs_modulus_pa() -> f64 {
+    3.0e9
+}
+
+fn default_damping_ratio() -> f64 {
+    0.05
+}
+
+fn default_lead_angle_rad() -> f64 {
+    0.005
+}
+
+fn default_tail_angle_rad() -> f64 {
+    0.15
+}
