@@ -6,3 +6,6 @@ pub mod filament;
 pub mod settings;
 pub mod tool;
 pub mod workpiece;
+pub mod integrate;
+pub mod metrics;
+pub mod simulation;

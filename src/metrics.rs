@@ -1,0 +1,139 @@
+//! The figures that a contact is reduced to.
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+use crate::equations::linear::{add, dot, scale, sub};
+
+/// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Metrics {
+    /// Nominal contact angle `Ω_c = 2 arccos((R − a_e)/R)` in rad.
+    pub contact_angle_rad: f64,
+    /// Nominal contact length `l_d = R Ω_c` in m.
+    pub nominal_contact_length_m: f64,
+    /// Nominal contact time `t_d = Ω_c/ω` in s.
+    pub nominal_contact_time_s: f64,
+    /// Total time `t_c` with `F_n > 0`, in s.
+    pub contact_time_s: f64,
+    /// Contact length `l_c = v_b t_c` in m.
+    pub contact_length_m: f64,
+    /// Contact time ratio `ε_tc`: time with `F_n > 0` between nominal entry and exit, over `t_d`.
+    pub contact_time_ratio: f64,
+    /// Number of maximal intervals with `F_n > 0`.
+    pub contact_count: usize,
+    /// Contact normal impulse `p_n = ∫ F_n dt` in N s.
+    pub contact_normal_impulse_n_s: f64,
+    /// Equivalent contact normal force `p_n/t_c` in N; zero without contact.
+    pub equivalent_contact_normal_force_n: f64,
+    /// Largest contact normal force in N.
+    pub peak_contact_normal_force_n: f64,
+    /// Largest tip deflection `s_n,max` in m.
+    pub max_tip_deflection_m: f64,
+    /// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N.
+    pub tool_contact_normal_force_n: f64,
+}
+
+/// The undeformed tool and how it passes the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NominalContact {
+    /// Undeformed radius `R = r_g + l_f` in m.
+    pub tool_radius: f64,
+    /// Radius in m of the undeformed tips as the normal of the workpiece sees it: `R` for a normal across the axis.
+    pub reach: f64,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth: f64,
+    /// Brushing velocity `v_b` in m/s.
+    pub brushing_velocity: f64,
+}
+
+impl NominalContact {
+    /// Rate of the tool, `ω = v_b/R`, in rad/s.
+    pub fn rate(&self) -> f64 {
+        self.brushing_velocity / self.tool_radius
+    }
+
+    /// `Ω_c = 2 arccos((R − a_e)/R)` in rad.
+    ///
+    /// Computed as `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
+    pub fn contact_angle(&self) -> f64 {
+        4.0 * (self.penetration_depth / (2.0 * self.reach)).sqrt().asin()
+    }
+}
+
+/// What an integration has observed of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactRecord {
+    /// Total time with `F_n > 0` in s.
+    pub time: f64,
+    /// Part of it between nominal entry and exit, in s.
+    pub nominal_time: f64,
+    /// Number of maximal intervals with `F_n > 0`.
+    pub count: usize,
+    /// `∫ F_n dt` in N s.
+    pub impulse: f64,
+    /// Largest `F_n` in N.
+    pub peak_force: f64,
+    /// Largest tip deflection in m.
+    pub max_deflection: f64,
+}
+
+impl Metrics {
+    /// Reduces what was observed to the metrics.
+    pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {
+        let contact_angle = nominal.contact_angle();
+        let nominal_time = contact_angle / nominal.rate();
+        Self {
+            contact_angle_rad: contact_angle,
+            nominal_contact_length_m: nominal.tool_radius * contact_angle,
+            nominal_contact_time_s: nominal_time,
+            contact_time_s: record.time,
+            contact_length_m: nominal.brushing_velocity * record.time,
+            contact_time_ratio: record.nominal_time / nominal_time,
+            contact_count: record.count,
+            contact_normal_impulse_n_s: record.impulse,
+            equivalent_contact_normal_force_n: if record.time > 0.0 { record.impulse / record.time } else { 0.0 },
+            peak_contact_normal_force_n: record.peak_force,
+            max_tip_deflection_m: record.max_deflection,
+            tool_contact_normal_force_n: tool_force(record.impulse, filament_count, nominal.rate()),
+        }
+    }
+}
+
+/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once a turn.
+///
+/// `impulse` in N s, `rate` in rad/s.
+pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
+    impulse * filament_count * rate / (2.0 * PI)
+}
+
+/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, the straight piece of
+/// the length `length` from `root` along the unit vector `direction`.
+pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
+    let offset = sub(tip, root);
+    let along = dot(offset, direction).clamp(0.0, length);
+    let nearest = add(root, scale(along, direction));
+    let distance = sub(tip, nearest);
+    dot(distance, distance).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deflection_is_measured_to_the_straight_piece() {
+        let at = |tip| tip_deflection(tip, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 2.0);
+        assert_eq!(at([2.0, 0.5, 0.0]), 0.5);
+        assert_eq!(at([6.0, 4.0, 0.0]), 5.0);
+        assert_eq!(at([0.0, 0.0, 1.0]), 2.0_f64.sqrt());
+    }
+
+    #[test]
+    fn contact_angle_agrees_with_its_definition() {
+        let nominal =
+            NominalContact { tool_radius: 0.18, reach: 0.18, penetration_depth: 0.003, brushing_velocity: 10.0 };
+        assert!((nominal.contact_angle() - 2.0 * (0.177_f64 / 0.18).acos()).abs() < 1e-14);
+    }
+}

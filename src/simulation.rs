@@ -1,0 +1,709 @@
+//! One filament's pass over the workpiece: integration through located contact events.
+
+use serde::Serialize;
+
+use crate::contact::{Approach, ContactLaw, ContactLoads};
+use crate::equations::linear::{add, dot, scale};
+use crate::equations::{Chain, Dynamics, Energies, StepWeights};
+use crate::filament;
+use crate::integrate::hermite::{Knot, interpolate};
+use crate::integrate::tableau::{ESDIRK43, Tableau};
+use crate::integrate::{IntegrationError, Integrator, SecondOrderSystem, State, Statistics, Tolerances};
+use crate::metrics::{ContactRecord, Metrics, NominalContact, tip_deflection};
+use crate::settings::Settings;
+use crate::tool::{ClampMotion, RoundTool};
+use crate::workpiece::{Plane, Workpiece};
+
+/// What is integrated beside the motion, by index into [`State::integrals`].
+pub mod integral {
+    /// Contact normal impulse `∫ F_n dt` in N s.
+    pub const NORMAL_IMPULSE: usize = 0;
+    /// Energy taken by the dampers of the joints in J.
+    pub const JOINT_DISSIPATION: usize = 1;
+    /// Energy taken by contact damping and friction in J.
+    pub const CONTACT_DISSIPATION: usize = 2;
+    /// Work put in by the clamp and by a moving workpiece in J.
+    pub const WORK: usize = 3;
+    /// How many there are.
+    pub const COUNT: usize = 4;
+}
+
+use integral::COUNT;
+
+/// The state of a filament, with the integrals of [`integral`].
+pub type FilamentState = State<COUNT>;
+
+/// A filament in contact: its equations, the motion of its clamp, and which of its nodes are closed.
+#[derive(Clone, Debug)]
+pub struct FilamentSystem<M, W> {
+    dynamics: Dynamics<f64>,
+    motion: M,
+    law: ContactLaw,
+    workpiece: W,
+    closed: Vec<bool>,
+    tracks_energy: bool,
+    scratch: Vec<[f64; 2]>,
+}
+
+impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
+    /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
+    ///
+    /// With `tracks_energy` all of [`integral`] is integrated, else only the impulse.
+    pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
+        let n = chain.segments;
+        Self {
+            dynamics: Dynamics::new(chain),
+            motion,
+            law,
+            workpiece,
+            closed: vec![false; n],
+            tracks_energy,
+            scratch: vec![[0.0; 2]; n],
+        }
+    }
+
+    /// The state `(q, v)` at `time`; nodes that press on the workpiece there are closed.
+    pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
+        self.dynamics.place(&self.motion.at(time), &q, &v);
+        for node in 0..self.closed.len() {
+            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
+            let approach = self.law.approach(&self.workpiece, position, velocity, time);
+            self.closed[node] = self.law.pressing(&approach) > 0.0;
+        }
+        State::new(self, time, q, v)
+    }
+
+    /// Energies at a state.
+    pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
+        let clamp = self.motion.at(state.time);
+        self.dynamics.place(&clamp, &state.q, &state.v);
+        self.dynamics.energies(&clamp, &state.v)
+    }
+
+    /// Energy stored in the closed contacts at a state, in J.
+    pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
+        self.dynamics.place(&self.motion.at(state.time), &state.q, &state.v);
+        self.approaches(state.time).map(|approach| self.law.stored_energy(&approach)).sum()
+    }
+
+    /// The closed nodes where the dynamics were last placed.
+    fn approaches(&self, time: f64) -> impl Iterator<Item = Approach> {
+        let loads = self.loads(time);
+        (0..self.closed.len()).filter_map(move |node| {
+            loads.approach(node, self.dynamics.positions()[node], self.dynamics.velocities()[node])
+        })
+    }
+
+    fn loads(&self, time: f64) -> ContactLoads<'_, W> {
+        ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time }
+    }
+
+    /// Position, velocity and acceleration of every node at a state.
+    fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.residual(state.time, &state.q, &state.v, &state.accelerations, &mut scratch);
+        self.scratch = scratch;
+        for (node, knot) in knots.iter_mut().enumerate() {
+            *knot = Knot {
+                value: self.dynamics.positions()[node],
+                rate: self.dynamics.velocities()[node],
+                acceleration: self.dynamics.node_acceleration(node, &state.accelerations),
+            };
+        }
+    }
+}
+
+impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M, W> {
+    fn pairs(&self) -> usize {
+        self.closed.len()
+    }
+
+    fn accelerations(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &mut [[f64; 2]]) {
+        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        self.dynamics.accelerations(&self.motion.at(time), q, v, &loads, accelerations);
+    }
+
+    fn residual(
+        &mut self,
+        time: f64,
+        q: &[[f64; 2]],
+        v: &[[f64; 2]],
+        accelerations: &[[f64; 2]],
+        residual: &mut [[f64; 2]],
+    ) {
+        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        self.dynamics.residual(&self.motion.at(time), q, v, accelerations, &loads, residual);
+    }
+
+    fn factorise(&mut self, time: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]], weights: StepWeights<f64>) {
+        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        self.dynamics.factorise(&self.motion.at(time), v, accelerations, &loads, weights);
+    }
+
+    fn solve(&mut self, right_side: &mut [[f64; 2]]) {
+        self.dynamics.solve(right_side);
+    }
+
+    fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> [f64; COUNT] {
+        let mut rates = [0.0; COUNT];
+        let in_contact = self.closed.contains(&true);
+        let clamp = self.motion.at(time);
+        if self.tracks_energy {
+            let mut scratch = std::mem::take(&mut self.scratch);
+            self.residual(time, q, v, accelerations, &mut scratch);
+            self.scratch = scratch;
+            let energies = self.dynamics.energies(&clamp, v);
+            rates[integral::JOINT_DISSIPATION] = 2.0 * energies.dissipation;
+            rates[integral::WORK] = dot(self.dynamics.root_force(), clamp.velocity) + energies.clamp_torque_power;
+        } else if in_contact {
+            self.dynamics.place(&clamp, q, v);
+        }
+        if !in_contact {
+            return rates;
+        }
+        for node in (0..self.closed.len()).filter(|&node| self.closed[node]) {
+            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
+            let approach = self.law.approach(&self.workpiece, position, velocity, time);
+            let force = self.law.force(&approach);
+            rates[integral::NORMAL_IMPULSE] += force.normal;
+            if self.tracks_energy {
+                let surface = self.workpiece.surface(position, time);
+                let total = add(scale(force.normal, approach.normal), force.tangential);
+                rates[integral::CONTACT_DISSIPATION] += self.law.dissipated_power(&approach);
+                rates[integral::WORK] += dot(total, surface.velocity);
+            }
+        }
+        rates
+    }
+}
+
+/// An accepted step, for whoever watches the integration.
+#[derive(Debug)]
+pub struct Step<'a> {
+    /// Where it starts.
+    pub start: &'a FilamentState,
+    /// Where it ends.
+    pub end: &'a FilamentState,
+    /// The nodes at its start.
+    pub start_nodes: &'a [Knot<3>],
+    /// The nodes at its end.
+    pub end_nodes: &'a [Knot<3>],
+    /// Which nodes are closed throughout.
+    pub closed: &'a [bool],
+}
+
+impl Step<'_> {
+    /// Length in s.
+    pub fn length(&self) -> f64 {
+        self.end.time - self.start.time
+    }
+
+    /// Time at the fraction `s` of the step.
+    pub fn time(&self, s: f64) -> f64 {
+        self.start.time + s * self.length()
+    }
+
+    /// Position and velocity of `node` at the fraction `s` of the step.
+    pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
+        interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
+    }
+
+    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`.
+    pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
+        let knot = |state: &FilamentState, k: usize| Knot {
+            value: state.q[k],
+            rate: state.v[k],
+            acceleration: state.accelerations[k],
+        };
+        for k in 0..self.start.q.len() {
+            (q[k], v[k]) = interpolate(&knot(self.start, k), &knot(self.end, k), self.length(), s);
+        }
+    }
+
+    /// The integrals at the fraction `s` of the step (cubic Hermite interpolation).
+    pub fn integrals(&self, s: f64) -> [f64; COUNT] {
+        let (length, start, end) = (self.length(), self.start, self.end);
+        std::array::from_fn(|i| {
+            let rise = end.integrals[i] - start.integrals[i];
+            let (early, late) = (length * start.rates[i], length * end.rates[i]);
+            let bend = (1.0 - s) * (early - rise) + s * (rise - late);
+            start.integrals[i] + s * rise + s * (1.0 - s) * bend
+        })
+    }
+}
+
+/// More steps than this in one pass are taken for a failure.
+const MAX_STEPS: usize = 2_000_000;
+/// Repetitions of a step until its end lies on an event.
+const MAX_LANDINGS: usize = 12;
+/// Points inside a step at which a node that may touch and leave again is looked at.
+const INNER_POINTS: usize = 8;
+
+/// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
+///
+/// Steps end where a node closes or opens, located to a penetration of `1e-4 × relative tolerance × filament length`.
+///
+/// # Errors
+/// If a step cannot be taken.
+pub fn integrate<M: ClampMotion, W: Workpiece>(
+    system: &mut FilamentSystem<M, W>,
+    start: FilamentState,
+    end_time: f64,
+    tableau: &'static Tableau,
+    tolerances: Tolerances,
+    mut observe: impl FnMut(&Step<'_>),
+) -> Result<(FilamentState, Statistics), IntegrationError> {
+    let n = system.pairs();
+    let chain = *system.dynamics.chain();
+    let location = 1e-4 * tolerances.relative * chain.length * n as f64;
+    let mut integrator = Integrator::new(tableau, tolerances, n, 1e-3 * (end_time - start.time));
+    let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
+    let (mut start_nodes, mut end_nodes) = (vec![none; n], vec![none; n]);
+    let (mut start, mut end) = (start.clone(), start);
+    system.track(&start, &mut start_nodes);
+    while start.time < end_time {
+        let steps = integrator.statistics().steps;
+        if steps >= MAX_STEPS {
+            return Err(IntegrationError::TooManySteps { steps, time: start.time, step: integrator.step() });
+        }
+        integrator.advance(system, &start, &mut end, end_time)?;
+        system.track(&end, &mut end_nodes);
+        let step =
+            Step { start: &start, end: &end, start_nodes: &start_nodes, end_nodes: &end_nodes, closed: &system.closed };
+        let crossing = first_crossing(system, &step, location);
+        if let Some(crossing) = crossing
+            && crossing.after > 0.0
+        {
+            land(&mut integrator, system, &start, &mut end, &mut end_nodes, crossing, location)?;
+        }
+        // A node that is past its event already, because another one ended the last step, switches on the spot.
+        if crossing.is_none_or(|crossing| crossing.after > 0.0) {
+            observe(&Step {
+                start: &start,
+                end: &end,
+                start_nodes: &start_nodes,
+                end_nodes: &end_nodes,
+                closed: &system.closed,
+            });
+            std::mem::swap(&mut start, &mut end);
+            std::mem::swap(&mut start_nodes, &mut end_nodes);
+        }
+        if let Some(Crossing { node, .. }) = crossing {
+            system.closed[node] = !system.closed[node];
+            integrator.count_event();
+        }
+    }
+    Ok((start, *integrator.statistics()))
+}
+
+/// Where a node closes or opens inside a step.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    node: usize,
+    /// Estimated time after the start of the step in s; zero if it lies before.
+    after: f64,
+    /// A time after the start at which the node is past the event, in s.
+    past: f64,
+}
+
+/// How far a node is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
+///
+/// The two thresholds differ by twice `location`, so that a node that has just switched does not switch back.
+fn excess<M, W: Workpiece>(
+    system: &FilamentSystem<M, W>,
+    node: usize,
+    position: [f64; 3],
+    velocity: [f64; 3],
+    time: f64,
+    location: f64,
+) -> f64 {
+    let approach = system.law.approach(&system.workpiece, position, velocity, time);
+    let pressing = system.law.pressing(&approach);
+    (if system.closed[node] { -pressing } else { pressing }) - location
+}
+
+/// The earliest event of a step, by its interpolant.
+fn first_crossing<M, W: Workpiece>(system: &FilamentSystem<M, W>, step: &Step<'_>, location: f64) -> Option<Crossing> {
+    let mut first: Option<Crossing> = None;
+    for node in 0..system.closed.len() {
+        let at = |s: f64| {
+            let (position, velocity) = step.node(node, s);
+            excess(system, node, position, velocity, step.time(s), location)
+        };
+        let (before, after) = (at(0.0), at(1.0));
+        let past = if before > 0.0 {
+            0.0
+        } else if after > 0.0 {
+            1.0
+        } else {
+            // The node may cross and come back: only worth a look if it moves that far within the step.
+            let speed = |knots: &[Knot<3>]| dot(knots[node].rate, knots[node].rate).sqrt();
+            let reach = step.length() * (speed(step.start_nodes) + speed(step.end_nodes));
+            if before.max(after) < -reach {
+                continue;
+            }
+            let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);
+            let best = inner.max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0.5);
+            let spacing = 1.0 / INNER_POINTS as f64;
+            let peak = maximise(at, best - spacing, best + spacing);
+            if at(peak) <= 0.0 {
+                continue;
+            }
+            peak
+        };
+        let crossing = if past == 0.0 { 0.0 } else { root(at, 0.0, past) };
+        let after = crossing * step.length();
+        if first.is_none_or(|first| after < first.after) {
+            first = Some(Crossing { node, after, past: past * step.length() });
+        }
+    }
+    first
+}
+
+/// Repeats the step until it ends on the event, to within half of `location`.
+fn land<M: ClampMotion, W: Workpiece>(
+    integrator: &mut Integrator<COUNT>,
+    system: &mut FilamentSystem<M, W>,
+    start: &FilamentState,
+    end: &mut FilamentState,
+    end_nodes: &mut [Knot<3>],
+    crossing: Crossing,
+    location: f64,
+) -> Result<(), IntegrationError> {
+    let Crossing { node, after, past } = crossing;
+    let (mut low, mut high, mut length) = (0.0, past, after);
+    for _ in 0..MAX_LANDINGS {
+        integrator.repeat(system, start, end, length)?;
+        system.track(end, end_nodes);
+        let Knot { value, rate, acceleration } = end_nodes[node];
+        let here = excess(system, node, value, rate, end.time, location);
+        if here.abs() <= location / 2.0 {
+            break;
+        }
+        if here > 0.0 {
+            high = length
+        } else {
+            low = length
+        }
+        // Newton's method inside the bracket, with the slope over a small part of the step.
+        let back = 1e-4 * length;
+        let earlier = add(value, scale(-back, rate));
+        let slower = add(rate, scale(-back, acceleration));
+        let slope = (here - excess(system, node, earlier, slower, end.time - back, location)) / back;
+        let next = length - here / slope;
+        length = if next > low && next < high { next } else { (low + high) / 2.0 };
+    }
+    Ok(())
+}
+
+/// A zero of `f` between `low`, where it is negative, and `high`, where it is positive (Illinois method).
+fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let (mut below, mut above) = (f(low), f(high));
+    let mut middle = high;
+    let mut last_side = 0;
+    for _ in 0..60 {
+        middle = (low * above - high * below) / (above - below);
+        if !(middle > low && middle < high) {
+            return if middle.is_finite() { middle.clamp(low, high) } else { high };
+        }
+        let value = f(middle);
+        if value > 0.0 {
+            (high, above) = (middle, value);
+            if last_side == 1 {
+                below /= 2.0;
+            }
+            last_side = 1;
+        } else {
+            (low, below) = (middle, value);
+            if last_side == -1 {
+                above /= 2.0;
+            }
+            last_side = -1;
+        }
+        if high - low < 1e-14 {
+            break;
+        }
+    }
+    middle
+}
+
+/// Where `f` is largest between `low` and `high` (golden-section search).
+fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_left, mut at_right) = (f(left), f(right));
+    while high - low > 1e-6 {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - golden * (high - low);
+            at_left = f(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + golden * (high - low);
+            at_right = f(right);
+        }
+    }
+    (low + high) / 2.0
+}
+
+/// The largest value of a smooth `f` on a step, if it may exceed `least`.
+fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
+    let samples: [f64; 5] = std::array::from_fn(|i| f(i as f64 / 4.0));
+    let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
+    let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
+    // Between samples a parabola rises by no more than the samples differ.
+    if value + (value - smallest) <= least {
+        return least;
+    }
+    let centre = best as f64 / 4.0;
+    let peak = maximise(&f, (centre - 0.25).max(0.0), (centre + 0.25).min(1.0));
+    least.max(value).max(f(peak))
+}
+
+/// Reduces the steps of a pass to what the metrics need.
+struct ContactObserver<'a, M, W> {
+    motion: &'a M,
+    law: &'a ContactLaw,
+    workpiece: &'a W,
+    filament_length: f64,
+    nominal_entry: f64,
+    nominal_exit: f64,
+    record: ContactRecord,
+    was_closed: bool,
+}
+
+impl<M: ClampMotion, W: Workpiece> ContactObserver<'_, M, W> {
+    fn observe(&mut self, step: &Step<'_>) {
+        let closed = step.closed.contains(&true);
+        if closed {
+            self.record.time += step.length();
+            let nominal = step.end.time.min(self.nominal_exit) - step.start.time.max(self.nominal_entry);
+            self.record.nominal_time += nominal.max(0.0);
+            self.record.count += usize::from(!self.was_closed);
+            self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
+        }
+        self.was_closed = closed;
+        self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE];
+        self.record.max_deflection = maximum_in_step(|s| self.deflection(step, s), self.record.max_deflection);
+    }
+
+    fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
+        self.forces(step, s).0
+    }
+
+    /// Sums over the nodes of the normal and of the tangential force, in N.
+    fn forces(&self, step: &Step<'_>, s: f64) -> (f64, f64) {
+        let mut normal = 0.0;
+        let mut tangential = [0.0; 3];
+        for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
+            let (position, velocity) = step.node(node, s);
+            let approach = self.law.approach(self.workpiece, position, velocity, step.time(s));
+            let force = self.law.force(&approach);
+            normal += force.normal.max(0.0);
+            tangential = add(tangential, force.tangential);
+        }
+        (normal, dot(tangential, tangential).sqrt())
+    }
+
+    fn deflection(&self, step: &Step<'_>, s: f64) -> f64 {
+        let clamp = self.motion.at(step.time(s));
+        let (tip, _) = step.node(step.closed.len() - 1, s);
+        tip_deflection(tip, clamp.position, clamp.direction, self.filament_length)
+    }
+}
+
+/// One row of a time history.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sample {
+    /// Time in s; zero at the start of the pass.
+    pub time_s: f64,
+    /// Angle `β` of the brush body in rad.
+    pub base_angle_rad: f64,
+    /// `F_n`, the sum over the nodes, in N.
+    pub contact_normal_force_n: f64,
+    /// Friction, the magnitude of the sum over the nodes, in N.
+    pub contact_tangential_force_n: f64,
+    /// Tip deflection `s_n` in m.
+    pub tip_deflection_m: f64,
+    /// Tip position in m.
+    pub tip_x_m: f64,
+    /// Tip position in m.
+    pub tip_y_m: f64,
+    /// Tip position in m.
+    pub tip_z_m: f64,
+    /// `E_kin` in J.
+    pub kinetic_energy_j: f64,
+    /// `E_spring + E_grav` in J.
+    pub potential_energy_j: f64,
+    /// Energy taken so far by joint dampers, contact damping and friction, in J.
+    pub dissipated_energy_j: f64,
+}
+
+/// The result of a pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// The metrics of the contact.
+    pub metrics: Metrics,
+    /// Work done.
+    pub statistics: Statistics,
+    /// Equally spaced samples, if they were asked for.
+    pub history: Vec<Sample>,
+}
+
+/// Why a pass could not be simulated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// The integration stopped.
+    #[error(transparent)]
+    Integration(#[from] IntegrationError),
+}
+
+/// Simulates one pass and reduces it to its metrics.
+///
+/// # Errors
+/// If the integration cannot go on; nothing is returned that is not finite.
+pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
+    Pass::new(settings).run(0)
+}
+
+/// Simulates one pass and samples it at `samples` equally spaced times, the first and the last instant included.
+///
+/// The metrics are those of [`simulate`], to the tolerance: the samples are interpolated between steps and change
+/// nothing.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simulation, SimulationError> {
+    Pass::new(settings).run(samples)
+}
+
+/// One pass of the filament of a round tool over a plane.
+struct Pass {
+    chain: Chain<f64>,
+    tool: RoundTool,
+    law: ContactLaw,
+    plane: Plane,
+    nominal: NominalContact,
+    filament_length: f64,
+    filament_count: f64,
+    tolerance: f64,
+    lead_angle: f64,
+    tail_angle: f64,
+}
+
+impl Pass {
+    fn new(settings: &Settings) -> Self {
+        let Settings { tool, filament, contact, workpiece, process, solver } = settings;
+        let tool_radius = tool.body_radius_m + filament.length_m;
+        let [x, y, z] = workpiece.normal;
+        let nominal = NominalContact {
+            tool_radius,
+            reach: tool_radius * x.hypot(y) / x.hypot(y).hypot(z),
+            penetration_depth: process.penetration_depth_m,
+            brushing_velocity: process.brushing_velocity_m_s,
+        };
+        // The tips are deepest opposite to the normal; for the default plane that is β = −π/2.
+        let deepest = (-y).atan2(-x);
+        let tool = RoundTool {
+            body_radius: tool.body_radius_m,
+            rate: nominal.rate(),
+            initial_angle: deepest - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
+        };
+        Self {
+            chain: filament::chain(filament, process.gravity_m_s2),
+            tool,
+            law: ContactLaw::from(contact),
+            plane: Plane::of(workpiece, tool_radius, process.penetration_depth_m),
+            nominal,
+            filament_length: filament.length_m,
+            filament_count: settings.tool.filament_count,
+            tolerance: solver.relative_tolerance,
+            lead_angle: process.lead_angle_rad,
+            tail_angle: process.tail_angle_rad,
+        }
+    }
+
+    fn run(&self, samples: usize) -> Result<Simulation, SimulationError> {
+        let rate = self.tool.rate;
+        let end_angle = self.lead_angle + self.nominal.contact_angle() + self.tail_angle;
+        let end_time = end_angle / rate;
+        let tracks_energy = samples > 0;
+        let mut system = FilamentSystem::new(self.chain, self.tool, self.law, self.plane, tracks_energy);
+        // Straight, turning rigidly with the body.
+        let n = self.chain.segments;
+        let q = vec![[std::f64::consts::FRAC_PI_2, self.tool.initial_angle]; n];
+        let start = system.state(0.0, q, vec![[0.0, rate]; n]);
+        let tolerances = Tolerances {
+            relative: self.tolerance,
+            angle_scale: 1.0,
+            rate_scale: self.nominal.brushing_velocity / self.filament_length,
+        };
+        let mut observer = ContactObserver {
+            motion: &self.tool,
+            law: &self.law,
+            workpiece: &self.plane,
+            filament_length: self.filament_length,
+            nominal_entry: self.lead_angle / rate,
+            nominal_exit: (end_angle - self.tail_angle) / rate,
+            record: ContactRecord::default(),
+            was_closed: false,
+        };
+        let mut sampler = Sampler::new(self.chain, samples, end_time);
+        let (_, statistics) = integrate(&mut system, start, end_time, &ESDIRK43, tolerances, |step| {
+            observer.observe(step);
+            sampler.observe(step, &observer);
+        })?;
+        let metrics = Metrics::new(&self.nominal, &observer.record, self.filament_count);
+        Ok(Simulation { metrics, statistics, history: sampler.history })
+    }
+}
+
+/// Collects equally spaced samples from the steps of a pass.
+struct Sampler {
+    dynamics: Dynamics<f64>,
+    samples: usize,
+    end_time: f64,
+    history: Vec<Sample>,
+    q: Vec<[f64; 2]>,
+    v: Vec<[f64; 2]>,
+}
+
+impl Sampler {
+    fn new(chain: Chain<f64>, samples: usize, end_time: f64) -> Self {
+        let zeros = vec![[0.0; 2]; chain.segments];
+        let history = Vec::with_capacity(samples);
+        Self { dynamics: Dynamics::new(chain), samples, end_time, history, q: zeros.clone(), v: zeros }
+    }
+
+    fn observe<W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<'_, RoundTool, W>) {
+        while self.history.len() < self.samples {
+            let intervals = self.samples.saturating_sub(1).max(1);
+            // The fraction is exactly one at the last sample, which must not fall behind the end.
+            let time = self.end_time * (self.history.len() as f64 / intervals as f64);
+            if time > step.end.time {
+                return;
+            }
+            let s = (time - step.start.time) / step.length();
+            let clamp = observer.motion.at(time);
+            step.coordinates(s, &mut self.q, &mut self.v);
+            self.dynamics.place(&clamp, &self.q, &self.v);
+            let energies = self.dynamics.energies(&clamp, &self.v);
+            let integrals = step.integrals(s);
+            let ([tip_x_m, tip_y_m, tip_z_m], _) = step.node(step.closed.len() - 1, s);
+            let (normal, tangential) = observer.forces(step, s);
+            self.history.push(Sample {
+                time_s: time,
+                base_angle_rad: observer.motion.angle(time),
+                contact_normal_force_n: normal,
+                contact_tangential_force_n: tangential,
+                tip_deflection_m: observer.deflection(step, s),
+                tip_x_m,
+                tip_y_m,
+                tip_z_m,
+                kinetic_energy_j: energies.kinetic,
+                potential_energy_j: energies.spring + energies.gravity,
+                dissipated_energy_j: integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION],
+            });
+        }
+    }
+}
