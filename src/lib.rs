@@ -1,11 +1,34 @@
 //! Bristle simulates the contact of an abrasive brush filament with a workpiece.
+//!
+//! The filament is a chain of rigid segments joined by rotational springs and dampers (Uhlmann and Hoyer, *Modeling
+//! of Contact Forces for Brushing Tools*, Ceramics 2021). The modules, in the order in which the data passes them:
+//!
+//! 1. [`settings`], [`document`], [`study`]: what the user asks for, read from a TOML file and checked;
+//! 2. [`filament`], [`tool`], [`workpiece`], [`contact`]: the physics of the parts;
+//! 3. [`equations`]: kernels that the build step has derived and emitted, and the O(n) loops over them;
+//! 4. [`integrate`]: implicit, error-controlled steps;
+//! 5. [`simulation`]: one pass over the workpiece, through located contact events;
+//! 6. [`metrics`]: the figures that the contact is reduced to;
+//! 7. [`report`], [`tables`]: results as files and as text.
+//!
+//! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
 pub mod contact;
+pub mod derive;
+pub mod document;
 pub mod equations;
+pub mod evaluation;
 pub mod filament;
-pub mod settings;
-pub mod tool;
-pub mod workpiece;
+pub mod input_error;
 pub mod integrate;
 pub mod metrics;
+pub mod parameters;
+pub mod report;
+pub mod schema;
+pub mod settings;
 pub mod simulation;
+pub mod state;
+pub mod study;
+pub mod tables;
+pub mod tool;
+pub mod workpiece;

@@ -1,0 +1,311 @@
+//! The command line: reads files, calls the library, writes results. Text for people goes to stderr, data to files or stdout.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use thiserror::Error;
+
+use bristle::derive::{DeriveError, DeriveFormat, derive};
+use bristle::document::Document;
+use bristle::evaluation::{EvaluationError, evaluate};
+use bristle::input_error::InputError;
+use bristle::parameters::Parameter;
+use bristle::report::{write_history, write_metrics, write_runs};
+use bristle::schema::input_schema;
+use bristle::simulation::{SimulationError, simulate, simulate_with_history};
+use bristle::state::{StateError, parse_state};
+use bristle::study::run_study;
+use bristle::tables::study_tables;
+
+use crate::files::{FileError, StagedFile, prepare_directory, read_text};
+
+/// Exit status where the input or the call is wrong.
+const BAD_INPUT: u8 = 2;
+/// Exit status where a simulation failed.
+const SIMULATION_FAILED: u8 = 3;
+/// Most failed cases that a study prints; the others stand in its file.
+const MAX_FAILURES_SHOWED: usize = 5;
+
+const EXAMPLES: &str = "\
+Examples:
+  bristle study examples/zirconia.toml --out results    all contacts of a study
+  bristle simulate examples/zirconia.toml --out one     one contact and its course over time
+  bristle derive --segments 2                           the equations of motion, to read
+
+Units are SI throughout, angles in radians. The unit is part of each name, as in length_m or
+contact_normal_impulse_n_s.
+
+Exit status:
+  0  all is well
+  2  the input or the call is wrong; no results have been written
+  3  a simulation failed; a study has written the results of the others";
+
+/// Contact forces of brushing tools, from the equations of motion of one filament.
+#[derive(Parser)]
+#[command(version, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Study(StudyArgs),
+    Simulate(SimulateArgs),
+    Evaluate(EvaluateArgs),
+    Derive(DeriveArgs),
+    /// Print the JSON schema of an input file
+    ///
+    /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
+    /// files as they are written.
+    Schema,
+}
+
+/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv
+///
+/// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
+///
+///   [study]
+///   brushing_velocity_m_s = { start = 2.5, stop = 30.0, step = 2.5 }
+///   penetration_depth_m = [0.5e-3, 1.0e-3]
+///   "filament.segments" = [10, 25, 50]
+///
+/// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
+/// solver statistics, and status (ok or the error). A case that fails does not stop the others,
+/// and makes the exit status 3.
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+struct StudyArgs {
+    /// Input file, see `bristle schema`
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// Directory for the results, made where there is none
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of threads [default: one a core]; does not change the results
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+}
+
+/// Simulate one contact, and write DIR/metrics.json and DIR/history.csv
+///
+/// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
+/// position and energies at equally spaced times; their number changes no metric. [study] is ignored.
+#[derive(Args)]
+struct SimulateArgs {
+    /// Input file, see `bristle schema`
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// Directory for the results, made where there is none
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of rows of history.csv, in place of [solver] samples
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
+    samples: Option<usize>,
+}
+
+/// Print mass matrix, accelerations and energies at one state, as JSON
+///
+/// The state is a JSON file of base angle (rad), rate (rad/s) and acceleration (rad/s²),
+/// gravity (m/s²), and for each segment the polar angle φ and the azimuth θ (rad) in q, their
+/// rates (rad/s) in v:
+///
+///   {"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0],
+///    "q": [1.57, -1.5], "v": [0, 50]}
+///
+/// The number of segments follows from q. Contact is left out, so FILE.toml need not state
+/// velocity and depth.
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+struct EvaluateArgs {
+    /// Input file, for tool and filament
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// The state
+    #[arg(long, value_name = "STATE.json")]
+    state: PathBuf,
+}
+
+/// Show the whole equations of motion of a filament
+#[derive(Args)]
+struct DeriveArgs {
+    /// Number of segments, 1 to 400
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
+    segments: usize,
+    /// Form of the equations
+    #[arg(long, value_enum, default_value_t = Format::Math)]
+    format: Format,
+    /// File to write instead of stdout
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    /// Readable mathematics
+    Math,
+    /// Rust source
+    Rust,
+    /// The expression graph
+    Json,
+}
+
+impl From<Format> for DeriveFormat {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Math => Self::Math,
+            Format::Rust => Self::Rust,
+            Format::Json => Self::Json,
+        }
+    }
+}
+
+/// Reads a whole number that the setting at `path` may be.
+fn parse_count(text: &str, path: &str) -> Result<usize, String> {
+    let parameter = Parameter::find(path).ok_or("no such setting")?;
+    let allowed = || format!("must be {}", parameter.allowed());
+    let count: usize = text.parse().map_err(|_| allowed())?;
+    parameter.check(count as f64).map_err(|_| allowed())?;
+    Ok(count)
+}
+
+/// What can end a command early.
+#[derive(Debug, Error)]
+enum CliError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error("{}: {error}", path.display())]
+    State { path: PathBuf, error: StateError },
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    #[error(transparent)]
+    Derive(#[from] DeriveError),
+    #[error("the simulation failed: {0}")]
+    Simulation(#[from] SimulationError),
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    #[error("cannot write to stdout: {0}")]
+    Stdout(#[from] io::Error),
+}
+
+/// Runs the command that the process was called with.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Study(arguments) => study(&arguments),
+        Command::Simulate(arguments) => simulate_one(&arguments),
+        Command::Evaluate(arguments) => evaluate_state(&arguments),
+        Command::Derive(arguments) => derive_equations(&arguments),
+        Command::Schema => print(&input_schema()),
+    };
+    match result {
+        Ok(status) => status,
+        Err(error) => {
+            say(format_args!("error: {error}"));
+            match error {
+                CliError::Simulation(_) => SIMULATION_FAILED.into(),
+                _ => BAD_INPUT.into(),
+            }
+        }
+    }
+}
+
+fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
+    let text = read_text(&arguments.file)?;
+    let name = arguments.file.to_string_lossy();
+    let study = Document::parse(&text, &name)?.study()?;
+    prepare_directory(&arguments.out)?;
+
+    let start = Instant::now();
+    let bar = ProgressBar::new(study.case_count() as u64).with_style(progress_style());
+    let results = run_study(&study, arguments.threads, || bar.inc(1), simulate)?;
+    bar.finish_and_clear();
+    let seconds = start.elapsed().as_secs_f64();
+
+    let runs = StagedFile::write(arguments.out.join("runs.csv"), |out| write_runs(out, &study, &results))?;
+    let runs = runs.commit()?;
+    say(study_tables(&study, &results));
+    say(format_args!("{} cases in {seconds:.2} s", study.case_count()));
+    say_written(&runs);
+
+    let failures: Vec<(usize, &String)> =
+        results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
+    if failures.is_empty() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say(format_args!("error: {} cases failed, see the column `status`:", failures.len()));
+    for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWED) {
+        say(format_args!("  row {}: {message}", case + 1));
+    }
+    Ok(SIMULATION_FAILED.into())
+}
+
+/// Style of the progress bar, which indicatif shows on a terminal only.
+fn progress_style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
+    let text = read_text(&arguments.file)?;
+    let name = arguments.file.to_string_lossy();
+    let settings = Document::parse(&text, &name)?.settings()?;
+    prepare_directory(&arguments.out)?;
+
+    let samples = arguments.samples.unwrap_or(settings.solver.samples);
+    let simulation = simulate_with_history(&settings, samples)?;
+    let metrics = StagedFile::write(arguments.out.join("metrics.json"), |out| write_metrics(out, &simulation))?;
+    let history = StagedFile::write(arguments.out.join("history.csv"), |out| write_history(out, &simulation.history))?;
+    say_written(&metrics.commit()?);
+    say_written(&history.commit()?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn evaluate_state(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
+    let text = read_text(&arguments.file)?;
+    let name = arguments.file.to_string_lossy();
+    let settings = Document::parse(&text, &name)?.settings_without_process()?;
+    let state = parse_state(&read_text(&arguments.state)?)
+        .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
+    let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;
+    let mut json = serde_json::to_string(&evaluation).map_err(io::Error::from)?;
+    json.push('\n');
+    print(&json)
+}
+
+fn derive_equations(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
+    let equations = derive(arguments.segments, arguments.format.into())?;
+    match &arguments.out {
+        None => print(&equations),
+        Some(path) => {
+            let file = StagedFile::write(path.clone(), |out| out.write_all(equations.as_bytes()))?;
+            say_written(&file.commit()?);
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+/// Writes data to stdout. That a reader such as `head` has seen enough is no error.
+fn print(data: &str) -> Result<ExitCode, CliError> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(data.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Tells the user something. That nobody listens is no error.
+fn say(message: impl Display) {
+    let _ = writeln!(io::stderr(), "{message}");
+}
+
+fn say_written(path: &Path) {
+    say(format_args!("wrote {}", path.display()));
+}

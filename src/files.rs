@@ -1,0 +1,88 @@
+//! Result files that appear whole or not at all.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+use thiserror::Error;
+
+/// A file or directory that cannot be read or written.
+#[derive(Debug, Error)]
+#[error("cannot {action} `{}`: {source}", path.display())]
+pub struct FileError {
+    action: &'static str,
+    path: PathBuf,
+    source: io::Error,
+}
+
+impl FileError {
+    fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self { action, path: path.to_owned(), source }
+    }
+}
+
+/// Reads a text file.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    fs::read_to_string(path).map_err(|error| FileError::new("read", path, error))
+}
+
+/// Makes a directory where there is none, and makes sure that files can be made in it.
+pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(path).map_err(|error| FileError::new("make the directory", path, error))?;
+    temporary_file(path).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
+}
+
+/// A file under a temporary name beside its target, which [`StagedFile::commit`] gives its own name.
+///
+/// Dropped before, it leaves nothing behind, and the target as it was.
+#[derive(Debug)]
+pub struct StagedFile {
+    file: BufWriter<NamedTempFile>,
+    target: PathBuf,
+}
+
+impl StagedFile {
+    /// Writes a file's content under a temporary name.
+    pub fn write(target: PathBuf, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<Self, FileError> {
+        let directory = match target.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        let write = || {
+            let mut file = BufWriter::new(temporary_file(directory)?);
+            content(&mut file)?;
+            file.flush()?;
+            file.get_ref().as_file().sync_all()?;
+            Ok(file)
+        };
+        match write() {
+            Ok(file) => Ok(Self { file, target }),
+            Err(error) => Err(FileError::new("write", &target, error)),
+        }
+    }
+
+    /// Gives the file its name, in place of an older one, and returns it.
+    pub fn commit(self) -> Result<PathBuf, FileError> {
+        let Self { file, target } = self;
+        let named = file
+            .into_inner()
+            .map_err(io::IntoInnerError::into_error)
+            .and_then(|file| file.persist(&target).map_err(|error| error.error));
+        match named {
+            Ok(_) => Ok(target),
+            Err(error) => Err(FileError::new("write", &target, error)),
+        }
+    }
+}
+
+/// A temporary file that others may read as far as the user's settings let them, once it has its name.
+fn temporary_file(directory: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".bristle-");
+    #[cfg(unix)]
+    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
+    #[cfg(unix)]
+    builder.permissions(permissions);
+    builder.tempfile_in(directory)
+}

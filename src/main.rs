@@ -1,0 +1,10 @@
+//! The program `bristle`.
+
+mod cli;
+mod files;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run()
+}

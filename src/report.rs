@@ -1,0 +1,126 @@
+//! The result files: `runs.csv` of a study, `metrics.json` and `history.csv` of one simulation.
+//!
+//! Numbers are written with the fewest digits that read back as the same `f64`.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::integrate::Statistics;
+use crate::metrics::Metrics;
+use crate::parameters::Parameter;
+use crate::simulation::{Sample, Simulation};
+use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
+
+/// Settings that stand in `runs.csv` whether swept or not, and the names of their columns.
+const FIXED_COLUMNS: [(&str, &str); 3] =
+    [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
+
+/// A structure of numbers as columns of a table.
+trait Columns {
+    /// Names of the columns.
+    const NAMES: &'static [&'static str];
+
+    /// Texts of the columns.
+    fn cells(&self) -> Vec<String>;
+}
+
+/// Makes a column of each field. A field that is not listed does not compile.
+macro_rules! columns {
+    ($type:ident { $($field:ident),* $(,)? }) => {
+        impl Columns for $type {
+            const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+
+            fn cells(&self) -> Vec<String> {
+                let Self { $($field),* } = self;
+                vec![$(format!("{:?}", $field)),*]
+            }
+        }
+    };
+}
+
+columns!(Metrics {
+    contact_angle_rad,
+    nominal_contact_length_m,
+    nominal_contact_time_s,
+    contact_time_s,
+    contact_length_m,
+    contact_time_ratio,
+    contact_count,
+    contact_normal_impulse_n_s,
+    equivalent_contact_normal_force_n,
+    peak_contact_normal_force_n,
+    max_tip_deflection_m,
+    tool_contact_normal_force_n,
+});
+
+columns!(Statistics { steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events });
+
+/// Writes `runs.csv`: a heading, then a row a case in the grid's order.
+///
+/// A case that failed has empty metrics and statistics, and the error's text as its status.
+pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
+    let further = further_parameters(study);
+    let fixed: Vec<&Parameter> = FIXED_COLUMNS.iter().filter_map(|(_, path)| Parameter::find(path)).collect();
+    let mut writer = csv::Writer::from_writer(out);
+    let names = FIXED_COLUMNS.iter().map(|(name, _)| *name);
+    writer.write_record(
+        names
+            .chain(further.iter().map(|parameter| parameter.path))
+            .chain(Metrics::NAMES.iter().copied())
+            .chain(Statistics::NAMES.iter().copied())
+            .chain(["status"]),
+    )?;
+    for (case, result) in results.iter().enumerate() {
+        let settings = study.settings(case);
+        let mut row: Vec<String> =
+            fixed.iter().chain(&further).map(|parameter| parameter.format(parameter.get(&settings))).collect();
+        match result {
+            Ok(summary) => {
+                row.extend(summary.metrics.cells());
+                row.extend(summary.statistics.cells());
+                row.push("ok".to_owned());
+            }
+            Err(message) => {
+                let empty = Metrics::NAMES.len() + Statistics::NAMES.len();
+                row.extend(std::iter::repeat_n(String::new(), empty));
+                row.push(message.clone());
+            }
+        }
+        writer.write_record(&row)?;
+    }
+    writer.flush()
+}
+
+/// The swept settings without a fixed column.
+fn further_parameters(study: &Study) -> Vec<&'static Parameter> {
+    study
+        .axes()
+        .iter()
+        .map(Axis::parameter)
+        .filter(|parameter| FIXED_COLUMNS.iter().all(|(_, path)| *path != parameter.path))
+        .collect()
+}
+
+/// Writes `metrics.json`: one flat object, the metrics first, then the solver's statistics.
+pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result<()> {
+    #[derive(Serialize)]
+    struct Flat<'a> {
+        #[serde(flatten)]
+        metrics: &'a Metrics,
+        #[serde(flatten)]
+        statistics: &'a Statistics,
+    }
+    let flat = Flat { metrics: &simulation.metrics, statistics: &simulation.statistics };
+    serde_json::to_writer_pretty(&mut out, &flat)?;
+    out.write_all(b"\n")
+}
+
+/// Writes `history.csv`: a heading, then a row a sample.
+pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    for sample in history {
+        writer.serialize(sample)?;
+    }
+    writer.flush()
+}

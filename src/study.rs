@@ -1,0 +1,393 @@
+//! A study: one simulation for each point of a grid of settings.
+//!
+//! Cases are numbered in the grid's order and made from their number when they are needed, so that a large study costs no
+//! memory beyond its results.
+
+use std::fmt::Display;
+use std::num::NonZeroUsize;
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::integrate::Statistics;
+use crate::metrics::Metrics;
+use crate::parameters::{Parameter, Violation};
+use crate::settings::Settings;
+use crate::simulation::Simulation;
+
+/// Path of the setting that changes fastest in a study.
+pub const VELOCITY: &str = "process.brushing_velocity_m_s";
+/// Path of the setting that changes next.
+pub const DEPTH: &str = "process.penetration_depth_m";
+
+/// Names in `[study]` that stand for a path.
+pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
+
+/// The largest number of cases in a study.
+pub const MAX_CASES: usize = 1_000_000;
+
+/// One swept setting and its values.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    parameter: &'static Parameter,
+    values: Vec<f64>,
+}
+
+/// The ways in which the values of a sweep can be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AxisError {
+    /// There is no value.
+    #[error("a sweep needs at least one value")]
+    Empty,
+    /// Start, stop or step is NaN or infinite.
+    #[error("start, stop and step must be finite numbers")]
+    NotFinite,
+    /// The step is zero or leads away from the end.
+    #[error("a step of {step:?} does not lead from {start:?} to {stop:?}")]
+    WrongStep {
+        /// First value.
+        start: f64,
+        /// End of the range.
+        stop: f64,
+        /// Distance of the values.
+        step: f64,
+    },
+    /// There are more values than a study may have cases.
+    #[error("more than {MAX_CASES} values: take a larger step")]
+    TooManyValues,
+    /// The setting cannot have one of the values.
+    #[error("{violation}")]
+    Value {
+        /// Position of the value, counted from 0.
+        index: usize,
+        /// What is wrong with it.
+        violation: Violation,
+    },
+}
+
+impl Axis {
+    /// A sweep over a list of values.
+    pub fn list(parameter: &'static Parameter, values: Vec<f64>) -> Result<Self, AxisError> {
+        if values.is_empty() {
+            return Err(AxisError::Empty);
+        }
+        if values.len() > MAX_CASES {
+            return Err(AxisError::TooManyValues);
+        }
+        for (index, &value) in values.iter().enumerate() {
+            parameter.check(value).map_err(|violation| AxisError::Value { index, violation })?;
+        }
+        Ok(Self { parameter, values })
+    }
+
+    /// A sweep from `start` in equal steps up to and including `stop`.
+    ///
+    /// A `stop` that rounding alone keeps out of reach is reached: a step may be short of it by one part in a million.
+    pub fn range(parameter: &'static Parameter, start: f64, stop: f64, step: f64) -> Result<Self, AxisError> {
+        /// Share of a step by which the last value may pass `stop`, far above rounding and far below any intent.
+        const SLACK: f64 = 1e-6;
+
+        let steps = (stop - start) / step;
+        if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
+            return Err(AxisError::NotFinite);
+        }
+        if step == 0.0 || steps < -SLACK {
+            return Err(AxisError::WrongStep { start, stop, step });
+        }
+        let last = (steps + SLACK).floor();
+        // Also true of an overflow to infinity.
+        if last >= MAX_CASES as f64 {
+            return Err(AxisError::TooManyValues);
+        }
+        let values = (0..=last as usize).map(|index| without_rounding_noise(start + index as f64 * step));
+        Self::list(parameter, values.collect())
+    }
+
+    /// The swept setting.
+    #[must_use]
+    pub fn parameter(&self) -> &'static Parameter {
+        self.parameter
+    }
+
+    /// Its values, at least one.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Position in the order of sweeps: 0 is the outermost.
+    fn rank(&self) -> usize {
+        match self.parameter.path {
+            VELOCITY => 2,
+            DEPTH => 1,
+            _ => 0,
+        }
+    }
+}
+
+/// Rounds to 12 significant digits, so that the third step of 0.1 is 0.3 and not 0.30000000000000004.
+fn without_rounding_noise(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// The ways in which sweeps do not make a study.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StudyError {
+    /// Two sweeps name the same setting.
+    #[error("`{path}` is swept twice")]
+    SweptTwice {
+        /// Dotted path of the setting.
+        path: &'static str,
+    },
+    /// The grid has too many points.
+    #[error("the study has more than {MAX_CASES} cases")]
+    TooManyCases,
+    /// The settings of one case do not go together.
+    #[error("case {} of the study: {violation}", .case + 1)]
+    Case {
+        /// Number of the case, counted from 0.
+        case: usize,
+        /// What is wrong with it.
+        violation: Violation,
+    },
+}
+
+/// A grid of settings.
+#[derive(Clone, Debug)]
+pub struct Study {
+    base: Settings,
+    /// From the slowest to the fastest.
+    axes: Vec<Axis>,
+    case_count: usize,
+}
+
+impl Study {
+    /// Makes a study of all combinations of the swept values, and checks each case.
+    ///
+    /// The velocity changes fastest, then the depth, then the other sweeps, of which the first changes slowest.
+    pub fn new(base: Settings, mut axes: Vec<Axis>) -> Result<Self, StudyError> {
+        axes.sort_by_key(Axis::rank);
+        let mut case_count = 1_usize;
+        for (index, axis) in axes.iter().enumerate() {
+            let path = axis.parameter.path;
+            if axes[..index].iter().any(|other| other.parameter.path == path) {
+                return Err(StudyError::SweptTwice { path });
+            }
+            case_count = case_count
+                .checked_mul(axis.values.len())
+                .filter(|&count| count <= MAX_CASES)
+                .ok_or(StudyError::TooManyCases)?;
+        }
+        let study = Self { base, axes, case_count };
+        for case in 0..case_count {
+            study.settings(case).check().map_err(|violation| StudyError::Case { case, violation })?;
+        }
+        Ok(study)
+    }
+
+    /// The swept settings, from the slowest to the fastest.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The number of cases, at least one.
+    #[must_use]
+    pub fn case_count(&self) -> usize {
+        self.case_count
+    }
+
+    /// The value of each axis in one case, counted from 0.
+    pub fn values(&self, case: usize) -> impl Iterator<Item = f64> + '_ {
+        let mut stride = self.case_count;
+        self.axes.iter().map(move |axis| {
+            stride /= axis.values.len();
+            axis.values[case / stride % axis.values.len()]
+        })
+    }
+
+    /// All settings of one case, counted from 0.
+    #[must_use]
+    pub fn settings(&self, case: usize) -> Settings {
+        let mut settings = self.base.clone();
+        for (axis, value) in self.axes.iter().zip(self.values(case)) {
+            axis.parameter.set(&mut settings, value);
+        }
+        settings
+    }
+}
+
+/// What is kept of a simulated case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseSummary {
+    /// The contact metrics.
+    pub metrics: Metrics,
+    /// What the solver did for them.
+    pub statistics: Statistics,
+}
+
+/// A case's summary, or the text of the error that ended it.
+pub type CaseResult = Result<CaseSummary, String>;
+
+/// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
+///
+/// Without a number, there are as many threads as cores. `on_case_done` is called after each case, from any thread. An
+/// error of `simulate` ends its case only; that the threads cannot be started is the only error of the whole.
+pub fn run_study<E: Display>(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    on_case_done: impl Fn() + Sync,
+    simulate: impl Fn(&Settings) -> Result<Simulation, E> + Sync,
+) -> Result<Vec<CaseResult>, rayon::ThreadPoolBuildError> {
+    let run_case = |case| {
+        let result = simulate(&study.settings(case))
+            .map(|Simulation { metrics, statistics, .. }| CaseSummary { metrics, statistics })
+            .map_err(|error| error.to_string());
+        on_case_done();
+        result
+    };
+    // Rayon takes 0 for one thread a core.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, NonZeroUsize::get)).build()?;
+    // Cases differ in cost, and each is worth a task of its own.
+    Ok(pool.install(|| (0..study.case_count).into_par_iter().with_max_len(1).map(run_case).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::document::Document;
+
+    const FILE: &str = "
+        [tool]
+        body_radius_m = 0.140
+        width_m = 0.020
+        [filament]
+        length_m = 0.040
+        diameter_m = 1.18e-3
+        [process]
+        brushing_velocity_m_s = 10.0
+        penetration_depth_m = 1.0e-3
+        ";
+
+    fn base() -> Settings {
+        Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right")
+    }
+
+    fn parameter(path: &str) -> &'static Parameter {
+        Parameter::find(path).expect("the setting exists")
+    }
+
+    fn list(path: &str, values: &[f64]) -> Axis {
+        Axis::list(parameter(path), values.to_vec()).expect("the values are right")
+    }
+
+    #[test]
+    fn a_range_includes_its_end_and_has_clean_values() {
+        let axis = Axis::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
+        assert_eq!(axis.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
+        let axis = Axis::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
+        assert_eq!(axis.values(), [1.0, 0.7, 0.4, 0.1]);
+        let axis = Axis::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
+        assert_eq!(axis.values(), [1.0, 1.3, 1.6, 1.9]);
+        let axis = Axis::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
+        assert_eq!(axis.values(), [1.0]);
+    }
+
+    #[test]
+    fn wrong_ranges_are_refused() {
+        let range = |start, stop, step| Axis::range(parameter(VELOCITY), start, stop, step).map(|_| ());
+        let wrong_step = |start, stop, step| Err(AxisError::WrongStep { start, stop, step });
+        assert_eq!(range(1.0, 2.0, 0.0), wrong_step(1.0, 2.0, 0.0));
+        assert_eq!(range(1.0, 1.0, 0.0), wrong_step(1.0, 1.0, 0.0));
+        assert_eq!(range(1.0, 2.0, -1.0), wrong_step(1.0, 2.0, -1.0));
+        assert_eq!(range(1.0, f64::NAN, 1.0), Err(AxisError::NotFinite));
+        assert_eq!(range(1.0, 2.0, f64::INFINITY), Err(AxisError::NotFinite));
+        assert_eq!(range(1.0, 2.0, 1e-6), Err(AxisError::TooManyValues));
+        assert_eq!(range(1.0, 1e300, 1e-300), Err(AxisError::TooManyValues));
+        let segments = Axis::range(parameter("filament.segments"), 1.0, 10.0, 1.5);
+        assert!(matches!(segments, Err(AxisError::Value { index: 1, .. })));
+    }
+
+    #[test]
+    fn velocity_changes_fastest_and_further_sweeps_slowest() {
+        let study = Study::new(
+            base(),
+            vec![
+                list(VELOCITY, &[5.0, 10.0]),
+                list("contact.exponent", &[1.0, 1.5]),
+                list(DEPTH, &[1e-3, 2e-3]),
+                list("filament.segments", &[3.0, 4.0]),
+            ],
+        )
+        .expect("the study is right");
+        let cases: Vec<Vec<f64>> = (0..study.case_count()).map(|case| study.values(case).collect()).collect();
+        assert_eq!(cases.len(), 16);
+        assert_eq!(cases[0], [1.0, 3.0, 1e-3, 5.0]);
+        assert_eq!(cases[1], [1.0, 3.0, 1e-3, 10.0]);
+        assert_eq!(cases[2], [1.0, 3.0, 2e-3, 5.0]);
+        assert_eq!(cases[4], [1.0, 4.0, 1e-3, 5.0]);
+        assert_eq!(cases[15], [1.5, 4.0, 2e-3, 10.0]);
+        let settings = study.settings(14);
+        assert_eq!(settings.filament.segments, 4);
+        assert_eq!(settings.process.brushing_velocity_m_s, 5.0);
+    }
+
+    #[test]
+    fn studies_that_make_no_sense_are_refused() {
+        let depth = list(DEPTH, &[1e-3, 0.05]);
+        let error = Study::new(base(), vec![depth]).expect_err("deeper than the filament is long");
+        assert!(matches!(error, StudyError::Case { case: 1, .. }));
+        let twice = vec![list(DEPTH, &[1e-3]), list(DEPTH, &[2e-3])];
+        let error = Study::new(base(), twice).expect_err("swept twice");
+        assert_eq!(error, StudyError::SweptTwice { path: DEPTH });
+        let thousand = |path| Axis::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
+        let many = vec![thousand(VELOCITY), thousand("contact.exponent")];
+        let error = Study::new(base(), many).expect_err("too many cases");
+        assert_eq!(error, StudyError::TooManyCases);
+    }
+
+    #[test]
+    fn a_failed_case_does_not_stop_the_others() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let done = AtomicUsize::new(0);
+        let simulate = |settings: &Settings| match settings.process.brushing_velocity_m_s {
+            7.0 => Err("seven"),
+            velocity => Ok(simulation(velocity)),
+        };
+        let on_case_done = || {
+            done.fetch_add(1, Ordering::Relaxed);
+        };
+        let results = run_study(&study, NonZeroUsize::new(3), on_case_done, simulate).expect("the threads start");
+        assert_eq!(done.into_inner(), 20);
+        for (velocity, result) in velocities.into_iter().zip(results) {
+            match result {
+                Ok(summary) => assert_eq!(summary.metrics.contact_time_s, velocity),
+                Err(message) => assert_eq!((velocity, message.as_str()), (7.0, "seven")),
+            }
+        }
+    }
+
+    fn simulation(contact_time_s: f64) -> Simulation {
+        Simulation {
+            metrics: Metrics {
+                contact_angle_rad: 0.0,
+                nominal_contact_length_m: 0.0,
+                nominal_contact_time_s: 0.0,
+                contact_time_s,
+                contact_length_m: 0.0,
+                contact_time_ratio: 0.0,
+                contact_count: 0,
+                contact_normal_impulse_n_s: 0.0,
+                equivalent_contact_normal_force_n: 0.0,
+                peak_contact_normal_force_n: 0.0,
+                max_tip_deflection_m: 0.0,
+                tool_contact_normal_force_n: 0.0,
+            },
+            statistics: Statistics::default(),
+            history: Vec::new(),
+        }
+    }
+}

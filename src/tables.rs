@@ -1,0 +1,229 @@
+//! The tables that a study prints, made for a terminal 100 columns wide.
+
+use crate::metrics::Metrics;
+use crate::parameters::Parameter;
+use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
+
+/// Most columns of numbers that fit beside the row's heading.
+const MAX_COLUMNS: usize = 12;
+/// Most rows of a table.
+const MAX_ROWS: usize = 20;
+/// Most rows of a list.
+const MAX_LISTED: usize = 40;
+/// Width of a row's heading.
+const ROW_HEADING: usize = 10;
+/// Width of a number's column.
+const CELL: usize = 7;
+
+/// One metric as the tables show it.
+struct Quantity {
+    symbol: &'static str,
+    name: &'static str,
+    /// Unit without prefix, empty for a pure number.
+    unit: &'static str,
+    value: fn(&Metrics) -> f64,
+}
+
+const QUANTITIES: [Quantity; 3] = [
+    Quantity { symbol: "ε_tc", name: "contact time ratio", unit: "", value: |metrics| metrics.contact_time_ratio },
+    Quantity {
+        symbol: "p_n",
+        name: "contact normal impulse of a filament",
+        unit: "N s",
+        value: |metrics| metrics.contact_normal_impulse_n_s,
+    },
+    Quantity {
+        symbol: "F_n,w",
+        name: "contact normal force of the tool",
+        unit: "N",
+        value: |metrics| metrics.tool_contact_normal_force_n,
+    },
+];
+
+/// A quantity in all cases, in a unit that makes its numbers readable.
+struct Column {
+    quantity: &'static Quantity,
+    /// Unit with its prefix.
+    unit: String,
+    /// The numbers in this unit; none where a case failed.
+    values: Vec<Option<f64>>,
+    decimals: usize,
+}
+
+impl Column {
+    fn new(quantity: &'static Quantity, results: &[CaseResult]) -> Self {
+        const PREFIXES: [(&str, f64); 6] = [("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)];
+        let value = |result: &CaseResult| {
+            let summary = result.as_ref().ok()?;
+            Some((quantity.value)(&summary.metrics))
+        };
+        let largest = results.iter().filter_map(value).fold(0.0, f64::max);
+        let (prefix, factor) = PREFIXES
+            .into_iter()
+            .filter(|(prefix, _)| prefix.is_empty() || !quantity.unit.is_empty())
+            .find(|(_, factor)| largest * factor >= 1.0)
+            .unwrap_or(("", 1.0));
+        let decimals = match largest * factor {
+            100.0.. => 1,
+            10.0.. => 2,
+            _ => 3,
+        };
+        Self {
+            quantity,
+            unit: format!("{prefix}{}", quantity.unit),
+            values: results.iter().map(|result| value(result).map(|value| value * factor)).collect(),
+            decimals,
+        }
+    }
+
+    /// The symbol, and the unit where there is one.
+    fn heading(&self) -> String {
+        if self.unit.is_empty() {
+            self.quantity.symbol.to_owned()
+        } else {
+            format!("{} in {}", self.quantity.symbol, self.unit)
+        }
+    }
+
+    fn text(&self, case: usize) -> String {
+        self.values[case].map_or_else(|| "failed".to_owned(), |value| format!("{value:.*}", self.decimals))
+    }
+}
+
+/// The results of a study for people: a table for each quantity where velocity and depth alone are swept, else a list.
+#[must_use]
+pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
+    let columns = QUANTITIES.each_ref().map(|quantity| Column::new(quantity, results));
+    let is_grid = study.axes().iter().all(|axis| [VELOCITY, DEPTH].contains(&axis.parameter().path));
+    if is_grid { columns.map(|column| table(study, &column)).join("\n") } else { list(study, &columns) }
+}
+
+/// A quantity over velocity (to the right) and depth (upwards, as in a diagram).
+fn table(study: &Study, column: &Column) -> String {
+    let velocities = values_or_fixed(study, VELOCITY);
+    let depths = values_or_fixed(study, DEPTH);
+    let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
+    let shown_depths = spread(depths.len(), MAX_ROWS);
+
+    let row = |heading: &str, cells: Vec<String>| {
+        let cells: String = cells.iter().map(|cell| format!("{cell:>CELL$}")).collect();
+        format!("{heading:>ROW_HEADING$} │{cells}\n")
+    };
+    let mut text = format!("{}: {}", column.heading(), column.quantity.name);
+    if shown_velocities.len() * shown_depths.len() < study.case_count() {
+        text.push_str(" (a selection of the cases)");
+    }
+    text.push('\n');
+    text.push_str(&row("a_e in mm", vec![" v_b in m/s".to_owned()]));
+    let shown = shown_velocities.iter().map(|&index| velocities[index]);
+    text.push_str(&row("", labels(shown)));
+    let rule = "─".repeat(CELL * shown_velocities.len());
+    text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
+    let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
+    for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
+        let cells = shown_velocities.iter().map(|velocity| column.text(depth * velocities.len() + velocity));
+        text.push_str(&row(label, cells.collect()));
+    }
+    text
+}
+
+/// All quantities, a row a case.
+fn list(study: &Study, columns: &[Column]) -> String {
+    let (axis_headings, factors): (Vec<&str>, Vec<f64>) = study.axes().iter().map(axis_heading).unzip();
+    let axis_headings = axis_headings.into_iter().map(str::to_owned);
+    let headings = axis_headings.chain(columns.iter().map(Column::heading));
+    let mut rows: Vec<Vec<String>> = vec![headings.collect()];
+    let listed = study.case_count().min(MAX_LISTED);
+    for case in 0..listed {
+        let values = study.values(case).zip(&factors);
+        let values = values.map(|(value, factor)| short(value * factor));
+        let metrics = columns.iter().map(|column| column.text(case));
+        rows.push(values.chain(metrics).collect());
+    }
+    let widths: Vec<usize> = (0..rows[0].len())
+        .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
+        .collect();
+    let mut text = String::new();
+    for row in rows {
+        for (cell, width) in row.iter().zip(&widths) {
+            text.push_str(&format!("  {cell:>width$}"));
+        }
+        text.push('\n');
+    }
+    if listed < study.case_count() {
+        text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
+    }
+    text
+}
+
+/// A swept setting's heading, and the factor that turns its values into the unit of the heading.
+///
+/// Velocity and depth go by their symbols, other settings by their keys, which contain the unit.
+fn axis_heading(axis: &Axis) -> (&'static str, f64) {
+    match axis.parameter().path {
+        VELOCITY => ("v_b in m/s", 1.0),
+        DEPTH => ("a_e in mm", 1e3),
+        _ => (axis.parameter().key(), 1.0),
+    }
+}
+
+/// The values of a swept setting, or the only value of one that is not swept.
+fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
+    let axis = study.axes().iter().find(|axis| axis.parameter().path == path);
+    match axis {
+        Some(axis) => axis.values().to_vec(),
+        None => Parameter::find(path).map(|parameter| parameter.get(&study.settings(0))).into_iter().collect(),
+    }
+}
+
+/// At most `limit` positions of `count`, evenly spread from the first to the last.
+fn spread(count: usize, limit: usize) -> Vec<usize> {
+    if count <= limit {
+        (0..count).collect()
+    } else {
+        (0..limit).map(|index| index * (count - 1) / (limit - 1)).collect()
+    }
+}
+
+/// Swept values with equally many decimals.
+fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
+    let labels: Vec<String> = values.map(short).collect();
+    let decimals = |label: &String| match label.split_once('.') {
+        Some((_, decimals)) if !label.contains('e') => decimals.len(),
+        _ => 0,
+    };
+    let most = labels.iter().map(decimals).max().unwrap_or(0);
+    let with_decimals = |label: String| match label.parse::<f64>() {
+        Ok(value) if !label.contains('e') => format!("{value:.most$}"),
+        _ => label,
+    };
+    labels.into_iter().map(with_decimals).collect()
+}
+
+/// A swept value with at most four significant digits.
+fn short(value: f64) -> String {
+    let scientific = format!("{value:.3e}");
+    match scientific.parse::<f64>() {
+        Ok(rounded) if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 => rounded.to_string(),
+        Ok(rounded) => format!("{rounded:e}"),
+        Err(_) => scientific,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_have_equally_many_decimals() {
+        let values = [2.5, 5.0, 0.5e-3 * 1e3, 1.0 / 3.0];
+        assert_eq!(labels(values.into_iter()), ["2.5000", "5.0000", "0.5000", "0.3333"]);
+        assert_eq!(labels([10.0, 1e300].into_iter()), ["10", "1e300"]);
+    }
+
+    #[test]
+    fn a_selection_keeps_first_and_last() {
+        assert_eq!(spread(3, 12), [0, 1, 2]);
+        assert_eq!(spread(101, 5), [0, 25, 50, 75, 100]);
+    }
+}
