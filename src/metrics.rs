@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::equations::linear::{add, dot, scale, sub};
+use crate::settings::Settings;
+use crate::workpiece::unit_normal;
 
 /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,6 +51,18 @@ pub struct NominalContact {
 }
 
 impl NominalContact {
+    /// The nominal contact that `settings` state.
+    pub fn of(settings: &Settings) -> Self {
+        let tool_radius = settings.tool.body_radius_m + settings.filament.length_m;
+        let [x, y, _] = unit_normal(&settings.workpiece);
+        Self {
+            tool_radius,
+            reach: tool_radius * x.hypot(y),
+            penetration_depth: settings.process.penetration_depth_m,
+            brushing_velocity: settings.process.brushing_velocity_m_s,
+        }
+    }
+
     /// Rate of the tool, `ω = v_b/R`, in rad/s.
     pub fn rate(&self) -> f64 {
         self.brushing_velocity / self.tool_radius
@@ -98,6 +112,24 @@ impl Metrics {
             max_tip_deflection_m: record.max_deflection,
             tool_contact_normal_force_n: tool_force(record.impulse, filament_count, nominal.rate()),
         }
+    }
+
+    /// True if every metric is a finite number.
+    pub fn is_finite(&self) -> bool {
+        let values = [
+            self.contact_angle_rad,
+            self.nominal_contact_length_m,
+            self.nominal_contact_time_s,
+            self.contact_time_s,
+            self.contact_length_m,
+            self.contact_time_ratio,
+            self.contact_normal_impulse_n_s,
+            self.equivalent_contact_normal_force_n,
+            self.peak_contact_normal_force_n,
+            self.max_tip_deflection_m,
+            self.tool_contact_normal_force_n,
+        ];
+        values.iter().all(|value| value.is_finite())
     }
 }
 

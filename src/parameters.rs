@@ -6,7 +6,12 @@
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
+use crate::metrics::NominalContact;
 use crate::settings::Settings;
+use crate::workpiece::unit_normal;
+
+/// Least component of the unit normal of the workpiece across the tool axis.
+const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
@@ -251,16 +256,13 @@ impl Settings {
                 allowed: "three finite numbers, in m/s²".to_owned(),
             });
         }
-        let normal = self.workpiece.normal;
-        // Scaled by the largest component, so that squares neither overflow nor vanish.
-        let largest = normal.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        let across = (normal[0] / largest).hypot(normal[1] / largest);
-        let finite = normal.iter().all(|component| component.is_finite());
-        // A zero normal makes `across` NaN, for which the comparison is false.
-        if !(finite && across >= 1e-6) {
+        // A zero or infinite normal makes this NaN, for which the comparison is false.
+        let [x, y, _] = unit_normal(&self.workpiece);
+        let across = x.hypot(y) >= MIN_NORMAL_ACROSS;
+        if !across {
             return Err(Violation {
                 path: "workpiece.normal",
-                value: format!("{normal:?}"),
+                value: format!("{:?}", self.workpiece.normal),
                 allowed: "three finite numbers that do not point along the tool axis z".to_owned(),
             });
         }
@@ -285,8 +287,15 @@ impl Settings {
                 allowed: format!("less than filament.length_m = {length_m:?}"),
             });
         }
-        let tool_radius_m = self.tool.body_radius_m + length_m;
-        let nominal_angle_rad = 2.0 * (1.0 - penetration_depth_m / tool_radius_m).acos();
+        let nominal = NominalContact::of(self);
+        if penetration_depth_m >= nominal.reach {
+            return Err(Violation {
+                path: "process.penetration_depth_m",
+                value: format!("{penetration_depth_m:?}"),
+                allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", nominal.reach),
+            });
+        }
+        let nominal_angle_rad = nominal.contact_angle();
         let lead_angle_rad = self.process.lead_angle_rad;
         let limit_rad = std::f64::consts::TAU - nominal_angle_rad - lead_angle_rad;
         if self.process.tail_angle_rad >= limit_rad {

@@ -94,6 +94,18 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         })
     }
 
+    /// How deep a node may be past its event where a step ends, in m.
+    fn event_tolerance(&self, relative: f64, state: &FilamentState) -> f64 {
+        let chain = self.dynamics.chain();
+        let length = chain.length * self.closed.len() as f64;
+        // c h = E I
+        let force = chain.joint_stiffness * chain.length / (length * length);
+        let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
+        let [x, y, z] = self.motion.at(state.time).position;
+        let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
+        (1e-4 * relative * length).min(by_force).max(rounding)
+    }
+
     fn loads(&self, time: f64) -> ContactLoads<'_, W> {
         ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time }
     }
@@ -233,7 +245,7 @@ impl Step<'_> {
 }
 
 /// More steps than this in one pass are taken for a failure.
-const MAX_STEPS: usize = 2_000_000;
+const MAX_STEPS: usize = 1_000_000;
 /// Repetitions of a step until its end lies on an event.
 const MAX_LANDINGS: usize = 12;
 /// Points inside a step at which a node that may touch and leave again is looked at.
@@ -241,7 +253,8 @@ const INNER_POINTS: usize = 8;
 
 /// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
 ///
-/// Steps end where a node closes or opens, located to a penetration of `1e-4 × relative tolerance × filament length`.
+/// Steps end where a node closes or opens, located to a penetration of `1e-4 × relative tolerance × filament length`,
+/// or to less where the contact is so stiff that this would be a force above `relative tolerance × E I/l_f²`.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -254,8 +267,7 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
     mut observe: impl FnMut(&Step<'_>),
 ) -> Result<(FilamentState, Statistics), IntegrationError> {
     let n = system.pairs();
-    let chain = *system.dynamics.chain();
-    let location = 1e-4 * tolerances.relative * chain.length * n as f64;
+    let location = system.event_tolerance(tolerances.relative, &start);
     let mut integrator = Integrator::new(tableau, tolerances, n, 1e-3 * (end_time - start.time));
     let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
     let (mut start_nodes, mut end_nodes) = (vec![none; n], vec![none; n]);
@@ -556,6 +568,9 @@ pub enum SimulationError {
     /// The integration stopped.
     #[error(transparent)]
     Integration(#[from] IntegrationError),
+    /// A metric is infinite or not a number.
+    #[error("the metrics of the pass are not finite; are the settings of extreme size?")]
+    NotFinite,
 }
 
 /// Simulates one pass and reduces it to its metrics.
@@ -587,6 +602,8 @@ struct Pass {
     filament_length: f64,
     filament_count: f64,
     tolerance: f64,
+    /// A rate in rad/s that is small for a vibrating filament, so that a slow tool does not ask for absurd digits.
+    slow_rate: f64,
     lead_angle: f64,
     tail_angle: f64,
 }
@@ -594,14 +611,8 @@ struct Pass {
 impl Pass {
     fn new(settings: &Settings) -> Self {
         let Settings { tool, filament, contact, workpiece, process, solver } = settings;
-        let tool_radius = tool.body_radius_m + filament.length_m;
-        let [x, y, z] = workpiece.normal;
-        let nominal = NominalContact {
-            tool_radius,
-            reach: tool_radius * x.hypot(y) / x.hypot(y).hypot(z),
-            penetration_depth: process.penetration_depth_m,
-            brushing_velocity: process.brushing_velocity_m_s,
-        };
+        let nominal = NominalContact::of(settings);
+        let [x, y, _] = workpiece.normal;
         // The tips are deepest opposite to the normal; for the default plane that is β = −π/2.
         let deepest = (-y).atan2(-x);
         let tool = RoundTool {
@@ -613,11 +624,12 @@ impl Pass {
             chain: filament::chain(filament, process.gravity_m_s2),
             tool,
             law: ContactLaw::from(contact),
-            plane: Plane::of(workpiece, tool_radius, process.penetration_depth_m),
+            plane: Plane::of(workpiece, nominal.tool_radius, process.penetration_depth_m),
             nominal,
             filament_length: filament.length_m,
             filament_count: settings.tool.filament_count,
             tolerance: solver.relative_tolerance,
+            slow_rate: 0.01 * filament::first_natural_frequency(filament),
             lead_angle: process.lead_angle_rad,
             tail_angle: process.tail_angle_rad,
         }
@@ -636,7 +648,7 @@ impl Pass {
         let tolerances = Tolerances {
             relative: self.tolerance,
             angle_scale: 1.0,
-            rate_scale: self.nominal.brushing_velocity / self.filament_length,
+            rate_scale: (self.nominal.brushing_velocity / self.filament_length).max(self.slow_rate),
         };
         let mut observer = ContactObserver {
             motion: &self.tool,
@@ -654,6 +666,9 @@ impl Pass {
             sampler.observe(step, &observer);
         })?;
         let metrics = Metrics::new(&self.nominal, &observer.record, self.filament_count);
+        if !metrics.is_finite() {
+            return Err(SimulationError::NotFinite);
+        }
         Ok(Simulation { metrics, statistics, history: sampler.history })
     }
 }

@@ -20,6 +20,14 @@ pub trait Workpiece {
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
 }
 
+/// The outward unit normal; NaN if the settings state none.
+pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
+    // Scaled by the largest component first, so that squares neither overflow nor vanish.
+    let largest = settings.normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
+    let normal = settings.normal.map(|component| component / largest);
+    scale(1.0 / dot(normal, normal).sqrt(), normal)
+}
+
 /// A plane that moves without turning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
@@ -40,12 +48,11 @@ impl Plane {
     /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the undeformed tips come as
     /// deep as `a_e` below the plane, measured along `n`, and the feed is along `n × z`.
     pub fn of(settings: &WorkpieceSettings, tool_radius: f64, penetration_depth: f64) -> Self {
-        let [x, y, _] = settings.normal;
-        let length = dot(settings.normal, settings.normal).sqrt();
-        let in_plane = x.hypot(y);
-        let normal = scale(1.0 / length, settings.normal);
-        let reach = tool_radius * in_plane / length;
-        let feed = scale(settings.feed_velocity_m_s / in_plane, [y, -x, 0.0]);
+        let normal = unit_normal(settings);
+        let [x, y, _] = normal;
+        let across = x.hypot(y);
+        let reach = tool_radius * across;
+        let feed = scale(settings.feed_velocity_m_s / across, [y, -x, 0.0]);
         Self::new(scale(-(reach - penetration_depth), normal), normal, feed)
     }
 }

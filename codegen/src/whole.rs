@@ -36,7 +36,8 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Vec<Kernel> {
         Output::scalar("gravity", "E_grav in J", whole.gravity_energy),
         Output::scalar("dissipation", "D in W", whole.dissipation),
     ];
-    let chain = format!("of a chain of {segments} segments");
+    let plural = if segments == 1 { "" } else { "s" };
+    let chain = format!("of a chain of {segments} segment{plural}");
     vec![
         kernel(&whole, purpose, "mass_matrix", format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
         kernel(

@@ -44,6 +44,8 @@ const SAFETY: f64 = 0.9;
 const NEWTON_FACTOR: f64 = 0.3;
 /// A step below this many roundings of the time cannot advance it.
 const MIN_STEP_ROUNDINGS: f64 = 8.0;
+/// Near time zero, where roundings vanish, the time is taken for this share of what remains.
+const MIN_STEP_SHARE: f64 = 1e-3;
 
 /// Advances a system by steps of a [`Tableau`].
 ///
@@ -148,7 +150,8 @@ impl<const Q: usize> Integrator<Q> {
                     cause
                 }
             };
-            if self.step < MIN_STEP_ROUNDINGS * f64::EPSILON * last_time.abs().max(start.time.abs()) {
+            let resolution = f64::EPSILON * start.time.abs().max(MIN_STEP_SHARE * remaining);
+            if self.step < MIN_STEP_ROUNDINGS * resolution {
                 return Err(IntegrationError::StepTooSmall { time: start.time, step: self.step, cause });
             }
         }
@@ -290,7 +293,8 @@ impl<const Q: usize> Integrator<Q> {
             previous_norm = Some(norm);
             let remaining =
                 if self.contraction < 1.0 { self.contraction / (1.0 - self.contraction) * norm } else { norm };
-            if remaining <= NEWTON_TOLERANCE || norm == 0.0 {
+            // Corrections of a few roundings are noise, whose contraction says nothing.
+            if remaining <= NEWTON_TOLERANCE || norm * self.tolerances.relative <= 8.0 * f64::EPSILON {
                 self.stage_rates[stage] = system.rates(time, &self.q, v, a);
                 return Ok(());
             }

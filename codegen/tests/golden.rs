@@ -1,0 +1,71 @@
+//! Did the text change? Snapshots of the readable equations, the emitted kernels and their operation counts.
+//!
+//! Accept a change that is meant with `cargo insta review`, or `INSTA_UPDATE=always cargo test`.
+
+use std::fmt::Write;
+
+use bristle_codegen::emit::{count_operations, emit};
+use bristle_codegen::exchange::to_json;
+use bristle_codegen::kernels::kernels;
+use bristle_codegen::print::equations;
+use bristle_codegen::simplify::{RULES, SUM_RULES};
+use bristle_codegen::whole::{Purpose, whole_kernels};
+
+#[test]
+fn readable_equations() {
+    for segments in [1, 2, 3] {
+        let text = equations(segments, &whole_kernels(segments, Purpose::Reading));
+        insta::assert_snapshot!(format!("equations_{segments}"), text);
+    }
+}
+
+#[test]
+fn emitted_kernels() {
+    let source = emit(&kernels(), "Emitted by the test of bristle-codegen.").expect("the kernels can be emitted");
+    insta::assert_snapshot!("kernels", source);
+}
+
+#[test]
+fn emitted_whole_equations() {
+    let source = emit(&whole_kernels(1, Purpose::Computing), "One segment.").expect("the equations can be emitted");
+    insta::assert_snapshot!("whole_1", source);
+}
+
+#[test]
+fn exchanged_equations() {
+    let json = to_json(&whole_kernels(1, Purpose::Computing)).expect("the equations can be written");
+    // An operation a line, so that a change shows where it is.
+    insta::assert_snapshot!("whole_1_json", json.replace("],[", "],\n["));
+}
+
+#[test]
+fn operation_counts() {
+    let mut table = String::new();
+    for kernel in kernels() {
+        writeln!(table, "{:16} {}", kernel.name, count_operations(&kernel)).expect("a string takes everything");
+    }
+    for segments in [1, 2, 3, 25] {
+        for kernel in whole_kernels(segments, Purpose::Computing) {
+            writeln!(table, "n = {segments:2}  {:12} {}", kernel.name, count_operations(&kernel)).expect("see above");
+        }
+    }
+    insta::assert_snapshot!("operation_counts", table);
+}
+
+#[test]
+fn same_input_gives_the_same_bytes() {
+    let text = || emit(&whole_kernels(4, Purpose::Computing), "").expect("the equations can be emitted");
+    assert_eq!(text(), text());
+    let text = || equations(4, &whole_kernels(4, Purpose::Reading));
+    assert_eq!(text(), text());
+}
+
+#[test]
+fn rules_have_unique_names() {
+    let mut names: Vec<&str> =
+        RULES.iter().map(|rule| rule.name).chain(SUM_RULES.iter().map(|rule| rule.name)).collect();
+    names.sort_unstable();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
+}

@@ -1,0 +1,32 @@
+//! Did the work change? Counts of steps, Newton iterations and events of a few passes.
+
+mod common;
+
+use bristle::integrate::Statistics;
+use bristle::simulation::simulate;
+
+/// Counts may differ by this share between processors, whose sines differ in the last digit.
+const MARGIN: f64 = 0.02;
+
+#[test]
+fn work_of_typical_passes() {
+    // Steps, rejected steps, Newton iterations, Newton failures, factorisations, events: after a change that is meant,
+    // the message of the failed assertion shows the new ones.
+    let expected = [
+        ((25, 10.0, 1e-3), [413, 35, 4091, 2, 465, 8]),
+        ((25, 30.0, 5e-3), [468, 43, 4765, 3, 533, 10]),
+        ((25, 2.5, 5e-3), [858, 24, 8191, 4, 902, 6]),
+        ((5, 20.0, 2e-3), [358, 11, 3709, 3, 394, 10]),
+    ];
+    for ((segments, velocity, depth), expected) in expected {
+        let statistics = simulate(&common::case(segments, velocity, depth)).expect("the pass ends").statistics;
+        let Statistics { steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events } =
+            statistics;
+        let counts = [steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events];
+        for (count, expected) in counts.into_iter().zip(expected) {
+            let difference = count.abs_diff(expected) as f64;
+            // Small counts may differ by one or two.
+            assert!(difference <= (MARGIN * expected as f64).max(2.0), "v_b = {velocity}: {counts:?}");
+        }
+    }
+}
