@@ -1,6 +1,6 @@
 //! Differentiation: gradients by one reverse sweep, Jacobians and time derivatives by forward sweeps.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::graph::{Graph, Node, NodeId};
 
@@ -41,71 +41,94 @@ fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
 /// One reverse sweep: the number of nodes made is a small multiple of those that `function` needs, whatever the
 /// number of variables.
 pub fn gradient(graph: &mut Graph, function: NodeId, variables: &[NodeId]) -> Vec<NodeId> {
-    let depends = dependent_nodes(graph, &[function], variables);
-    let mut adjoints: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-    if depends.contains(&function) {
-        adjoints.insert(function, graph.integer(1));
+    let needed = graph.reachable(&[function]);
+    let depends = dependence(graph, &needed, variables);
+    let mut adjoints: Vec<Option<NodeId>> = vec![None; depends.len()];
+    if depends[function.index()] {
+        adjoints[function.index()] = Some(graph.integer(1));
     }
-    for &id in depends.iter().rev() {
-        let Some(&adjoint) = adjoints.get(&id) else { continue };
+    for &id in needed.iter().rev() {
+        let Some(adjoint) = adjoints[id.index()] else { continue };
         let slopes = local_derivatives(graph, id);
         for (operand, slope) in graph.node(id).operands().zip(slopes) {
-            if depends.contains(&operand) {
+            if depends[operand.index()] {
                 let contribution = graph.mul(adjoint, slope);
-                accumulate(graph, &mut adjoints, operand, contribution);
+                accumulate(graph, &mut adjoints[operand.index()], contribution);
             }
         }
     }
     let zero = graph.integer(0);
-    variables.iter().map(|variable| adjoints.get(variable).copied().unwrap_or(zero)).collect()
+    variables.iter().map(|variable| adjoints.get(variable.index()).copied().flatten().unwrap_or(zero)).collect()
 }
 
-fn accumulate(graph: &mut Graph, sums: &mut BTreeMap<NodeId, NodeId>, key: NodeId, term: NodeId) {
-    let sum = match sums.get(&key) {
+fn accumulate(graph: &mut Graph, sum: &mut Option<NodeId>, term: NodeId) {
+    *sum = Some(match *sum {
         None => term,
-        Some(&sum) => graph.add(sum, term),
-    };
-    sums.insert(key, sum);
+        Some(sum) => graph.add(sum, term),
+    });
 }
 
-/// The nodes that `outputs` need and that depend on one of `variables`.
-fn dependent_nodes(graph: &Graph, outputs: &[NodeId], variables: &[NodeId]) -> BTreeSet<NodeId> {
-    let mut dependent = BTreeSet::new();
-    for id in graph.reachable(outputs) {
-        if variables.contains(&id) || graph.node(id).operands().any(|operand| dependent.contains(&operand)) {
-            dependent.insert(id);
+/// Which of the `needed` nodes depend on one of `variables`, by index up to the last of them.
+fn dependence(graph: &Graph, needed: &[NodeId], variables: &[NodeId]) -> Vec<bool> {
+    let mut depends = vec![false; needed.last().map_or(0, |last| last.index() + 1)];
+    for variable in variables {
+        if let Some(entry) = depends.get_mut(variable.index()) {
+            *entry = true;
         }
     }
-    dependent
+    for &id in needed {
+        if graph.node(id).operands().any(|operand| depends[operand.index()]) {
+            depends[id.index()] = true;
+        }
+    }
+    depends
 }
 
 /// The derivative of `outputs` along a direction: each key of `rates` changes at the rate of its value.
 pub fn directional_derivative(graph: &mut Graph, outputs: &[NodeId], rates: &BTreeMap<NodeId, NodeId>) -> Vec<NodeId> {
-    let sources: Vec<NodeId> = rates.keys().copied().collect();
-    let mut tangents: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-    for id in dependent_nodes(graph, outputs, &sources) {
-        if let Some(&rate) = rates.get(&id) {
-            tangents.insert(id, rate);
+    let needed = graph.reachable(outputs);
+    push_forward(graph, &needed, outputs, rates)
+}
+
+/// [`directional_derivative`], for outputs whose `needed` nodes are known.
+fn push_forward(
+    graph: &mut Graph,
+    needed: &[NodeId],
+    outputs: &[NodeId],
+    rates: &BTreeMap<NodeId, NodeId>,
+) -> Vec<NodeId> {
+    let mut tangents: Vec<Option<NodeId>> = vec![None; needed.last().map_or(0, |last| last.index() + 1)];
+    for (variable, &rate) in rates {
+        if let Some(tangent) = tangents.get_mut(variable.index()) {
+            *tangent = Some(rate);
+        }
+    }
+    for &id in needed {
+        let node = graph.node(id);
+        if rates.contains_key(&id) || !node.operands().any(|operand| tangents[operand.index()].is_some()) {
             continue;
         }
         let slopes = local_derivatives(graph, id);
-        for (operand, slope) in graph.node(id).operands().zip(slopes) {
-            if let Some(&tangent) = tangents.get(&operand) {
+        let mut sum = None;
+        for (operand, slope) in node.operands().zip(slopes) {
+            if let Some(tangent) = tangents[operand.index()] {
                 let contribution = graph.mul(slope, tangent);
-                accumulate(graph, &mut tangents, id, contribution);
+                accumulate(graph, &mut sum, contribution);
             }
         }
+        tangents[id.index()] = sum.filter(|&sum| !graph.is_zero(sum));
     }
     let zero = graph.integer(0);
-    outputs.iter().map(|output| tangents.get(output).copied().unwrap_or(zero)).collect()
+    outputs.iter().map(|output| tangents[output.index()].unwrap_or(zero)).collect()
 }
 
 /// The Jacobian of `outputs` (rows) with respect to `variables` (columns).
 pub fn jacobian(graph: &mut Graph, outputs: &[NodeId], variables: &[NodeId]) -> Vec<Vec<NodeId>> {
+    let needed = graph.reachable(outputs);
     let mut rows = vec![Vec::with_capacity(variables.len()); outputs.len()];
     let one = graph.integer(1);
     for &variable in variables {
-        let column = directional_derivative(graph, outputs, &BTreeMap::from([(variable, one)]));
+        let column = push_forward(graph, &needed, outputs, &BTreeMap::from([(variable, one)]));
         for (row, entry) in rows.iter_mut().zip(column) {
             row.push(entry);
         }

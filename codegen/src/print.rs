@@ -169,8 +169,7 @@ impl<'a> Printer<'a> {
                 (number(value), strength)
             }
             Node::Symbol(symbol) => return self.graph.symbols()[symbol.index()].notation.clone(),
-            Node::Add(a, b) => (format!("{} + {}", of(a, SUM), of(b, SUM)), SUM),
-            Node::Sub(a, b) => (format!("{} − {}", of(a, SUM), of(b, PRODUCT)), SUM),
+            Node::Add(..) | Node::Sub(..) => (self.sum(id), SUM),
             Node::Neg(a) => (format!("−{}", of(a, PRODUCT)), SUM),
             Node::Mul(a, b) => match self.graph.as_constant(a) {
                 Some(factor) if factor.is_negative() => {
@@ -190,6 +189,34 @@ impl<'a> Printer<'a> {
             }
         };
         if strength < context { format!("({text})") } else { text }
+    }
+
+    /// The terms with their signs. Without recursion: a sum can have more terms than the stack has room for.
+    fn sum(&self, id: NodeId) -> String {
+        let mut text = String::new();
+        let mut pending = vec![(id, false)];
+        while let Some((id, negative)) = pending.pop() {
+            match self.graph.node(id) {
+                Node::Add(a, b) if !self.arguments.contains_key(&id) || text.is_empty() => {
+                    pending.extend([(b, negative), (a, negative)]);
+                }
+                Node::Sub(a, b) if !self.arguments.contains_key(&id) || text.is_empty() => {
+                    pending.extend([(b, !negative), (a, negative)]);
+                }
+                _ => {
+                    let first = text.is_empty() && !negative;
+                    let term = self.expression(id, if first { SUM } else { PRODUCT });
+                    text.push_str(match (text.is_empty(), negative) {
+                        (true, false) => "",
+                        (true, true) => "−",
+                        (false, false) => " + ",
+                        (false, true) => " − ",
+                    });
+                    text.push_str(&term);
+                }
+            }
+        }
+        text
     }
 
     /// The factors in the customary order: numbers, symbols, functions, sums.
