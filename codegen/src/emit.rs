@@ -120,16 +120,21 @@ fn given(kernel: &Kernel) -> BTreeMap<NodeId, Ident> {
 /// # Errors
 /// [`EmitError`] says which kernel cannot be written, and why.
 pub fn emit(kernels: &[Kernel], header: &str) -> Result<String, EmitError> {
-    let mut tokens = TokenStream::new();
+    let mut text: String = header.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect();
     for kernel in kernels {
-        tokens.extend(emit_kernel(kernel)?);
+        text.push('\n');
+        text.push_str(&emit_kernel(kernel)?);
     }
-    let file = syn::parse2(tokens).map_err(|error| EmitError::Syntax(error.to_string()))?;
-    let header: String = header.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect();
-    Ok(format!("{header}\n{}", prettyplease::unparse(&file)))
+    Ok(text)
 }
 
-fn emit_kernel(kernel: &Kernel) -> Result<TokenStream, EmitError> {
+/// `tokens` as formatted source.
+fn format(tokens: TokenStream) -> Result<String, EmitError> {
+    let file = syn::parse2(tokens).map_err(|error| EmitError::Syntax(error.to_string()))?;
+    Ok(prettyplease::unparse(&file))
+}
+
+fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
     let function = format_ident!("{}", kernel.name);
     let result = format_ident!("{}", camel_case(&kernel.name));
     let body = Body::new(kernel)?;
@@ -144,9 +149,8 @@ fn emit_kernel(kernel: &Kernel) -> Result<TokenStream, EmitError> {
     let inline = (count_operations(kernel).total() < MAX_INLINED_OPERATIONS).then(|| quote!(#[inline(always)]));
     let fields = kernel.outputs.iter().map(field);
     let values = kernel.outputs.iter().map(|output| body.value(output));
-    let statements = &body.statements;
     let result_doc = format!(" Result of [`{}`].", kernel.name);
-    Ok(quote! {
+    let source = format(quote! {
         #[doc = #result_doc]
         #[derive(Clone, Copy, Debug)]
         pub struct #result<T> {
@@ -157,10 +161,11 @@ fn emit_kernel(kernel: &Kernel) -> Result<TokenStream, EmitError> {
         #inline
         pub fn #function<T: Real>(#(#parameters),*) -> #result<T> {
             #(#bindings)*
-            #(#statements)*
+            statements!();
             #result { #(#values,)* }
         }
-    })
+    })?;
+    Ok(source.replacen("    statements!();\n", &body.statements, 1))
 }
 
 fn camel_case(name: &str) -> String {
@@ -216,11 +221,14 @@ fn field(output: &Output) -> TokenStream {
     }
 }
 
-/// The statements of a function, and the expression of every node that they make available.
+/// So many statements are formatted at a time: their syntax trees are a hundred times larger than their text.
+const STATEMENTS_AT_A_TIME: usize = 4096;
+
+/// The statements of a function, and the expressions of the nodes that they make available to its result.
 struct Body {
     /// How often each node is an operand or an output.
     uses: BTreeMap<NodeId, usize>,
-    statements: Vec<TokenStream>,
+    statements: String,
     expressions: BTreeMap<NodeId, syn::Expr>,
 }
 
@@ -235,7 +243,8 @@ impl Body {
         for operand in order.iter().flat_map(|&id| kernel.graph.node(id).operands()).chain(outputs(kernel)) {
             *uses.entry(operand).or_default() += 1;
         }
-        let mut body = Self { uses: BTreeMap::new(), statements: Vec::new(), expressions: BTreeMap::new() };
+        let mut body = Self { uses: uses.clone(), statements: String::new(), expressions: BTreeMap::new() };
+        let mut statements = Vec::new();
         let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
         for (id, name) in given {
             body.expressions.insert(id, syn::parse_quote!(#name));
@@ -245,20 +254,31 @@ impl Body {
         for id in order {
             let node = kernel.graph.node(id);
             let expression = body.operation(kernel, node)?;
+            for operand in node.operands() {
+                // What is not used again is not kept.
+                let left = uses.get_mut(&operand).expect("every operand is counted");
+                *left -= 1;
+                if *left == 0 {
+                    body.expressions.remove(&operand);
+                }
+            }
             let depth = 1 + node.operands().filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
             // A power repeats its base and a constant is as short as a name.
-            let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
+            let shared = body.uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
             if shared && !matches!(node, Node::Constant(_)) {
                 let name = format_ident!("t{names}");
                 names += 1;
-                body.statements.push(quote!(let #name = #expression;));
+                statements.push(quote!(let #name = #expression;));
+                if statements.len() == STATEMENTS_AT_A_TIME {
+                    body.statements.push_str(&format_statements(&std::mem::take(&mut statements))?);
+                }
                 body.expressions.insert(id, syn::parse_quote!(#name));
             } else {
                 body.expressions.insert(id, expression);
                 depths.insert(id, depth);
             }
         }
-        body.uses = uses;
+        body.statements.push_str(&format_statements(&statements)?);
         Ok(body)
     }
 
@@ -311,6 +331,15 @@ impl Body {
             }
         }
     }
+}
+
+/// Statements as the lines of a function's body.
+fn format_statements(statements: &[TokenStream]) -> Result<String, EmitError> {
+    let function = format(quote!(fn body() { #(#statements)* }))?;
+    let mut lines: Vec<&str> = function.lines().collect();
+    // Without the function around them; an empty one is a single line.
+    lines.pop();
+    Ok(lines.iter().skip(1).map(|line| format!("{line}\n")).collect())
 }
 
 fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
