@@ -1,0 +1,126 @@
+//! Is it right? Values from independent codes: `derivations/README.md` says which, and how to make them again.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use bristle::evaluation::{State, evaluate};
+use bristle::settings::FilamentSettings;
+use bristle::simulation::simulate;
+use serde::Deserialize;
+
+fn data(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[derive(Deserialize)]
+struct ReferenceStates {
+    states: Vec<ReferenceState>,
+}
+
+#[derive(Deserialize)]
+struct ReferenceState {
+    kind: String,
+    youngs_modulus_pa: f64,
+    base_angle: f64,
+    base_rate: f64,
+    base_acceleration: f64,
+    gravity: [f64; 3],
+    q: Vec<f64>,
+    v: Vec<f64>,
+    accelerations: Vec<f64>,
+    mass_matrix: Option<Vec<Vec<f64>>>,
+    kinetic_energy_j: f64,
+    potential_energy_j: f64,
+    dissipation_w: f64,
+    tip_position_m: [f64; 3],
+}
+
+#[test]
+fn equations_agree_with_60_digit_arithmetic() {
+    let reference: ReferenceStates = serde_json::from_str(&data("reference_states.json")).expect("the file is JSON");
+    assert!(reference.states.len() > 20);
+    for expected in reference.states {
+        let segments = expected.q.len() / 2;
+        let state = State {
+            base_angle: expected.base_angle,
+            base_rate: expected.base_rate,
+            base_acceleration: expected.base_acceleration,
+            gravity: expected.gravity,
+            q: expected.q,
+            v: expected.v,
+        };
+        let filament =
+            FilamentSettings { youngs_modulus_pa: expected.youngs_modulus_pa, ..common::filament(segments) };
+        let result = evaluate(&filament, 0.14, &state).expect("the state is regular");
+        let case = format!("{}, n = {segments}", expected.kind);
+
+        // A torque that should vanish is known to one rounding of c, which over J is 1e-6 rad/s² at n = 25.
+        let largest = common::largest(&expected.accelerations);
+        for (value, exact) in result.accelerations.iter().zip(&expected.accelerations) {
+            let error = (value - exact).abs();
+            assert!(error < 1e-12 * largest + 1e-5, "{case}: {value} {exact}");
+        }
+        for (row, exact) in result.mass_matrix.iter().zip(expected.mass_matrix.iter().flatten()) {
+            for (value, exact) in row.iter().zip(exact) {
+                assert!((value - exact).abs() < 1e-14 * result.mass_matrix[0][0], "{case}: {value} {exact}");
+            }
+        }
+        let scalars = [
+            (result.kinetic_energy_j, expected.kinetic_energy_j),
+            (result.potential_energy_j, expected.potential_energy_j),
+            (result.dissipation_w, expected.dissipation_w),
+        ];
+        for (value, exact) in scalars {
+            // Where the exact value is a rounding of the inputs (1e-30), so is the result.
+            assert!((value - exact).abs() <= 1e-12 * exact.abs() + 1e-28, "{case}: {value} {exact}");
+        }
+        for (value, exact) in result.tip_position_m.into_iter().zip(expected.tip_position_m) {
+            assert!((value - exact).abs() < 1e-15, "{case}: {value} {exact}");
+        }
+    }
+}
+
+#[derive(Deserialize)]
+struct ReferenceContact {
+    brushing_velocity_m_s: f64,
+    penetration_depth_m: f64,
+    contact_time_s: f64,
+    contact_time_ratio: f64,
+    contact_count: usize,
+    contact_normal_impulse_n_s: f64,
+    peak_contact_normal_force_n: f64,
+    max_tip_deflection_m: f64,
+    tool_contact_normal_force_n: f64,
+}
+
+#[test]
+fn contacts_agree_with_a_planar_code() {
+    let text = data("reference_contacts.csv");
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut contacts = 0;
+    for expected in reader.deserialize::<ReferenceContact>() {
+        let expected = expected.expect("the file has the metric columns");
+        let settings = common::case(25, expected.brushing_velocity_m_s, expected.penetration_depth_m);
+        let metrics = simulate(&settings).expect("the pass ends").metrics;
+        // At the default tolerance of 1e-6 per step; times are more sensitive, because they end where the tip leaves
+        // slowly.
+        let pairs = [
+            (metrics.contact_normal_impulse_n_s, expected.contact_normal_impulse_n_s, 1e-5),
+            (metrics.tool_contact_normal_force_n, expected.tool_contact_normal_force_n, 1e-5),
+            (metrics.max_tip_deflection_m, expected.max_tip_deflection_m, 1e-5),
+            (metrics.peak_contact_normal_force_n, expected.peak_contact_normal_force_n, 1e-4),
+            (metrics.contact_time_s, expected.contact_time_s, 1e-4),
+            (metrics.contact_time_ratio, expected.contact_time_ratio, 1e-4),
+        ];
+        for (value, reference, tolerance) in pairs {
+            let error = (value / reference - 1.0).abs();
+            assert!(error < tolerance, "v_b = {}: {value} {reference}", expected.brushing_velocity_m_s);
+        }
+        assert_eq!(metrics.contact_count, expected.contact_count);
+        contacts += 1;
+    }
+    assert!(contacts >= 6);
+}
