@@ -29,6 +29,12 @@ use crate::files::{FileError, StagedFile, prepare_directory, read_text};
 const BAD_INPUT: u8 = 2;
 /// Exit status where a simulation failed.
 const SIMULATION_FAILED: u8 = 3;
+/// Names of the result files.
+const RUNS: &str = "runs.csv";
+const METRICS: &str = "metrics.json";
+const HISTORY: &str = "history.csv";
+/// Most threads that a study may ask for.
+const MAX_THREADS: u64 = 1024;
 /// Most failed cases that a study prints; the others stand in its file.
 const MAX_FAILURES_SHOWED: usize = 5;
 
@@ -89,8 +95,8 @@ struct StudyArgs {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Number of threads [default: one a core]; does not change the results
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
 }
 
 /// Simulate one contact, and write DIR/metrics.json and DIR/history.csv
@@ -138,7 +144,7 @@ struct DeriveArgs {
     /// Number of segments, 1 to 400
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
     segments: usize,
-    /// Form of the equations
+    /// Form of the equations; math is for reading, and takes minutes beyond 100 segments
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
     /// File to write instead of stdout
@@ -221,15 +227,16 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let study = Document::parse(&text, &name)?.study()?;
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.out, &[RUNS])?;
 
     let start = Instant::now();
     let bar = ProgressBar::new(study.case_count() as u64).with_style(progress_style());
-    let results = run_study(&study, arguments.threads, || bar.inc(1), simulate)?;
+    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
+    let results = run_study(&study, threads, || bar.inc(1), simulate)?;
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 
-    let runs = StagedFile::write(arguments.out.join("runs.csv"), |out| write_runs(out, &study, &results))?;
+    let runs = StagedFile::write(arguments.out.join(RUNS), |out| write_runs(out, &study, &results))?;
     let runs = runs.commit()?;
     say(study_tables(&study, &results));
     say(format_args!("{} cases in {seconds:.2} s", study.case_count()));
@@ -240,7 +247,8 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     if failures.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
-    say(format_args!("error: {} cases failed, see the column `status`:", failures.len()));
+    let cases = if failures.len() == 1 { "case" } else { "cases" };
+    say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
     for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWED) {
         say(format_args!("  row {}: {message}", case + 1));
     }
@@ -257,12 +265,12 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.out, &[METRICS, HISTORY])?;
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let simulation = simulate_with_history(&settings, samples)?;
-    let metrics = StagedFile::write(arguments.out.join("metrics.json"), |out| write_metrics(out, &simulation))?;
-    let history = StagedFile::write(arguments.out.join("history.csv"), |out| write_history(out, &simulation.history))?;
+    let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
+    let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
     Ok(ExitCode::SUCCESS)

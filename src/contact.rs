@@ -114,6 +114,13 @@ impl ContactLaw {
         ContactForce { normal, tangential: scale(-self.friction * normal / speed, approach.sliding) }
     }
 
+    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, none where a closed node is on the
+    /// other side of the event by less than the tolerance of its location.
+    pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
+        let force = self.force(approach);
+        if force.normal > 0.0 { force } else { ContactForce { normal: 0.0, tangential: [0.0; 3] } }
+    }
+
     fn regularised_speed(&self, approach: &Approach) -> f64 {
         (dot(approach.sliding, approach.sliding) + self.regularisation.powi(2)).sqrt()
     }

@@ -48,7 +48,8 @@ pub fn derive(segments: usize, format: DeriveFormat) -> Result<String, DeriveErr
                  To make it again: bristle derive --segments {segments} --format rust"
             );
             let source = emit(&whole_kernels(segments, Purpose::Computing), &header)?;
-            Ok(format!("{source}\nuse bristle::equations::Real;\n"))
+            // Below the header, which ends at the first empty line.
+            Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
         }
     }
 }

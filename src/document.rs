@@ -315,6 +315,10 @@ fn did_you_mean<'c>(written: &str, paths: impl Iterator<Item = &'c str>) -> Stri
     const CLOSE: f64 = 0.85;
     let last_part = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let written = last_part(written);
+    // A section is no misspelling: it was written without quotes around a dotted path.
+    if PARAMETERS.iter().any(|parameter| parameter.section() == written) {
+        return format!("a dotted path needs quotes, as in \"{written}.…\"");
+    }
     paths
         .map(|path| (strsim::jaro_winkler(&written, &last_part(path)), path))
         .max_by(|(left, _), (right, _)| left.total_cmp(right))

@@ -56,7 +56,7 @@ pub enum EvaluationError {
     },
     /// The equations have no finite solution there.
     #[error(
-        "the equations have no finite solution at this state: is a joint folded back on itself, or a segment at a pole?"
+        "the equations have no finite solution at this state: is a joint folded back on itself, a segment at a pole, or a number of extreme size?"
     )]
     NotFinite,
 }
@@ -90,7 +90,9 @@ pub fn evaluate(filament: &FilamentSettings, body_radius: f64, state: &State) ->
         dissipation_w: at(&whole.dissipation),
         tip_position_m: whole.tip.each_ref().map(at),
     };
-    let finite = evaluation.accelerations.iter().chain([&evaluation.potential_energy_j]).all(|value| value.is_finite());
+    let scalars = [evaluation.kinetic_energy_j, evaluation.potential_energy_j, evaluation.dissipation_w];
+    let vectors = evaluation.accelerations.iter().chain(&evaluation.tip_position_m).chain(&scalars);
+    let finite = vectors.chain(evaluation.mass_matrix.iter().flatten()).all(|value| value.is_finite());
     if finite { Ok(evaluation) } else { Err(EvaluationError::NotFinite) }
 }
 

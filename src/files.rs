@@ -1,7 +1,7 @@
 //! Result files that appear whole or not at all.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
@@ -22,15 +22,44 @@ impl FileError {
     }
 }
 
+/// A longer input file is taken for a mistake.
+const MAX_INPUT_BYTES: u64 = 64 << 20;
+
 /// Reads a text file.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    fs::read_to_string(path).map_err(|error| FileError::new("read", path, error))
+    let read = || {
+        let mut bytes = Vec::new();
+        fs::File::open(path)?.take(MAX_INPUT_BYTES + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > MAX_INPUT_BYTES {
+            return Err(io::Error::other(format!("it is longer than {} MiB", MAX_INPUT_BYTES >> 20)));
+        }
+        String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
+            io::Error::other(format!("line {line} is not UTF-8 text"))
+        })
+    };
+    read().map_err(|error| FileError::new("read", path, error))
 }
 
-/// Makes a directory where there is none, and makes sure that files can be made in it.
-pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
+/// Makes a directory where there is none, and makes sure that the files `names` can be made in it.
+pub fn prepare_directory(path: &Path, names: &[&str]) -> Result<(), FileError> {
+    for name in names {
+        writable_target(&path.join(name))?;
+    }
     fs::create_dir_all(path).map_err(|error| FileError::new("make the directory", path, error))?;
     temporary_file(path).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
+}
+
+/// The file that a target stands for, behind links; an error if that exists and is no regular file.
+fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
+    match fs::metadata(target) {
+        Ok(metadata) if !metadata.is_file() => {
+            Err(FileError::new("write", target, io::Error::other("it exists and is no regular file")))
+        }
+        Ok(_) => fs::canonicalize(target).map_err(|error| FileError::new("write", target, error)),
+        Err(_) => Ok(target.to_owned()),
+    }
 }
 
 /// A file under a temporary name beside its target, which [`StagedFile::commit`] gives its own name.
@@ -45,6 +74,7 @@ pub struct StagedFile {
 impl StagedFile {
     /// Writes a file's content under a temporary name.
     pub fn write(target: PathBuf, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<Self, FileError> {
+        let target = writable_target(&target)?;
         let directory = match target.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),

@@ -32,3 +32,8 @@ pub mod study;
 pub mod tables;
 pub mod tool;
 pub mod workpiece;
+
+/// Compiles and runs the code of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -104,7 +104,8 @@ impl Metrics {
             nominal_contact_time_s: nominal_time,
             contact_time_s: record.time,
             contact_length_m: nominal.brushing_velocity * record.time,
-            contact_time_ratio: record.nominal_time / nominal_time,
+            // A sum of steps can exceed the whole by a rounding.
+            contact_time_ratio: (record.nominal_time / nominal_time).min(1.0),
             contact_count: record.count,
             contact_normal_impulse_n_s: record.impulse,
             equivalent_contact_normal_force_n: if record.time > 0.0 { record.impulse / record.time } else { 0.0 },

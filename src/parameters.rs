@@ -103,7 +103,7 @@ impl Range {
     const FINITE: Self = Self::real(Bound::Unbounded, Bound::Unbounded);
     const POSITIVE: Self = Self::real(Bound::Excluded(0.0), Bound::Unbounded);
     const NOT_NEGATIVE: Self = Self::at_least(0.0);
-    const ANGLE: Self = Self::real(Bound::Excluded(0.0), Bound::Excluded(std::f64::consts::TAU));
+    const ANGLE: Self = Self::real(Bound::Included(0.0), Bound::Excluded(std::f64::consts::TAU));
 
     const fn real(lower: Bound<f64>, upper: Bound<f64>) -> Self {
         Self { whole: false, lower, upper }

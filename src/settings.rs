@@ -114,9 +114,10 @@ impl Default for ContactSettings {
 pub struct WorkpieceSettings {
     /// The kind of workpiece.
     pub kind: WorkpieceKind,
-    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`.
+    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`. The penetration depth
+    /// is measured along it.
     pub normal: [f64; 3],
-    /// Feed velocity `v_ft` of the workpiece along `x`, in m/s.
+    /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n × z`.
     pub feed_velocity_m_s: f64,
 }
 

@@ -8,7 +8,9 @@ use crate::equations::{Chain, Dynamics, Energies, StepWeights};
 use crate::filament;
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::{ESDIRK43, Tableau};
-use crate::integrate::{IntegrationError, Integrator, SecondOrderSystem, State, Statistics, Tolerances};
+use crate::integrate::{
+    IntegrationError, Integrator, RejectionCause, SecondOrderSystem, State, Statistics, Tolerances,
+};
 use crate::metrics::{ContactRecord, Metrics, NominalContact, tip_deflection};
 use crate::settings::Settings;
 use crate::tool::{ClampMotion, RoundTool};
@@ -176,7 +178,7 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
         for node in (0..self.closed.len()).filter(|&node| self.closed[node]) {
             let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
             let approach = self.law.approach(&self.workpiece, position, velocity, time);
-            let force = self.law.force(&approach);
+            let force = self.law.pressing_force(&approach);
             rates[integral::NORMAL_IMPULSE] += force.normal;
             if self.tracks_energy {
                 let surface = self.workpiece.surface(position, time);
@@ -245,9 +247,10 @@ impl Step<'_> {
 }
 
 /// More steps than this in one pass are taken for a failure.
-const MAX_STEPS: usize = 1_000_000;
-/// Repetitions of a step until its end lies on an event.
-const MAX_LANDINGS: usize = 12;
+const MAX_STEPS: usize = 300_000;
+/// Repetitions of a step until its end lies on an event: some by Newton's method, then by bisection to rounding.
+const MAX_NEWTON_LANDINGS: usize = 12;
+const MAX_LANDINGS: usize = 60;
 /// Points inside a step at which a node that may touch and leave again is looked at.
 const INNER_POINTS: usize = 8;
 
@@ -283,13 +286,16 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
         let step =
             Step { start: &start, end: &end, start_nodes: &start_nodes, end_nodes: &end_nodes, closed: &system.closed };
         let crossing = first_crossing(system, &step, location);
-        if let Some(crossing) = crossing
-            && crossing.after > 0.0
-        {
-            land(&mut integrator, system, &start, &mut end, &mut end_nodes, crossing, location)?;
-        }
         // A node that is past its event already, because another one ended the last step, switches on the spot.
-        if crossing.is_none_or(|crossing| crossing.after > 0.0) {
+        let on_the_spot = crossing.is_some_and(|crossing| crossing.after == 0.0);
+        if let Some(crossing) = crossing
+            && !on_the_spot
+            && let Err(cause) = land(&mut integrator, system, &start, &mut end, &mut end_nodes, crossing, location)
+        {
+            integrator.retreat(start.time, crossing.after, cause)?;
+            continue;
+        }
+        if !on_the_spot {
             observe(&Step {
                 start: &start,
                 end: &end,
@@ -348,10 +354,11 @@ fn first_crossing<M, W: Workpiece>(system: &FilamentSystem<M, W>, step: &Step<'_
         } else if after > 0.0 {
             1.0
         } else {
-            // The node may cross and come back: only worth a look if it moves that far within the step.
+            // The node may cross and come back: only worth a look if it moves that far within the step. (With contact
+            // damping its speed alone can make it cross.)
             let speed = |knots: &[Knot<3>]| dot(knots[node].rate, knots[node].rate).sqrt();
             let reach = step.length() * (speed(step.start_nodes) + speed(step.end_nodes));
-            if before.max(after) < -reach {
+            if system.law.damping == 0.0 && before.max(after) < -reach {
                 continue;
             }
             let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);
@@ -372,7 +379,8 @@ fn first_crossing<M, W: Workpiece>(system: &FilamentSystem<M, W>, step: &Step<'_
     first
 }
 
-/// Repeats the step until it ends on the event, to within half of `location`.
+/// Repeats the step until it ends on the event, to within half of `location`; where rounding does not allow that, on
+/// the first instant after it.
 fn land<M: ClampMotion, W: Workpiece>(
     integrator: &mut Integrator<COUNT>,
     system: &mut FilamentSystem<M, W>,
@@ -381,15 +389,16 @@ fn land<M: ClampMotion, W: Workpiece>(
     end_nodes: &mut [Knot<3>],
     crossing: Crossing,
     location: f64,
-) -> Result<(), IntegrationError> {
+) -> Result<(), RejectionCause> {
     let Crossing { node, after, past } = crossing;
     let (mut low, mut high, mut length) = (0.0, past, after);
-    for _ in 0..MAX_LANDINGS {
+    for landing in 0..MAX_LANDINGS {
         integrator.repeat(system, start, end, length)?;
         system.track(end, end_nodes);
         let Knot { value, rate, acceleration } = end_nodes[node];
         let here = excess(system, node, value, rate, end.time, location);
-        if here.abs() <= location / 2.0 {
+        let resolved = high - low <= 4.0 * f64::EPSILON * (start.time.abs() + high);
+        if here.abs() <= location / 2.0 || (resolved && here > 0.0) {
             break;
         }
         if here > 0.0 {
@@ -403,7 +412,12 @@ fn land<M: ClampMotion, W: Workpiece>(
         let slower = add(rate, scale(-back, acceleration));
         let slope = (here - excess(system, node, earlier, slower, end.time - back, location)) / back;
         let next = length - here / slope;
-        length = if next > low && next < high { next } else { (low + high) / 2.0 };
+        let inside = next > low && next < high && landing < MAX_NEWTON_LANDINGS;
+        length = match () {
+            () if resolved => high,
+            () if inside => next,
+            () => (low + high) / 2.0,
+        };
     }
     Ok(())
 }
@@ -510,8 +524,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<'_, M, W> {
         for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
             let (position, velocity) = step.node(node, s);
             let approach = self.law.approach(self.workpiece, position, velocity, step.time(s));
-            let force = self.law.force(&approach);
-            normal += force.normal.max(0.0);
+            let force = self.law.pressing_force(&approach);
+            normal += force.normal;
             tangential = add(tangential, force.tangential);
         }
         (normal, dot(tangential, tangential).sqrt())
@@ -551,6 +565,16 @@ pub struct Sample {
     pub dissipated_energy_j: f64,
 }
 
+impl Sample {
+    /// True if every value is a finite number.
+    fn is_finite(&self) -> bool {
+        let energies = [self.kinetic_energy_j, self.potential_energy_j, self.dissipated_energy_j];
+        let tip = [self.tip_x_m, self.tip_y_m, self.tip_z_m, self.tip_deflection_m];
+        let forces = [self.contact_normal_force_n, self.contact_tangential_force_n];
+        energies.iter().chain(&tip).chain(&forces).all(|value| value.is_finite())
+    }
+}
+
 /// The result of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
@@ -568,8 +592,8 @@ pub enum SimulationError {
     /// The integration stopped.
     #[error(transparent)]
     Integration(#[from] IntegrationError),
-    /// A metric is infinite or not a number.
-    #[error("the metrics of the pass are not finite; are the settings of extreme size?")]
+    /// A metric or a sample is infinite or not a number.
+    #[error("the results of the pass are not finite; are the settings of extreme size?")]
     NotFinite,
 }
 
@@ -592,8 +616,9 @@ pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simu
     Pass::new(settings).run(samples)
 }
 
-/// One pass of the filament of a round tool over a plane.
-struct Pass {
+/// One pass of the filament of a round tool over a plane: what [`simulate`] integrates.
+#[derive(Clone, Debug)]
+pub struct Pass {
     chain: Chain<f64>,
     tool: RoundTool,
     law: ContactLaw,
@@ -601,72 +626,96 @@ struct Pass {
     nominal: NominalContact,
     filament_length: f64,
     filament_count: f64,
-    tolerance: f64,
-    /// A rate in rad/s that is small for a vibrating filament, so that a slow tool does not ask for absurd digits.
-    slow_rate: f64,
+    tolerances: Tolerances,
     lead_angle: f64,
     tail_angle: f64,
 }
 
 impl Pass {
-    fn new(settings: &Settings) -> Self {
+    /// The pass that `settings` state.
+    pub fn new(settings: &Settings) -> Self {
         let Settings { tool, filament, contact, workpiece, process, solver } = settings;
         let nominal = NominalContact::of(settings);
         let [x, y, _] = workpiece.normal;
         // The tips are deepest opposite to the normal; for the default plane that is β = −π/2.
         let deepest = (-y).atan2(-x);
-        let tool = RoundTool {
-            body_radius: tool.body_radius_m,
-            rate: nominal.rate(),
-            initial_angle: deepest - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
-        };
+        // A rate that is small for a vibrating filament, so that a slow tool does not ask for absurd digits.
+        let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         Self {
             chain: filament::chain(filament, process.gravity_m_s2),
-            tool,
+            tool: RoundTool {
+                body_radius: tool.body_radius_m,
+                rate: nominal.rate(),
+                initial_angle: deepest - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
+            },
             law: ContactLaw::from(contact),
             plane: Plane::of(workpiece, nominal.tool_radius, process.penetration_depth_m),
             nominal,
             filament_length: filament.length_m,
-            filament_count: settings.tool.filament_count,
-            tolerance: solver.relative_tolerance,
-            slow_rate: 0.01 * filament::first_natural_frequency(filament),
+            filament_count: tool.filament_count,
+            tolerances: Tolerances {
+                relative: solver.relative_tolerance,
+                angle_scale: 1.0,
+                rate_scale: (nominal.brushing_velocity / filament.length_m).max(slow_rate),
+            },
             lead_angle: process.lead_angle_rad,
             tail_angle: process.tail_angle_rad,
         }
     }
 
-    fn run(&self, samples: usize) -> Result<Simulation, SimulationError> {
-        let rate = self.tool.rate;
-        let end_angle = self.lead_angle + self.nominal.contact_angle() + self.tail_angle;
-        let end_time = end_angle / rate;
-        let tracks_energy = samples > 0;
-        let mut system = FilamentSystem::new(self.chain, self.tool, self.law, self.plane, tracks_energy);
-        // Straight, turning rigidly with the body.
+    /// The filament and what it meets; see [`FilamentSystem::new`].
+    pub fn system(&self, tracks_energy: bool) -> FilamentSystem<RoundTool, Plane> {
+        FilamentSystem::new(self.chain, self.tool, self.law, self.plane, tracks_energy)
+    }
+
+    /// The start: straight, turning rigidly with the body, at time zero.
+    pub fn start(&self, system: &mut FilamentSystem<RoundTool, Plane>) -> FilamentState {
         let n = self.chain.segments;
         let q = vec![[std::f64::consts::FRAC_PI_2, self.tool.initial_angle]; n];
-        let start = system.state(0.0, q, vec![[0.0, rate]; n]);
-        let tolerances = Tolerances {
-            relative: self.tolerance,
-            angle_scale: 1.0,
-            rate_scale: (self.nominal.brushing_velocity / self.filament_length).max(self.slow_rate),
-        };
+        system.state(0.0, q, vec![[0.0, self.tool.rate]; n])
+    }
+
+    /// Time of nominal entry, of nominal exit, and of the end, in s.
+    pub fn times(&self) -> [f64; 3] {
+        let exit = self.lead_angle + self.nominal.contact_angle();
+        [self.lead_angle, exit, exit + self.tail_angle].map(|angle| angle / self.tool.rate)
+    }
+
+    /// Integrates the pass in `system` from `start` to its end; see [`integrate`].
+    ///
+    /// # Errors
+    /// If a step cannot be taken.
+    pub fn integrate(
+        &self,
+        system: &mut FilamentSystem<RoundTool, Plane>,
+        start: FilamentState,
+        observe: impl FnMut(&Step<'_>),
+    ) -> Result<(FilamentState, Statistics), IntegrationError> {
+        let [_, _, end_time] = self.times();
+        integrate(system, start, end_time, &ESDIRK43, self.tolerances, observe)
+    }
+
+    fn run(&self, samples: usize) -> Result<Simulation, SimulationError> {
+        let [nominal_entry, nominal_exit, end_time] = self.times();
+        let mut system = self.system(samples > 0);
+        let start = self.start(&mut system);
         let mut observer = ContactObserver {
             motion: &self.tool,
             law: &self.law,
             workpiece: &self.plane,
             filament_length: self.filament_length,
-            nominal_entry: self.lead_angle / rate,
-            nominal_exit: (end_angle - self.tail_angle) / rate,
+            nominal_entry,
+            nominal_exit,
             record: ContactRecord::default(),
             was_closed: false,
         };
         let mut sampler = Sampler::new(self.chain, samples, end_time);
-        let (_, statistics) = integrate(&mut system, start, end_time, &ESDIRK43, tolerances, |step| {
+        let (_, statistics) = self.integrate(&mut system, start, |step| {
             observer.observe(step);
             sampler.observe(step, &observer);
         })?;
         let metrics = Metrics::new(&self.nominal, &observer.record, self.filament_count);
-        if !metrics.is_finite() {
+        if !(metrics.is_finite() && sampler.history.iter().all(Sample::is_finite)) {
             return Err(SimulationError::NotFinite);
         }
         Ok(Simulation { metrics, statistics, history: sampler.history })

@@ -99,8 +99,13 @@ impl Axis {
         if last >= MAX_CASES as f64 {
             return Err(AxisError::TooManyValues);
         }
-        let values = (0..=last as usize).map(|index| without_rounding_noise(start + index as f64 * step));
-        Self::list(parameter, values.collect())
+        let last = last as usize;
+        let value = |index: usize| match index {
+            0 => start,
+            _ if index == last && (steps - last as f64).abs() <= SLACK => stop,
+            _ => without_rounding_noise(start + index as f64 * step),
+        };
+        Self::list(parameter, (0..=last).map(value).collect())
     }
 
     /// The swept setting.

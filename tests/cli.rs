@@ -407,7 +407,11 @@ fn bad_settings_are_refused_with_key_and_line() {
             "process.gravity_m_s2",
         ),
         ("penetration_depth_m = 1.0e-3", "penetration_depth_m = 1.0e-3\ngravity_m_s2 = 9.81", "process.gravity_m_s2"),
-        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = 1.0e-3\nlead_angle_rad = 0", "process.lead_angle_rad"),
+        (
+            "penetration_depth_m = 1.0e-3",
+            "penetration_depth_m = 1.0e-3\nlead_angle_rad = -0.1",
+            "process.lead_angle_rad",
+        ),
         (
             "penetration_depth_m = 1.0e-3",
             "penetration_depth_m = 1.0e-3\ntail_angle_rad = 6.2",

@@ -52,8 +52,7 @@ fn equations_agree_with_60_digit_arithmetic() {
             q: expected.q,
             v: expected.v,
         };
-        let filament =
-            FilamentSettings { youngs_modulus_pa: expected.youngs_modulus_pa, ..common::filament(segments) };
+        let filament = FilamentSettings { youngs_modulus_pa: expected.youngs_modulus_pa, ..common::filament(segments) };
         let result = evaluate(&filament, 0.14, &state).expect("the state is regular");
         let case = format!("{}, n = {segments}", expected.kind);
 

@@ -100,7 +100,7 @@ pub struct Energies<T> {
     pub spring: T,
     /// `E_grav` in J.
     pub gravity: T,
-    /// The dissipation function `D` in W; the dampers take `2 D` when the clamp is at rest.
+    /// The dissipation function `D` in W; the dampers take `2 D`.
     pub dissipation: T,
     /// Power of the torque at the clamp in W: `(∂E_spring/∂e_0 + ∂D/∂ė_0)·ė_0`.
     pub clamp_torque_power: T,
@@ -247,7 +247,8 @@ impl<T: Real> Dynamics<T> {
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
     ///
     /// Exact up to rounding: the solution of `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`.
+    /// forming `M`. Joint torques are exact to one rounding of `c`, so that in a nearly straight filament small
+    /// components are known to some 1e-16 of what a bend of one radian would give.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.

@@ -150,29 +150,41 @@ impl<const Q: usize> Integrator<Q> {
                     cause
                 }
             };
-            let resolution = f64::EPSILON * start.time.abs().max(MIN_STEP_SHARE * remaining);
-            if self.step < MIN_STEP_ROUNDINGS * resolution {
-                return Err(IntegrationError::StepTooSmall { time: start.time, step: self.step, cause });
-            }
+            self.check_step(start.time, remaining, cause)?;
         }
+    }
+
+    /// Refuses a next step that cannot advance the time.
+    fn check_step(&self, time: f64, remaining: f64, cause: RejectionCause) -> Result<(), IntegrationError> {
+        let resolution = f64::EPSILON * time.abs().max(MIN_STEP_SHARE * remaining);
+        if self.step < MIN_STEP_ROUNDINGS * resolution {
+            return Err(IntegrationError::StepTooSmall { time, step: self.step, cause });
+        }
+        Ok(())
     }
 
     /// Repeats the last step with the length `step` (s), to land on an event inside it.
     ///
     /// # Errors
-    /// If the shorter step fails, which an accepted longer one makes unlikely.
+    /// If the shorter step fails; [`Integrator::retreat`] then leads on.
     pub fn repeat(
         &mut self,
         system: &mut impl SecondOrderSystem<Q>,
         start: &State<Q>,
         end: &mut State<Q>,
         step: f64,
-    ) -> Result<(), IntegrationError> {
-        self.attempt(system, start, end, step).map(|_| ()).map_err(|cause| IntegrationError::StepTooSmall {
-            time: start.time,
-            step,
-            cause,
-        })
+    ) -> Result<(), RejectionCause> {
+        self.attempt(system, start, end, step).map(|_| ())
+    }
+
+    /// Gives a step of the length `step` (s) up after a failed [`Integrator::repeat`]: the next one is shorter.
+    ///
+    /// # Errors
+    /// If it would be too short to advance the time.
+    pub fn retreat(&mut self, time: f64, step: f64, cause: RejectionCause) -> Result<(), IntegrationError> {
+        self.statistics.newton_failures += 1;
+        self.step = NEWTON_FACTOR * step;
+        self.check_step(time, step, cause)
     }
 
     fn accept(&mut self, step: f64, error: f64, limited: bool) {

@@ -75,7 +75,7 @@ pub struct Tolerances {
 pub enum IntegrationError {
     /// The step became too small to advance the time.
     #[error(
-        "the step shrank to {step:.3e} s at t = {time:.9e} s ({cause}); try a looser relative tolerance or a softer contact"
+        "no step is accepted, down to {step:.3e} s at t = {time:.9e} s ({cause}); try a looser relative tolerance or a softer contact"
     )]
     StepTooSmall {
         /// Time in s.
@@ -86,7 +86,9 @@ pub enum IntegrationError {
         cause: RejectionCause,
     },
     /// More steps than any sensible case takes.
-    #[error("{steps} steps reached only t = {time:.9e} s with steps of {step:.3e} s; try a looser relative tolerance")]
+    #[error(
+        "{steps} steps reached only t = {time:.9e} s, with steps of {step:.3e} s at last; try more damping, a larger friction regularisation, or a looser relative tolerance"
+    )]
     TooManySteps {
         /// Steps taken.
         steps: usize,
@@ -97,7 +99,7 @@ pub enum IntegrationError {
     },
     /// The state at the start of a step has no finite accelerations.
     #[error(
-        "the accelerations at t = {time:.9e} s are not finite; a joint is folded back on itself or a segment is at a pole"
+        "the accelerations at t = {time:.9e} s are not finite: a setting of extreme size, a joint folded back on itself, or a segment at a pole"
     )]
     NotFinite {
         /// Time in s.
@@ -121,7 +123,7 @@ impl std::fmt::Display for RejectionCause {
         formatter.write_str(match self {
             Self::Error => "the error estimate stays above the tolerance",
             Self::Newton => "Newton's method does not converge",
-            Self::NotFinite => "the equations are not finite: a joint folds back on itself or a segment nears a pole",
+            Self::NotFinite => "the equations are not finite (a setting of extreme size, a joint folded back on itself, or a segment at a pole)",
         })
     }
 }
