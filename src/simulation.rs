@@ -178,7 +178,8 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
         for node in (0..self.closed.len()).filter(|&node| self.closed[node]) {
             let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
             let approach = self.law.approach(&self.workpiece, position, velocity, time);
-            let force = self.law.pressing_force(&approach);
+            // The smooth law, also where it pulls: stages of a step that ends on an opening can lie past it.
+            let force = self.law.force(&approach);
             rates[integral::NORMAL_IMPULSE] += force.normal;
             if self.tracks_energy {
                 let surface = self.workpiece.surface(position, time);
@@ -509,7 +510,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<'_, M, W> {
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
         self.was_closed = closed;
-        self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE];
+        // A touch whose force underflows can leave less than zero.
+        self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
         self.record.max_deflection = maximum_in_step(|s| self.deflection(step, s), self.record.max_deflection);
     }
 

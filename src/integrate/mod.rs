@@ -75,7 +75,7 @@ pub struct Tolerances {
 pub enum IntegrationError {
     /// The step became too small to advance the time.
     #[error(
-        "no step is accepted, down to {step:.3e} s at t = {time:.9e} s ({cause}); try a looser relative tolerance or a softer contact"
+        "no step is accepted at t = {time:.9e} s, down to {step:.3e} s: {cause}; try a softer contact, more damping, or another relative tolerance"
     )]
     StepTooSmall {
         /// Time in s.
@@ -123,7 +123,7 @@ impl std::fmt::Display for RejectionCause {
         formatter.write_str(match self {
             Self::Error => "the error estimate stays above the tolerance",
             Self::Newton => "Newton's method does not converge",
-            Self::NotFinite => "the equations are not finite (a setting of extreme size, a joint folded back on itself, or a segment at a pole)",
+            Self::NotFinite => "the equations are not finite, for a setting of extreme size, a joint folded back on itself, or a segment at a pole",
         })
     }
 }
