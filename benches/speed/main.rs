@@ -1,0 +1,168 @@
+//! How long the parts of a simulation take, by criterion.
+//!
+//! ```text
+//! cargo bench --bench speed                    # all groups
+//! cargo bench --bench speed -- accelerations   # one of them
+//! ```
+//!
+//! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of
+//! the paper's case, v_b = 10 m/s, a_e = 1 mm, n = 25. `derivation`: the equations, from energies to Rust.
+
+mod fixed_size;
+
+use std::hint::black_box;
+
+use bristle::document::Document;
+use bristle::equations::{Clamp, Dynamics, NoLoads, StepWeights};
+use bristle::filament;
+use bristle::settings::Settings;
+use bristle::simulation::simulate;
+use bristle::tool::radial_clamp;
+use bristle_codegen::emit::emit;
+use bristle_codegen::kernels::kernels;
+use bristle_codegen::whole::{Purpose, whole_kernels};
+use criterion::{Criterion, criterion_group, criterion_main};
+
+const SEGMENT_COUNTS: [usize; 2] = [25, 100];
+
+/// The paper's case, v_b = 10 m/s and a_e = 1 mm.
+fn paper_case() -> Settings {
+    let file = include_str!("../../examples/zirconia.toml");
+    Document::parse(file, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
+}
+
+/// The filament of the paper in the middle of a contact: turning, bent by 0.6 rad and slightly out of the plane.
+struct State {
+    clamp: Clamp<f64>,
+    dynamics: Dynamics<f64>,
+    q: Vec<[f64; 2]>,
+    v: Vec<[f64; 2]>,
+    accelerations: Vec<[f64; 2]>,
+}
+
+impl State {
+    fn new(segments: usize) -> Self {
+        let settings = paper_case();
+        let body_radius = settings.tool.body_radius_m;
+        let (angle, rate) = (-1.55, 10.0 / (body_radius + settings.filament.length_m));
+        let filament = bristle::settings::FilamentSettings { segments, ..settings.filament };
+        let along = |k: usize| (k as f64 + 0.5) / segments as f64;
+        let q = (0..segments).map(|k| {
+            let bend = along(k).powf(1.5);
+            [std::f64::consts::FRAC_PI_2 + 0.02 * bend, angle - 0.6 * bend]
+        });
+        let v = (0..segments).map(|k| [2.0 * along(k), rate * (1.0 - 2.0 * along(k))]);
+        let (q, v) = (q.collect(), v.collect());
+        Self {
+            clamp: radial_clamp(body_radius, angle, rate, 0.0),
+            dynamics: Dynamics::new(filament::chain(&filament, [0.0; 3])),
+            q,
+            v,
+            accelerations: vec![[0.0; 2]; segments],
+        }
+    }
+
+    fn compute_accelerations(&mut self) {
+        let Self { clamp, dynamics, q, v, accelerations } = self;
+        dynamics.accelerations(clamp, q, v, &NoLoads, accelerations);
+    }
+}
+
+fn accelerations(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("accelerations");
+    for segments in SEGMENT_COUNTS {
+        let mut state = State::new(segments);
+        group.bench_function(format!("n={segments}"), |bencher| {
+            bencher.iter(|| {
+                black_box(&mut state).compute_accelerations();
+                black_box(&state.accelerations);
+            });
+        });
+    }
+    // The same loops with the number of segments known to the compiler: what a build for one n could gain.
+    fixed_size_accelerations::<25>(&mut group);
+    fixed_size_accelerations::<100>(&mut group);
+    group.finish();
+}
+
+fn fixed_size_accelerations<const N: usize>(
+    group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
+) {
+    let mut state = State::new(N);
+    let chain = *state.dynamics.chain();
+    let q: [[f64; 2]; N] = state.q.clone().try_into().expect("N segments");
+    let v: [[f64; 2]; N] = state.v.clone().try_into().expect("N segments");
+    let mut result = [[0.0; 2]; N];
+    fixed_size::accelerations(&chain, &state.clamp, &q, &v, &mut result);
+    state.compute_accelerations();
+    assert_eq!(state.accelerations, result, "both forms compute the same bits");
+    group.bench_function(format!("n={N}, known to the compiler"), |bencher| {
+        bencher.iter(|| {
+            let (chain, clamp, q, v) = black_box((&chain, &state.clamp, &q, &v));
+            fixed_size::accelerations(chain, clamp, q, v, black_box(&mut result));
+        });
+    });
+}
+
+fn implicit_step(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("implicit_step");
+    for segments in SEGMENT_COUNTS {
+        let mut state = State::new(segments);
+        state.compute_accelerations();
+        let mut correction = vec![[0.0; 2]; segments];
+        // γΔ of a step of 10 µs.
+        let diagonal = 0.248e-5;
+        let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
+        group.bench_function(format!("n={segments}, residual and solve"), |bencher| {
+            let State { clamp, dynamics, q, v, accelerations } = &mut state;
+            dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
+            dynamics.factorise(clamp, v, accelerations, &NoLoads, weights);
+            bencher.iter(|| {
+                let dynamics = black_box(&mut *dynamics);
+                dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
+                dynamics.solve(black_box(&mut correction));
+            });
+        });
+        group.bench_function(format!("n={segments}, residual, factorise and solve"), |bencher| {
+            let State { clamp, dynamics, q, v, accelerations } = &mut state;
+            bencher.iter(|| {
+                let dynamics = black_box(&mut *dynamics);
+                dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
+                dynamics.factorise(clamp, v, accelerations, &NoLoads, weights);
+                dynamics.solve(black_box(&mut correction));
+            });
+        });
+    }
+    group.finish();
+}
+
+fn contact(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("contact");
+    let settings = paper_case();
+    group.sample_size(30);
+    group.bench_function("v_b = 10 m per s, a_e = 1 mm", |bencher| {
+        bencher.iter(|| simulate(black_box(&settings)).expect("the case can be simulated"));
+    });
+    group.finish();
+}
+
+fn derivation(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("derivation");
+    group.sample_size(10);
+    group.bench_function("kernels, derived", |bencher| bencher.iter(kernels));
+    group.bench_function("kernels, derived and emitted", |bencher| {
+        bencher.iter(|| emit(&kernels(), "").expect("the kernels can be emitted"));
+    });
+    for (name, purpose) in [("to read", Purpose::Reading), ("to compute", Purpose::Computing)] {
+        group.bench_function(format!("whole equations n=25 {name}, derived"), |bencher| {
+            bencher.iter(|| whole_kernels(black_box(25), purpose));
+        });
+        group.bench_function(format!("whole equations n=25 {name}, derived and emitted"), |bencher| {
+            bencher.iter(|| emit(&whole_kernels(black_box(25), purpose), "").expect("they can be emitted"));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, accelerations, implicit_step, contact, derivation);
+criterion_main!(benches);

@@ -1,0 +1,338 @@
+//! Draws the picture of the README: one contact, and the contact time ratio of the paper's 120 contacts.
+//!
+//! ```text
+//! cargo run --release --example figure                # docs/contact.svg
+//! cargo run --release --example figure -- other.svg
+//! ```
+
+use std::error::Error;
+use std::f64::consts::FRAC_PI_2;
+use std::fs;
+use std::ops::Range;
+
+use bristle::contact::ContactLaw;
+use bristle::document::Document;
+use bristle::filament;
+use bristle::integrate::Tolerances;
+use bristle::integrate::tableau::ESDIRK43;
+use bristle::metrics::NominalContact;
+use bristle::settings::Settings;
+use bristle::simulation::{FilamentSystem, integrate, simulate};
+use bristle::study::{CaseResult, Study, run_study};
+use bristle::tool::RoundTool;
+use bristle::workpiece::Plane;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontTransform, ShapeStyle};
+
+/// Coordinates in the file are whole numbers: this many of them make a pixel, so that curves are smooth.
+const FINE: i32 = 10;
+/// Size of the picture in pixels, and where its left panel ends.
+const SIZE: (i32, i32) = (1000, 400);
+const SPLIT: i32 = 500;
+
+/// The contact on the left.
+const VELOCITY_M_S: f64 = 10.0;
+const DEPTH_M: f64 = 3.0e-3;
+/// Time between two shapes of the filament in s.
+const INTERVAL_S: f64 = 0.5e-3;
+/// Every so many shapes a time is written at the root.
+const LABELLED: usize = 4;
+
+const INK: RGBColor = RGBColor(40, 44, 52);
+const GREY: RGBColor = RGBColor(100, 104, 110);
+const FAINT: RGBColor = RGBColor(150, 154, 160);
+const BODY: RGBColor = RGBColor(236, 238, 241);
+const WORKPIECE: RGBColor = RGBColor(222, 218, 208);
+/// Blue and vermilion of Okabe and Ito, told apart by all readers.
+const FILAMENT: RGBColor = RGBColor(0, 114, 178);
+const TIP: RGBColor = RGBColor(213, 94, 0);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "docs/contact.svg".into());
+    let document = Document::parse(include_str!("zirconia.toml"), "examples/zirconia.toml")?;
+    let mut settings = document.settings()?;
+    settings.process.brushing_velocity_m_s = VELOCITY_M_S;
+    settings.process.penetration_depth_m = DEPTH_M;
+    let contact = Contact::simulate(&settings)?;
+    let study = document.study()?;
+    let results = run_study(&study, None, || {}, simulate)?;
+
+    let mut svg = String::new();
+    {
+        let size = (fine(SIZE.0) as u32, fine(SIZE.1) as u32);
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        root.fill(&WHITE)?;
+        let (left, right) = root.split_horizontally(fine(SPLIT));
+        draw_contact(&left, &contact)?;
+        draw_map(&right, &study, &results)?;
+        root.present()?;
+    }
+    // The size on a page; the view box keeps the fine coordinates.
+    let [fine_size, size] =
+        [FINE, 1].map(|factor| format!("<svg width=\"{}\" height=\"{}\"", SIZE.0 * factor, SIZE.1 * factor));
+    fs::write(&path, svg.replacen(&fine_size, &size, 1) + "\n")?;
+    eprintln!("wrote {path}");
+    Ok(())
+}
+
+fn fine(pixels: i32) -> i32 {
+    pixels * FINE
+}
+
+/// A filament on its way over the workpiece: `x` along the surface and `y` above it, in mm.
+struct Contact {
+    /// Time since nominal entry in ms, and the nodes from root to tip.
+    shapes: Vec<(f64, Vec<(f64, f64)>)>,
+    tip_path: Vec<(f64, f64)>,
+    axis_height: f64,
+    body_radius: f64,
+    tool_radius: f64,
+}
+
+impl Contact {
+    fn simulate(settings: &Settings) -> Result<Self> {
+        let Settings { tool, filament, contact, workpiece, process, solver } = settings;
+        let nominal = NominalContact::of(settings);
+        let (rate, radius) = (nominal.rate(), nominal.tool_radius);
+        let motion = RoundTool {
+            body_radius: tool.body_radius_m,
+            rate,
+            initial_angle: -FRAC_PI_2 - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
+        };
+        let plane = Plane::of(workpiece, radius, process.penetration_depth_m);
+        let chain = filament::chain(filament, process.gravity_m_s2);
+        let mut system = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
+        // Straight, turning rigidly with the body.
+        let n = chain.segments;
+        let start = system.state(0.0, vec![[FRAC_PI_2, motion.initial_angle]; n], vec![[0.0, rate]; n]);
+        let tolerances = Tolerances {
+            relative: solver.relative_tolerance,
+            angle_scale: 1.0,
+            rate_scale: radius * rate / filament.length_m,
+        };
+
+        let entry = process.lead_angle_rad / rate;
+        let exit = entry + nominal.contact_angle() / rate;
+        let end = exit + 0.05 / rate;
+        let axis_height = radius - process.penetration_depth_m;
+        let millimetres = |[x, y, _]: [f64; 3]| (1e3 * x, 1e3 * (y + axis_height));
+        let (mut shapes, mut tip_path) = (Vec::new(), Vec::new());
+        integrate(&mut system, start, end, &ESDIRK43, tolerances, |step| {
+            tip_path.push(millimetres(step.end_nodes[n - 1].value));
+            while let time = entry + shapes.len() as f64 * INTERVAL_S
+                && time <= step.end.time
+            {
+                let s = (time - step.start.time) / step.length();
+                let (sin, cos) = motion.angle(time).sin_cos();
+                let root = [motion.body_radius * cos, motion.body_radius * sin, 0.0];
+                let nodes = (0..n).map(|node| step.node(node, s).0);
+                let shape = std::iter::once(root).chain(nodes).map(millimetres).collect();
+                shapes.push((1e3 * (time - entry), shape));
+            }
+        })?;
+        Ok(Self {
+            shapes,
+            tip_path,
+            axis_height: 1e3 * axis_height,
+            body_radius: 1e3 * tool.body_radius_m,
+            tool_radius: 1e3 * radius,
+        })
+    }
+
+    /// The lowest part of a circle about the tool's axis, as wide as `|x| ≤ half` (mm).
+    fn circle(&self, radius: f64, half: f64) -> Vec<(f64, f64)> {
+        let points = (-200..=200).map(|i| f64::from(i) / 200.0 * half);
+        points.map(|x| (x, self.axis_height - (radius * radius - x * x).sqrt())).collect()
+    }
+}
+
+fn text(size: i32, color: RGBColor) -> TextStyle<'static> {
+    // The backend writes a font size of 1/1.24 of what it is given.
+    let size = f64::from(fine(size)) * 1.24;
+    let color = color.to_backend_color();
+    TextStyle { color, ..TextStyle::from(("Helvetica, Arial, sans-serif", size).into_font()) }
+}
+
+fn centred(style: TextStyle<'static>) -> TextStyle<'static> {
+    style.pos(Pos::new(HPos::Center, VPos::Center))
+}
+
+/// A line of a width in tenths of a pixel.
+fn stroke(color: RGBColor, tenths: i32) -> ShapeStyle {
+    color.stroke_width((fine(tenths) / 10) as u32)
+}
+
+/// An empty chart in the part of `area` (pixels) that the margins leave.
+fn chart<'a, 'b>(
+    area: &'a Area<'b>,
+    title: &str,
+    [left, right, top, bottom]: [i32; 4],
+    x: Range<f64>,
+    y: Range<f64>,
+) -> Result<Chart<'a, 'b>> {
+    area.draw_text(title, &text(14, INK), (fine(left), fine(14)))?;
+    let chart = ChartBuilder::on(area)
+        .margin_top(fine(top))
+        .margin_right(fine(right))
+        .set_label_area_size(LabelAreaPosition::Left, fine(left))
+        .set_label_area_size(LabelAreaPosition::Bottom, fine(bottom))
+        .build_cartesian_2d(x, y)?;
+    Ok(chart)
+}
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Where a point of a chart lies in its area.
+fn pixels(area: &Area<'_>, chart: &Chart<'_, '_>) -> impl Fn((f64, f64)) -> (i32, i32) {
+    let (across, down) = area.get_pixel_range();
+    move |at| {
+        let (x, y) = chart.backend_coord(&at);
+        (x - across.start, y - down.start)
+    }
+}
+
+/// Marks `values` on an axis with labels of so many decimals, at the pixels that `at` gives, and writes its name.
+fn axis(
+    area: &Area<'_>,
+    name: (&str, (i32, i32)),
+    values: &[f64],
+    decimals: usize,
+    vertical: bool,
+    at: impl Fn(f64) -> (i32, i32),
+) -> Result<()> {
+    for &value in values {
+        let (x, y) = at(value);
+        let mark = if vertical { (x - fine(4), y) } else { (x, y + fine(4)) };
+        area.draw(&PathElement::new([(x, y), mark], stroke(INK, 10)))?;
+        let label = format!("{value:.decimals$}").replace('-', "−");
+        let (style, at) = if vertical {
+            (text(11, INK).pos(Pos::new(HPos::Right, VPos::Center)), (x - fine(7), y))
+        } else {
+            (text(11, INK).pos(Pos::new(HPos::Center, VPos::Top)), (x, y + fine(7)))
+        };
+        area.draw_text(&label, &style, at)?;
+    }
+    let (name, at) = name;
+    let style = centred(text(12, INK));
+    let style = if vertical { style.transform(FontTransform::Rotate270) } else { style };
+    area.draw_text(name, &style, (fine(at.0), fine(at.1)))?;
+    Ok(())
+}
+
+fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
+    let margins @ [left, right, top, bottom] = [60, 20, 40, 46];
+    let (width, height) = (SPLIT - left - right, SIZE.1 - top - bottom);
+    let half = 44.0;
+    let scale = 2.0 * half / f64::from(width);
+    let (x, y) = (-half..half, -9.0..f64::from(height) * scale - 9.0);
+    let title = format!("A filament every 0.5 ms at v_b = {VELOCITY_M_S} m/s, a_e = {} mm", 1e3 * DEPTH_M);
+    let mut chart = chart(area, &title, margins, x.clone(), y.clone())?;
+
+    let workpiece = Rectangle::new([(-half, y.start), (half, 0.0)], WORKPIECE.filled());
+    chart.draw_series([workpiece])?;
+    let rim = contact.circle(contact.body_radius, half);
+    let mut body = rim.clone();
+    body.extend([(half, y.end), (-half, y.end)]);
+    chart.draw_series([Polygon::new(body, BODY.filled())])?;
+    chart.draw_series([PathElement::new(rim, stroke(FAINT, 10))])?;
+    let nominal = contact.circle(contact.tool_radius, half);
+    chart.draw_series([DashedPathElement::new(nominal, fine(5), fine(4), stroke(FAINT, 10))])?;
+    chart.draw_series([PathElement::new([(-half, 0.0), (half, 0.0)], stroke(INK, 10))])?;
+
+    for (_, shape) in &contact.shapes {
+        chart.draw_series([PathElement::new(shape.clone(), stroke(FILAMENT, 13))])?;
+    }
+    chart.draw_series([PathElement::new(contact.tip_path.clone(), stroke(TIP, 13))])?;
+    let tips = contact.shapes.iter().filter_map(|(_, shape)| shape.last());
+    chart.draw_series(tips.map(|&tip| Circle::new(tip, fine(2), TIP.filled())))?;
+
+    let times = contact.shapes.iter().step_by(LABELLED).map(|(time, shape)| {
+        let (x, y) = shape[0];
+        Text::new(format!("{time} ms"), (x, y + 2.2), centred(text(11, INK)))
+    });
+    chart.draw_series(times)?;
+    let label = |label, at, color| Text::new(label, at, text(12, color).pos(Pos::new(HPos::Left, VPos::Center)));
+    chart.draw_series([
+        label("brush body", (-half + 2.0, y.end - 3.0), INK),
+        label("workpiece", (-half + 2.0, -5.5), INK),
+        label("filament", (-half + 2.0, 26.0), FILAMENT),
+    ])?;
+    chart.draw_series([
+        Text::new("tip", (half - 4.0, 5.0), centred(text(12, TIP))),
+        Text::new("tip of the undeformed tool", (0.0, -5.5), centred(text(12, GREY))),
+    ])?;
+    // The way that the tool turns.
+    let (from, to, above) = (-half + 22.0, -half + 36.0, y.end - 3.0);
+    chart.draw_series([
+        PathElement::new([(from, above), (to, above)], stroke(INK, 12)),
+        PathElement::new([(to - 2.0, above + 1.0), (to, above), (to - 2.0, above - 1.0)], stroke(INK, 12)),
+    ])?;
+
+    let pixel = pixels(area, &chart);
+    let ticks: Vec<f64> = (-4..=4).map(|i| f64::from(i) * 10.0).collect();
+    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, 0, false, |x| {
+        pixel((x, y.start))
+    })?;
+    let heights: Vec<f64> = (0..=5).map(|i| f64::from(i) * 10.0).collect();
+    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, 0, true, |y| pixel((-half, y)))?;
+    Ok(())
+}
+
+fn draw_map(area: &Area<'_>, study: &Study, results: &[CaseResult]) -> Result<()> {
+    let margins @ [left, right, top, bottom] = [60, 84, 40, 46];
+    let (width, height) = (SIZE.0 - SPLIT - left - right, SIZE.1 - top - bottom);
+    let (dv, da) = (2.5, 0.5);
+    let (x, y) = (1.25..31.25, 0.25..5.25);
+    let mut chart = chart(area, "Contact time ratio ε_tc: from striking to sweeping", margins, x.clone(), y.clone())?;
+    let cell = |v: f64, a: f64| [(v - dv / 2.0, a - da / 2.0), (v + dv / 2.0, a + da / 2.0)];
+    // A cell reaches a little below the one that is drawn after it, so that no seam shows.
+    let overlap =
+        |[low, (right, above)]: [(f64, f64); 2]| [low, ((right + 0.05).min(x.end), (above + 0.01).min(y.end))];
+    for (case, result) in results.iter().enumerate() {
+        let process = study.settings(case).process;
+        let ratio = result.as_ref().map_err(Clone::clone)?.metrics.contact_time_ratio;
+        let cell = cell(process.brushing_velocity_m_s, 1e3 * process.penetration_depth_m);
+        chart.draw_series([Rectangle::new(overlap(cell), color_of(ratio).filled())])?;
+    }
+    // The contact on the left.
+    let [(left_v, low), (right_v, high)] = cell(VELOCITY_M_S, 1e3 * DEPTH_M);
+    let frame = [(left_v, low), (right_v, low), (right_v, high), (left_v, high), (left_v, low), (right_v, low)];
+    chart.draw_series([PathElement::new(frame, stroke(WHITE, 20))])?;
+
+    let pixel = pixels(area, &chart);
+    let velocities: Vec<f64> = (1..=6).map(|i| 5.0 * f64::from(i)).collect();
+    let depths: Vec<f64> = (1..=5).map(f64::from).collect();
+    let name = "brushing velocity v_b in m/s";
+    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, 0, false, |x| pixel((x, y.start)))?;
+    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, 0, true, |y| pixel((x.start, y)))?;
+
+    // The colour bar.
+    let (bar, bar_width) = (left + width + 22, 14);
+    let level = |ratio: f64| fine(top + height) - (ratio * f64::from(fine(height))).round() as i32;
+    let steps = 100;
+    for step in 0..steps {
+        let [low, middle] = [0.0, 0.5].map(|part| (f64::from(step) + part) / f64::from(steps));
+        let corners = [(fine(bar), level(1.0)), (fine(bar + bar_width), level(low))];
+        area.draw(&Rectangle::new(corners, color_of(middle).filled()))?;
+    }
+    for i in 0..=5 {
+        let ratio = f64::from(i) / 5.0;
+        let edge = fine(bar + bar_width);
+        area.draw(&PathElement::new([(edge, level(ratio)), (edge + fine(4), level(ratio))], stroke(INK, 10)))?;
+        let style = text(11, INK).pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw_text(&format!("{ratio:.1}"), &style, (edge + fine(7), level(ratio)))?;
+    }
+    Ok(())
+}
+
+/// Viridis: even steps of brightness, readable without colour vision.
+fn color_of(ratio: f64) -> RGBColor {
+    ViridisRGB.get_color(ratio)
+}
