@@ -6,21 +6,15 @@
 //! ```
 
 use std::error::Error;
-use std::f64::consts::FRAC_PI_2;
 use std::fs;
 use std::ops::Range;
 
-use bristle::contact::ContactLaw;
 use bristle::document::Document;
-use bristle::filament;
-use bristle::integrate::Tolerances;
-use bristle::integrate::tableau::ESDIRK43;
 use bristle::metrics::NominalContact;
 use bristle::settings::Settings;
-use bristle::simulation::{FilamentSystem, integrate, simulate};
+use bristle::simulation::{Pass, simulate};
 use bristle::study::{CaseResult, Study, run_study};
-use bristle::tool::RoundTool;
-use bristle::workpiece::Plane;
+use bristle::tool::ClampMotion;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::DashedPathElement;
@@ -98,40 +92,25 @@ struct Contact {
 
 impl Contact {
     fn simulate(settings: &Settings) -> Result<Self> {
-        let Settings { tool, filament, contact, workpiece, process, solver } = settings;
-        let nominal = NominalContact::of(settings);
-        let (rate, radius) = (nominal.rate(), nominal.tool_radius);
-        let motion = RoundTool {
-            body_radius: tool.body_radius_m,
-            rate,
-            initial_angle: -FRAC_PI_2 - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
-        };
-        let plane = Plane::of(workpiece, radius, process.penetration_depth_m);
-        let chain = filament::chain(filament, process.gravity_m_s2);
-        let mut system = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
-        // Straight, turning rigidly with the body.
-        let n = chain.segments;
-        let start = system.state(0.0, vec![[FRAC_PI_2, motion.initial_angle]; n], vec![[0.0, rate]; n]);
-        let tolerances = Tolerances {
-            relative: solver.relative_tolerance,
-            angle_scale: 1.0,
-            rate_scale: radius * rate / filament.length_m,
-        };
-
-        let entry = process.lead_angle_rad / rate;
-        let exit = entry + nominal.contact_angle() / rate;
-        let end = exit + 0.05 / rate;
-        let axis_height = radius - process.penetration_depth_m;
+        let mut settings = settings.clone();
+        settings.process.tail_angle_rad = 0.05;
+        let pass = Pass::new(&settings);
+        let motion = pass.tool();
+        let radius = NominalContact::of(&settings).tool_radius;
+        let n = settings.filament.segments;
+        let mut system = pass.system(false);
+        let start = pass.start(&mut system);
+        let [entry, ..] = pass.times();
+        let axis_height = radius - settings.process.penetration_depth_m;
         let millimetres = |[x, y, _]: [f64; 3]| (1e3 * x, 1e3 * (y + axis_height));
         let (mut shapes, mut tip_path) = (Vec::new(), Vec::new());
-        integrate(&mut system, start, end, &ESDIRK43, tolerances, |step| {
+        pass.integrate(&mut system, start, |step| {
             tip_path.push(millimetres(step.end_nodes[n - 1].value));
             while let time = entry + shapes.len() as f64 * INTERVAL_S
                 && time <= step.end.time
             {
                 let s = (time - step.start.time) / step.length();
-                let (sin, cos) = motion.angle(time).sin_cos();
-                let root = [motion.body_radius * cos, motion.body_radius * sin, 0.0];
+                let root = motion.at(time).position;
                 let nodes = (0..n).map(|node| step.node(node, s).0);
                 let shape = std::iter::once(root).chain(nodes).map(millimetres).collect();
                 shapes.push((1e3 * (time - entry), shape));
@@ -141,7 +120,7 @@ impl Contact {
             shapes,
             tip_path,
             axis_height: 1e3 * axis_height,
-            body_radius: 1e3 * tool.body_radius_m,
+            body_radius: 1e3 * motion.body_radius,
             tool_radius: 1e3 * radius,
         })
     }

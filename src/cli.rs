@@ -36,7 +36,7 @@ const HISTORY: &str = "history.csv";
 /// Most threads that a study may ask for.
 const MAX_THREADS: u64 = 1024;
 /// Most failed cases that a study prints; the others stand in its file.
-const MAX_FAILURES_SHOWED: usize = 5;
+const MAX_FAILURES_SHOWN: usize = 5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -249,7 +249,7 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     }
     let cases = if failures.len() == 1 { "case" } else { "cases" };
     say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
-    for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWED) {
+    for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWN) {
         say(format_args!("  row {}: {message}", case + 1));
     }
     Ok(SIMULATION_FAILED.into())

@@ -665,6 +665,11 @@ impl Pass {
         }
     }
 
+    /// The motion of the tool.
+    pub fn tool(&self) -> &RoundTool {
+        &self.tool
+    }
+
     /// The filament and what it meets; see [`FilamentSystem::new`].
     pub fn system(&self, tracks_energy: bool) -> FilamentSystem<RoundTool, Plane> {
         FilamentSystem::new(self.chain, self.tool, self.law, self.plane, tracks_energy)

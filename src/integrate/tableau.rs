@@ -41,7 +41,7 @@ impl Tableau {
     }
 }
 
-/// ESDIRK4(3)6L[2]SA_2 of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019, Table 9): order 4, L-stable,
+/// `ESDIRK4(3)6L[2]SA_2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019, Table 9): order 4, L-stable,
 /// stage order 2.
 pub const ESDIRK43: Tableau = {
     const A2: f64 = -360_286_518_617.0 / 7_014_585_480_527.0;
@@ -77,7 +77,7 @@ pub const ESDIRK43: Tableau = {
     }
 };
 
-/// ESDIRK5(4)7L[2]SA2 of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019): order 5, L-stable, stage
+/// `ESDIRK5(4)7L[2]SA2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019): order 5, L-stable, stage
 /// order 2.
 pub const ESDIRK54: Tableau = {
     const A2: f64 = 791_020_047_304.0 / 3_561_426_431_547.0;
