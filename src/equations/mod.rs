@@ -12,8 +12,7 @@ pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTan
 pub use real::Real;
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.
-// The emitter binds every element of an input array and names arguments as the model does.
-#[allow(unused_variables, clippy::too_many_arguments, clippy::let_and_return)]
+#[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]
 pub mod kernels {
     use super::Real;
 
