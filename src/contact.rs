@@ -27,6 +27,13 @@ pub struct ContactForce {
     pub tangential: [f64; 3],
 }
 
+impl ContactForce {
+    /// Both parts as one vector in N, for the approach that they belong to.
+    pub fn total(&self, approach: &Approach) -> [f64; 3] {
+        add(scale(self.normal, approach.normal), self.tangential)
+    }
+}
+
 /// The contact law of MODEL, "Contact": Hunt and Crossley (1975) with regularised Coulomb friction.
 ///
 /// While a node is *closed* its force is the smooth law `k_c δ^p (1 + χ δ̇)`, continued oddly to `δ < 0`; while it is
@@ -163,34 +170,56 @@ impl ContactLaw {
     }
 }
 
+/// A contact: the law, the workpiece, and which nodes are closed.
+#[derive(Clone, Debug)]
+pub struct Contact<W> {
+    /// The law.
+    pub law: ContactLaw,
+    /// The workpiece.
+    pub workpiece: W,
+    /// Which nodes are closed.
+    pub closed: Vec<bool>,
+}
+
+impl<W: Workpiece> Contact<W> {
+    /// A contact of `nodes` nodes, all of them open.
+    pub fn new(law: ContactLaw, workpiece: W, nodes: usize) -> Self {
+        Self { law, workpiece, closed: vec![false; nodes] }
+    }
+
+    /// A node at `position` with `velocity`, relative to the workpiece at `time`.
+    pub fn approach(&self, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
+        self.law.approach(&self.workpiece, position, velocity, time)
+    }
+
+    /// The loads at `time` (s).
+    pub fn loads(&self, time: f64) -> ContactLoads<'_, W> {
+        ContactLoads { contact: self, time }
+    }
+}
+
 /// The loads of a contact at one instant: those of the closed nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactLoads<'a, W> {
-    /// The law.
-    pub law: &'a ContactLaw,
-    /// The workpiece.
-    pub workpiece: &'a W,
-    /// Which nodes are closed.
-    pub closed: &'a [bool],
+    contact: &'a Contact<W>,
     /// Time in s.
-    pub time: f64,
+    time: f64,
 }
 
 impl<W: Workpiece> ContactLoads<'_, W> {
     /// The approach of a closed node; none for an open one.
     pub fn approach(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<Approach> {
-        self.closed[node].then(|| self.law.approach(self.workpiece, position, velocity, self.time))
+        self.contact.closed[node].then(|| self.contact.approach(position, velocity, self.time))
     }
 }
 
 impl<W: Workpiece> NodeLoads<f64> for ContactLoads<'_, W> {
     fn force(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> {
         let approach = self.approach(node, position, velocity)?;
-        let force = self.law.force(&approach);
-        Some(add(scale(force.normal, approach.normal), force.tangential))
+        Some(self.contact.law.force(&approach).total(&approach))
     }
 
     fn tangent(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<NodeTangent<f64>> {
-        Some(self.law.tangent(&self.approach(node, position, velocity)?))
+        Some(self.contact.law.tangent(&self.approach(node, position, velocity)?))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::contact::{Approach, ContactLaw, ContactLoads};
+use crate::contact::{Approach, Contact, ContactLaw};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Chain, Dynamics, Energies, StepWeights};
 use crate::filament;
@@ -40,9 +40,7 @@ pub type FilamentState = State<COUNT>;
 pub struct FilamentSystem<M, W> {
     dynamics: Dynamics<f64>,
     motion: M,
-    law: ContactLaw,
-    workpiece: W,
-    closed: Vec<bool>,
+    contact: Contact<W>,
     tracks_energy: bool,
     scratch: Vec<[f64; 2]>,
 }
@@ -56,9 +54,7 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         Self {
             dynamics: Dynamics::new(chain),
             motion,
-            law,
-            workpiece,
-            closed: vec![false; n],
+            contact: Contact::new(law, workpiece, n),
             tracks_energy,
             scratch: vec![[0.0; 2]; n],
         }
@@ -67,11 +63,12 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The state `(q, v)` at `time`; nodes that press on the workpiece there are closed.
     pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
         self.dynamics.place(&self.motion.at(time), &q, &v);
-        for node in 0..self.closed.len() {
-            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
-            let approach = self.law.approach(&self.workpiece, position, velocity, time);
-            self.closed[node] = self.law.pressing(&approach) > 0.0;
-        }
+        let nodes = self.dynamics.positions().iter().zip(self.dynamics.velocities());
+        let pressing = nodes.map(|(&position, &velocity)| {
+            let approach = self.contact.approach(position, velocity, time);
+            self.contact.law.pressing(&approach) > 0.0
+        });
+        self.contact.closed = pressing.collect();
         State::new(self, time, q, v)
     }
 
@@ -85,31 +82,28 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Energy stored in the closed contacts at a state, in J.
     pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
         self.dynamics.place(&self.motion.at(state.time), &state.q, &state.v);
-        self.approaches(state.time).map(|approach| self.law.stored_energy(&approach)).sum()
+        self.approaches(state.time).map(|(_, approach)| self.contact.law.stored_energy(&approach)).sum()
     }
 
-    /// The closed nodes where the dynamics were last placed.
-    fn approaches(&self, time: f64) -> impl Iterator<Item = Approach> {
-        let loads = self.loads(time);
-        (0..self.closed.len()).filter_map(move |node| {
-            loads.approach(node, self.dynamics.positions()[node], self.dynamics.velocities()[node])
+    /// Position and approach of the closed nodes, where the dynamics were last placed.
+    fn approaches(&self, time: f64) -> impl Iterator<Item = ([f64; 3], Approach)> {
+        let loads = self.contact.loads(time);
+        let nodes = self.dynamics.positions().iter().zip(self.dynamics.velocities()).enumerate();
+        nodes.filter_map(move |(node, (&position, &velocity))| {
+            Some((position, loads.approach(node, position, velocity)?))
         })
     }
 
     /// How deep a node may be past its event where a step ends, in m.
     fn event_tolerance(&self, relative: f64, state: &FilamentState) -> f64 {
         let chain = self.dynamics.chain();
-        let length = chain.length * self.closed.len() as f64;
+        let length = chain.length * chain.segments as f64;
         // c h = E I
         let force = chain.joint_stiffness * chain.length / (length * length);
-        let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
+        let by_force = (relative * force / self.contact.law.stiffness).powf(1.0 / self.contact.law.exponent);
         let [x, y, z] = self.motion.at(state.time).position;
         let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
         (1e-4 * relative * length).min(by_force).max(rounding)
-    }
-
-    fn loads(&self, time: f64) -> ContactLoads<'_, W> {
-        ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time }
     }
 
     /// Position, velocity and acceleration of every node at a state.
@@ -129,11 +123,11 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 
 impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M, W> {
     fn pairs(&self) -> usize {
-        self.closed.len()
+        self.dynamics.chain().segments
     }
 
     fn accelerations(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &mut [[f64; 2]]) {
-        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        let loads = self.contact.loads(time);
         self.dynamics.accelerations(&self.motion.at(time), q, v, &loads, accelerations);
     }
 
@@ -145,12 +139,12 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
         accelerations: &[[f64; 2]],
         residual: &mut [[f64; 2]],
     ) {
-        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        let loads = self.contact.loads(time);
         self.dynamics.residual(&self.motion.at(time), q, v, accelerations, &loads, residual);
     }
 
     fn factorise(&mut self, time: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]], weights: StepWeights<f64>) {
-        let loads = ContactLoads { law: &self.law, workpiece: &self.workpiece, closed: &self.closed, time };
+        let loads = self.contact.loads(time);
         self.dynamics.factorise(&self.motion.at(time), v, accelerations, &loads, weights);
     }
 
@@ -160,7 +154,7 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
 
     fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> [f64; COUNT] {
         let mut rates = [0.0; COUNT];
-        let in_contact = self.closed.contains(&true);
+        let in_contact = self.contact.closed.contains(&true);
         let clamp = self.motion.at(time);
         if self.tracks_energy {
             let mut scratch = std::mem::take(&mut self.scratch);
@@ -172,20 +166,14 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
         } else if in_contact {
             self.dynamics.place(&clamp, q, v);
         }
-        if !in_contact {
-            return rates;
-        }
-        for node in (0..self.closed.len()).filter(|&node| self.closed[node]) {
-            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
-            let approach = self.law.approach(&self.workpiece, position, velocity, time);
+        for (position, approach) in self.approaches(time) {
             // The smooth law, also where it pulls: stages of a step that ends on an opening can lie past it.
-            let force = self.law.force(&approach);
+            let force = self.contact.law.force(&approach);
             rates[integral::NORMAL_IMPULSE] += force.normal;
             if self.tracks_energy {
-                let surface = self.workpiece.surface(position, time);
-                let total = add(scale(force.normal, approach.normal), force.tangential);
-                rates[integral::CONTACT_DISSIPATION] += self.law.dissipated_power(&approach);
-                rates[integral::WORK] += dot(total, surface.velocity);
+                let surface = self.contact.workpiece.surface(position, time);
+                rates[integral::CONTACT_DISSIPATION] += self.contact.law.dissipated_power(&approach);
+                rates[integral::WORK] += dot(force.total(&approach), surface.velocity);
             }
         }
         rates
@@ -284,8 +272,13 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
         }
         integrator.advance(system, &start, &mut end, end_time)?;
         system.track(&end, &mut end_nodes);
-        let step =
-            Step { start: &start, end: &end, start_nodes: &start_nodes, end_nodes: &end_nodes, closed: &system.closed };
+        let step = Step {
+            start: &start,
+            end: &end,
+            start_nodes: &start_nodes,
+            end_nodes: &end_nodes,
+            closed: &system.contact.closed,
+        };
         let crossing = first_crossing(system, &step, location);
         // A node that is past its event already, because another one ended the last step, switches on the spot.
         let on_the_spot = crossing.is_some_and(|crossing| crossing.after == 0.0);
@@ -302,13 +295,14 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
                 end: &end,
                 start_nodes: &start_nodes,
                 end_nodes: &end_nodes,
-                closed: &system.closed,
+                closed: &system.contact.closed,
             });
             std::mem::swap(&mut start, &mut end);
             std::mem::swap(&mut start_nodes, &mut end_nodes);
         }
         if let Some(Crossing { node, .. }) = crossing {
-            system.closed[node] = !system.closed[node];
+            let closed = &mut system.contact.closed[node];
+            *closed = !*closed;
             integrator.count_event();
         }
     }
@@ -336,15 +330,15 @@ fn excess<M, W: Workpiece>(
     time: f64,
     location: f64,
 ) -> f64 {
-    let approach = system.law.approach(&system.workpiece, position, velocity, time);
-    let pressing = system.law.pressing(&approach);
-    (if system.closed[node] { -pressing } else { pressing }) - location
+    let approach = system.contact.approach(position, velocity, time);
+    let pressing = system.contact.law.pressing(&approach);
+    (if system.contact.closed[node] { -pressing } else { pressing }) - location
 }
 
 /// The earliest event of a step, by its interpolant.
 fn first_crossing<M, W: Workpiece>(system: &FilamentSystem<M, W>, step: &Step<'_>, location: f64) -> Option<Crossing> {
     let mut first: Option<Crossing> = None;
-    for node in 0..system.closed.len() {
+    for node in 0..step.closed.len() {
         let at = |s: f64| {
             let (position, velocity) = step.node(node, s);
             excess(system, node, position, velocity, step.time(s), location)
@@ -359,7 +353,7 @@ fn first_crossing<M, W: Workpiece>(system: &FilamentSystem<M, W>, step: &Step<'_
             // damping its speed alone can make it cross.)
             let speed = |knots: &[Knot<3>]| dot(knots[node].rate, knots[node].rate).sqrt();
             let reach = step.length() * (speed(step.start_nodes) + speed(step.end_nodes));
-            if system.law.damping == 0.0 && before.max(after) < -reach {
+            if system.contact.law.damping == 0.0 && before.max(after) < -reach {
                 continue;
             }
             let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);

@@ -59,6 +59,8 @@ pub struct Integrator<const Q: usize> {
     /// The step to try next in s.
     step: f64,
     previous_error: f64,
+    /// Weights of the step less those of the embedded method.
+    error_weights: Vec<f64>,
     stage_v: Vec<Vec<[f64; 2]>>,
     stage_a: Vec<Vec<[f64; 2]>>,
     stage_rates: Vec<[f64; Q]>,
@@ -81,6 +83,7 @@ impl<const Q: usize> Integrator<Q> {
             statistics: Statistics::default(),
             step,
             previous_error: 1.0,
+            error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
             stage_v: vec![zeros(); stages],
             stage_a: vec![zeros(); stages],
             stage_rates: vec![[0.0; Q]; stages],
@@ -215,9 +218,9 @@ impl<const Q: usize> Integrator<Q> {
         self.stage_v[0].copy_from_slice(&start.v);
         self.stage_a[0].copy_from_slice(&start.accelerations);
         self.stage_rates[0] = start.rates;
-        let mut fresh = false;
+        let mut factorised = false;
         for stage in 1..=last {
-            self.solve_stage(system, start, stage, step, &mut fresh)?;
+            self.solve_stage(system, start, stage, step, &mut factorised)?;
         }
         end.time = start.time + step;
         end.q.copy_from_slice(&self.q);
@@ -277,14 +280,15 @@ impl<const Q: usize> Integrator<Q> {
                 *factorised = true;
             }
             system.solve(&mut self.correction);
+            // Before the norm, whose maximum would drop a NaN.
+            if !finite(&self.correction) {
+                return Err(RejectionCause::NotFinite);
+            }
             let mut norm = 0.0_f64;
             let corrections = self.correction.as_flattened().iter();
             for ((a, v), correction) in a.as_flattened_mut().iter_mut().zip(v.as_flattened()).zip(corrections) {
                 *a -= correction;
                 norm = norm.max(weighted(self.tolerances, weights, *correction, v.abs()));
-            }
-            if !norm.is_finite() {
-                return Err(RejectionCause::NotFinite);
             }
             place(&mut self.q, v, a, &self.q_base, &self.v_base, diagonal);
             if let Some(previous) = previous_norm {
@@ -315,16 +319,13 @@ impl<const Q: usize> Integrator<Q> {
     }
 
     fn error(&self, start: &State<Q>, end: &State<Q>, step: f64) -> f64 {
-        let tableau = self.tableau;
         let Tolerances { relative, angle_scale, rate_scale } = self.tolerances;
-        let weights: Vec<f64> =
-            (0..tableau.stages()).map(|stage| step * (tableau.weight(stage) - tableau.embedded[stage])).collect();
         let mut largest = 0.0_f64;
         for i in 0..2 * start.q.len() {
             let (mut angle, mut rate) = (0.0, 0.0);
-            for (stage, weight) in weights.iter().enumerate() {
-                angle += weight * self.stage_v[stage].as_flattened()[i];
-                rate += weight * self.stage_a[stage].as_flattened()[i];
+            for (stage, weight) in self.error_weights.iter().enumerate() {
+                angle += step * weight * self.stage_v[stage].as_flattened()[i];
+                rate += step * weight * self.stage_a[stage].as_flattened()[i];
             }
             let size = start.v.as_flattened()[i].abs().max(end.v.as_flattened()[i].abs());
             let error = (angle / angle_scale).abs().max((rate / size.max(rate_scale)).abs()) / relative;
