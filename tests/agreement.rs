@@ -213,6 +213,16 @@ fn contact_tangents_match_differences() {
     }
 }
 
+/// The columns of the Jacobian of `f` at zero, by central differences.
+fn jacobian_columns<const N: usize, const M: usize>(f: impl Fn([f64; N]) -> [f64; M]) -> [[f64; M]; N] {
+    let size = 1e-5;
+    std::array::from_fn(|column| {
+        let unit = |size: f64| std::array::from_fn(|i| if i == column { size } else { 0.0 });
+        let (above, below) = (f(unit(size)), f(unit(-size)));
+        std::array::from_fn(|row| (above[row] - below[row]) / (2.0 * size))
+    })
+}
+
 #[test]
 fn joint_tangents_match_differences() {
     // Each weight by itself, so that neither hides the other, at a bent joint and at a straight one.
@@ -255,12 +265,9 @@ fn joint_tangents_match_differences() {
             );
             let blocks =
                 [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
-            for column in 0..4 {
-                let unit = |size: f64| std::array::from_fn(|i| if i == column { size } else { 0.0 });
-                let size = 1e-5;
-                let (above, below) = (torques(unit(size)), torques(unit(-size)));
-                for row in 0..4 {
-                    let difference = -(above[row] - below[row]) / (2.0 * size);
+            for (column, differences) in jacobian_columns(torques).into_iter().enumerate() {
+                for (row, slope) in differences.into_iter().enumerate() {
+                    let difference = -slope;
                     let entry = blocks[row / 2][column / 2][row % 2][column % 2];
                     assert!((entry - difference).abs() < 1e-9, "({row}, {column}): {entry} {difference}");
                 }
@@ -292,12 +299,9 @@ fn clamp_tangents_match_differences() {
             coordinate_weight,
             rate_weight,
         );
-        let size = 1e-5;
-        for column in 0..2 {
-            let unit = |size: f64| std::array::from_fn(|i| if i == column { size } else { 0.0 });
-            let (above, below) = (torques(unit(size)), torques(unit(-size)));
-            for row in 0..2 {
-                let difference = -(above[row] - below[row]) / (2.0 * size);
+        for (column, differences) in jacobian_columns(torques).into_iter().enumerate() {
+            for (row, slope) in differences.into_iter().enumerate() {
+                let difference = -slope;
                 assert!((tangent.next_next[row][column] - difference).abs() < 1e-9);
             }
         }
@@ -353,12 +357,8 @@ fn segment_tangents_match_differences() {
             coordinate_weight,
             rate_weight,
         );
-        let size = 1e-5;
-        for column in 0..2 {
-            let unit = |size: f64| std::array::from_fn(|i| if i == column { size } else { 0.0 });
-            let (above, below) = (values(unit(size)), values(unit(-size)));
-            for row in 0..8 {
-                let difference = (above[row] - below[row]) / (2.0 * size);
+        for (column, differences) in jacobian_columns(values).into_iter().enumerate() {
+            for (row, difference) in differences.into_iter().enumerate() {
                 let entry = match row {
                     0 | 1 => tangent.torque[row][column],
                     2..5 => tangent.base_force[row - 2][column],
