@@ -151,14 +151,17 @@ fn derivation(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("kernels, derived", |bencher| bencher.iter(kernels));
     group.bench_function("kernels, derived and emitted", |bencher| {
-        bencher.iter(|| emit(&kernels(), "").expect("the kernels can be emitted"));
+        bencher.iter(|| emit(&kernels().expect("the derivation is sound"), "").expect("the kernels can be emitted"));
     });
     for (name, purpose) in [("to read", Purpose::Reading), ("to compute", Purpose::Computing)] {
         group.bench_function(format!("whole equations n=25 {name}, derived"), |bencher| {
             bencher.iter(|| whole_kernels(black_box(25), purpose));
         });
         group.bench_function(format!("whole equations n=25 {name}, derived and emitted"), |bencher| {
-            bencher.iter(|| emit(&whole_kernels(black_box(25), purpose), "").expect("they can be emitted"));
+            bencher.iter(|| {
+                emit(&whole_kernels(black_box(25), purpose).expect("the derivation is sound"), "")
+                    .expect("they can be emitted")
+            });
         });
     }
     group.finish();

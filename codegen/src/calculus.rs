@@ -32,6 +32,16 @@ fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
             let sin = graph.sin(a);
             vec![graph.neg(sin)]
         }
+        Node::Asin(a) => {
+            let square = graph.powi(a, 2);
+            let rest = graph.sub(one, square);
+            let root = graph.sqrt(rest);
+            vec![graph.div(one, root)]
+        }
+        Node::LessThan(..) => {
+            let zero = graph.integer(0);
+            vec![zero, zero]
+        }
         Node::HalfAngleSquared(order, a) => vec![graph.make(Node::HalfAngleSquared(order + 1, a))],
     }
 }
@@ -139,10 +149,11 @@ pub fn jacobian(graph: &mut Graph, outputs: &[NodeId], variables: &[NodeId]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::unit::Unit;
 
     /// `f(x, y) = sin(x y) / (y² + 1) − √(x + S(y/4))`, with every differentiable operator.
     fn example(graph: &mut Graph) -> (NodeId, [NodeId; 2]) {
-        let (x, y) = (graph.symbol("x", "x"), graph.symbol("y", "y"));
+        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
         let product = graph.mul(x, y);
         let sin = graph.sin(product);
         let cos = graph.cos(product);

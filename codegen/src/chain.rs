@@ -10,6 +10,20 @@ use std::collections::BTreeMap;
 
 use crate::calculus::directional_derivative;
 use crate::graph::{Graph, NodeId};
+use crate::unit::Unit;
+
+/// Of a joint's stiffness.
+pub const STIFFNESS: Unit = Unit::NEWTON.times(Unit::METRE);
+/// Of a joint's damping.
+pub const DAMPING: Unit = STIFFNESS.times(Unit::SECOND);
+/// Of a point.
+pub const VELOCITY: Unit = Unit::METRE.per(Unit::SECOND);
+/// Of a point.
+pub const ACCELERATION: Unit = VELOCITY.per(Unit::SECOND);
+/// Of an angle.
+pub const ANGULAR_RATE: Unit = Unit::RADIAN.per(Unit::SECOND);
+/// Of a rod about its centre.
+pub const INERTIA: Unit = Unit::KILOGRAM.times(Unit::METRE.powi(2));
 
 /// A vector in the inertial frame.
 pub type Vec3 = [NodeId; 3];
@@ -39,14 +53,14 @@ impl Parameters {
     /// The symbols in `graph`.
     pub fn new(graph: &mut Graph) -> Self {
         Self {
-            length: graph.symbol("segment_length", "h"),
-            mass: graph.symbol("segment_mass", "m"),
-            inertia: graph.symbol("segment_inertia", "J"),
-            root_stiffness: graph.symbol("root_stiffness", "c1"),
-            joint_stiffness: graph.symbol("joint_stiffness", "c"),
-            root_damping: graph.symbol("root_damping", "d1"),
-            joint_damping: graph.symbol("joint_damping", "d"),
-            gravity: vector_symbol(graph, "gravity", "g"),
+            length: graph.symbol("segment_length", "h", Unit::METRE),
+            mass: graph.symbol("segment_mass", "m", Unit::KILOGRAM),
+            inertia: graph.symbol("segment_inertia", "J", INERTIA),
+            root_stiffness: graph.symbol("root_stiffness", "c1", STIFFNESS),
+            joint_stiffness: graph.symbol("joint_stiffness", "c", STIFFNESS),
+            root_damping: graph.symbol("root_damping", "d1", DAMPING),
+            joint_damping: graph.symbol("joint_damping", "d", DAMPING),
+            gravity: vector_symbol(graph, "gravity", "g", ACCELERATION),
         }
     }
 }
@@ -85,11 +99,11 @@ impl Clamp {
     /// The symbols in `graph`.
     pub fn new(graph: &mut Graph) -> Self {
         Self {
-            position: vector_symbol(graph, "root_position", "r0"),
-            velocity: vector_symbol(graph, "root_velocity", "ṙ0"),
-            acceleration: vector_symbol(graph, "root_acceleration", "r̈0"),
-            direction: vector_symbol(graph, "clamp_direction", "e0"),
-            direction_rate: vector_symbol(graph, "clamp_direction_rate", "ė0"),
+            position: vector_symbol(graph, "root_position", "r0", Unit::METRE),
+            velocity: vector_symbol(graph, "root_velocity", "ṙ0", VELOCITY),
+            acceleration: vector_symbol(graph, "root_acceleration", "r̈0", ACCELERATION),
+            direction: vector_symbol(graph, "clamp_direction", "e0", Unit::ONE),
+            direction_rate: vector_symbol(graph, "clamp_direction_rate", "ė0", Unit::SECOND.powi(-1)),
         }
     }
 }
@@ -110,15 +124,15 @@ pub struct Segment {
 impl Segment {
     /// The symbols of the segment `label` (its number, or a name like `next`) in `graph`.
     pub fn new(graph: &mut Graph, label: &str) -> Self {
-        let mut symbol = |name: &str, notation: &str| {
+        let mut symbol = |name: &str, notation: &str, unit: Unit| {
             let separator = if label.is_empty() { "" } else { "_" };
-            graph.symbol(&format!("{name}{separator}{label}"), &format!("{notation}{label}"))
+            graph.symbol(&format!("{name}{separator}{label}"), &format!("{notation}{label}"), unit)
         };
         Self {
-            phi: symbol("phi", "φ"),
-            theta: symbol("theta", "θ"),
-            phi_rate: symbol("phi_rate", "φ̇"),
-            theta_rate: symbol("theta_rate", "θ̇"),
+            phi: symbol("phi", "φ", Unit::RADIAN),
+            theta: symbol("theta", "θ", Unit::RADIAN),
+            phi_rate: symbol("phi_rate", "φ̇", ANGULAR_RATE),
+            theta_rate: symbol("theta_rate", "θ̇", ANGULAR_RATE),
         }
     }
 
@@ -189,9 +203,9 @@ pub fn outer_end(graph: &mut Graph, parameters: &Parameters, base: Vec3, directi
     along(graph, base, parameters.length, (1, 1), direction)
 }
 
-/// Three symbols, `name_x` and so on.
-pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str) -> Vec3 {
-    ["x", "y", "z"].map(|axis| graph.symbol(&format!("{name}_{axis}"), &format!("{notation}{axis}")))
+/// Three symbols, `name_x` and so on, in `unit`.
+pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str, unit: Unit) -> Vec3 {
+    ["x", "y", "z"].map(|axis| graph.symbol(&format!("{name}_{axis}"), &format!("{notation}{axis}"), unit))
 }
 
 /// Three nodes as a vector.

@@ -12,6 +12,7 @@ use syn::Ident;
 
 use crate::graph::{Graph, Node, NodeId};
 use crate::kernels::{Input, Kernel, Output, Shape};
+use crate::unit::Unit;
 
 /// Why a kernel cannot be emitted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -46,7 +47,7 @@ pub struct OperationCount {
     pub multiplications: usize,
     /// Divisions.
     pub divisions: usize,
-    /// Square roots, sines, cosines, and evaluations of `S` and its derivatives.
+    /// Square roots, sines, cosines, arc sines, comparisons, and evaluations of `S` and its derivatives.
     pub functions: usize,
 }
 
@@ -73,7 +74,7 @@ const MAX_INLINED_OPERATIONS: usize = 1000;
 /// Counts the operations of a kernel.
 pub fn count_operations(kernel: &Kernel) -> OperationCount {
     let mut count = OperationCount::default();
-    for id in needed(kernel) {
+    for id in kernel.computed() {
         match kernel.graph.node(id) {
             Node::Constant(_) | Node::Symbol(_) => {}
             Node::Add(..) | Node::Sub(..) | Node::Neg(_) => count.additions += 1,
@@ -83,24 +84,15 @@ pub fn count_operations(kernel: &Kernel) -> OperationCount {
                 count.multiplications += exponent.unsigned_abs().saturating_sub(1) as usize;
                 count.divisions += usize::from(exponent < 0);
             }
-            Node::Sqrt(_) | Node::Sin(_) | Node::Cos(_) | Node::HalfAngleSquared(..) => count.functions += 1,
+            Node::Sqrt(_)
+            | Node::Sin(_)
+            | Node::Cos(_)
+            | Node::Asin(_)
+            | Node::LessThan(..)
+            | Node::HalfAngleSquared(..) => count.functions += 1,
         }
     }
     count
-}
-
-/// The nodes that the outputs need and that the inputs do not give, operands before users.
-fn needed(kernel: &Kernel) -> Vec<NodeId> {
-    let given = given(kernel);
-    let outputs: Vec<NodeId> = outputs(kernel).collect();
-    let mut live: BTreeSet<NodeId> = BTreeSet::new();
-    let mut pending = outputs;
-    while let Some(id) = pending.pop() {
-        if !given.contains_key(&id) && live.insert(id) {
-            pending.extend(kernel.graph.node(id).operands());
-        }
-    }
-    live.into_iter().collect()
 }
 
 fn outputs(kernel: &Kernel) -> impl Iterator<Item = NodeId> {
@@ -137,6 +129,9 @@ fn format(tokens: TokenStream) -> Result<String, EmitError> {
 fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
     let function = format_ident!("{}", kernel.name);
     let result = format_ident!("{}", camel_case(&kernel.name));
+    if let Some(symbol) = kernel.unbound_symbol() {
+        return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol: symbol.into() });
+    }
     let body = Body::new(kernel)?;
 
     let summary = kernel.summary.lines().map(|line| format!(" {line}"));
@@ -203,7 +198,8 @@ fn binding(input: &Input, uses: &BTreeMap<NodeId, usize>) -> Option<TokenStream>
 
 fn field(output: &Output) -> TokenStream {
     let name = format_ident!("{}", output.name);
-    let doc = format!(" {}", output.doc);
+    let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
+    let doc = format!(" {}{unit}", output.doc);
     let shape = match output.shape {
         Shape::Scalar => quote!(T),
         Shape::Vector(length) => {
@@ -238,7 +234,7 @@ const MAX_DEPTH: usize = 6;
 impl Body {
     fn new(kernel: &Kernel) -> Result<Self, EmitError> {
         let given = given(kernel);
-        let order = needed(kernel);
+        let order = kernel.computed();
         let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
         for operand in order.iter().flat_map(|&id| kernel.graph.node(id).operands()).chain(outputs(kernel)) {
             *uses.entry(operand).or_default() += 1;
@@ -292,10 +288,7 @@ impl Body {
                 }
                 constant_expression(value)
             }
-            Node::Symbol(symbol) => {
-                let symbol = kernel.graph.symbols()[symbol.index()].name.clone();
-                return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol });
-            }
+            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
             Node::Add(a, b) => binary(of(a), syn::parse_quote!(+), of(b)),
             Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
             Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),
@@ -306,9 +299,11 @@ impl Body {
                 expr: Box::new(of(a).clone()),
             }),
             Node::Powi(a, exponent) => power(of(a), exponent),
-            Node::Sqrt(a) => method(of(a), "sqrt"),
-            Node::Sin(a) => method(of(a), "sin"),
-            Node::Cos(a) => method(of(a), "cos"),
+            Node::Sqrt(a) => method(of(a), "sqrt", None),
+            Node::Sin(a) => method(of(a), "sin", None),
+            Node::Cos(a) => method(of(a), "cos", None),
+            Node::Asin(a) => method(of(a), "asin", None),
+            Node::LessThan(a, b) => method(of(a), "less_than", Some(of(b))),
             Node::HalfAngleSquared(order, a) => {
                 let (order, argument) = (Literal::u8_unsuffixed(order), of(a));
                 syn::parse_quote!(T::half_angle_squared::<#order>(#argument))
@@ -358,7 +353,7 @@ fn binary(left: &syn::Expr, operator: syn::BinOp, right: &syn::Expr) -> syn::Exp
     })
 }
 
-fn method(receiver: &syn::Expr, name: &str) -> syn::Expr {
+fn method(receiver: &syn::Expr, name: &str, argument: Option<&syn::Expr>) -> syn::Expr {
     let name = format_ident!("{name}");
     syn::Expr::MethodCall(syn::ExprMethodCall {
         attrs: Vec::new(),
@@ -367,7 +362,7 @@ fn method(receiver: &syn::Expr, name: &str) -> syn::Expr {
         method: name,
         turbofish: None,
         paren_token: Default::default(),
-        args: Default::default(),
+        args: argument.cloned().into_iter().collect(),
     })
 }
 

@@ -1,70 +1,693 @@
-//! Kernels as JSON: what another program needs to evaluate, compare or draw the expressions.
+//! Kernels as JSON, written and read: how derivations of different engines meet.
 //!
 //! A file holds one or more kernels. A kernel is a list of operations in single assignment, operands before users;
-//! a number in an operand's place is the index of an earlier operation. The format carries a version.
+//! a number in an operand's place is the index of an earlier operation. `docs/graph-format.md` has every field.
+//!
+//! A file that is read may be broken or hostile: everything is checked before it is used, and what cannot be is an
+//! error that names the kernel and the operation. Nothing recurses over the expressions.
 
-use serde::Serialize;
+use std::collections::HashSet;
+use std::fmt::{self, Formatter};
+
+use num_rational::Ratio;
+use serde::de::{self, IgnoredAny, SeqAccess, Visitor};
+use serde::ser::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::constant::Constant;
+use crate::dimension::{self, DimensionError};
 use crate::graph::{Graph, Node, NodeId};
-use crate::kernels::{Kernel, Shape};
+use crate::kernels::{Input, Kernel, Output, Shape};
+use crate::special;
+use crate::unit::Unit;
 
-/// The version of the format that [`to_json`] writes.
-pub const VERSION: u32 = 1;
+/// What a file calls its format.
+pub const FORMAT: &str = "bristle-graph";
+/// The version of the format that is written and read.
+pub const VERSION: u32 = 2;
 
-#[derive(Serialize)]
-struct File<'a> {
-    format: &'static str,
-    version: u32,
-    kernels: Vec<KernelEntry<'a>>,
+/// Largest file that is read, in bytes.
+pub const MAX_BYTES: usize = 256 << 20;
+/// Most operations of a kernel.
+pub const MAX_OPERATIONS: usize = 8_000_000;
+/// Longest chain of operations that use each other.
+pub const MAX_DEPTH: u32 = 1_000_000;
+/// Largest size of an integer exponent: a power is emitted as so many multiplications.
+pub const MAX_EXPONENT: i32 = 64;
+/// Longest name, in characters.
+pub const MAX_NAME: usize = 64;
+/// Longest text of any other kind, in characters.
+pub const MAX_TEXT: usize = 4000;
+
+/// A file, read and checked.
+#[derive(Clone, Debug)]
+pub struct GraphFile {
+    /// What made it: a command, and the versions of its engine.
+    pub generator: String,
+    /// Its kernels.
+    pub kernels: Vec<Kernel>,
 }
 
-#[derive(Serialize)]
-struct KernelEntry<'a> {
-    name: &'a str,
-    summary: &'a str,
-    inputs: Vec<InputEntry<'a>>,
-    operations: Vec<Operation<'a>>,
-    outputs: Vec<OutputEntry<'a>>,
+/// Why a file cannot be read.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum ExchangeError {
+    /// The file is larger than [`MAX_BYTES`].
+    #[error("the file has {bytes} bytes; at most {MAX_BYTES} are read")]
+    TooLarge {
+        /// Its size.
+        bytes: usize,
+    },
+    /// The text is no JSON, or a field or operation is unknown, missing, or of a wrong type.
+    #[error("line {line}, column {column}, at `{path}`: {message}")]
+    Syntax {
+        /// Path of the value: `kernels[0].operations[17]`.
+        path: String,
+        /// Line, counted from 1.
+        line: usize,
+        /// Column, counted from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// It is another kind of file.
+    #[error("the format is {found:?}, not {FORMAT:?}")]
+    Format {
+        /// What the file says.
+        found: String,
+    },
+    /// It has another version.
+    #[error("the version is {found}; this program reads version {VERSION}: derive the graph again")]
+    Version {
+        /// What the file says.
+        found: u64,
+    },
+    /// The file has no kernel.
+    #[error("the file holds no kernel")]
+    Empty,
+    /// A text of the file cannot be shown.
+    #[error("`{field}` {problem}")]
+    Text {
+        /// The field.
+        field: &'static str,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A kernel is wrong.
+    #[error("kernel `{kernel}`: {error}")]
+    Kernel {
+        /// Its name.
+        kernel: String,
+        /// What is wrong.
+        error: KernelError,
+    },
 }
 
-#[derive(Serialize)]
-struct InputEntry<'a> {
-    name: &'a str,
-    doc: &'a str,
-    elements: Vec<(&'a str, usize)>,
+/// What is wrong with a kernel.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum KernelError {
+    /// A name is none, or taken.
+    #[error("{what} `{name}` {problem}")]
+    Name {
+        /// What is named.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A text cannot be shown.
+    #[error("the {field} of {what} {problem}")]
+    Text {
+        /// The field.
+        field: &'static str,
+        /// What it belongs to.
+        what: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// An operand does not come before its user.
+    #[error("operation {operation} (`{operator}`) uses operation {operand}, which does not come before it")]
+    OperandAfterUser {
+        /// Index of the user.
+        operation: usize,
+        /// Its operator.
+        operator: &'static str,
+        /// Index of the operand.
+        operand: usize,
+    },
+    /// Operations are nested too deeply.
+    #[error("operation {operation} is nested deeper than {MAX_DEPTH} operations")]
+    TooDeep {
+        /// Index of the operation.
+        operation: usize,
+    },
+    /// A parameter is out of range.
+    #[error("operation {operation} (`{operator}`) has the parameter {parameter}; it must be {least} to {most}")]
+    Parameter {
+        /// Index of the operation.
+        operation: usize,
+        /// Its operator.
+        operator: &'static str,
+        /// The parameter.
+        parameter: i32,
+        /// The least allowed.
+        least: i32,
+        /// The largest allowed.
+        most: i32,
+    },
+    /// A symbol is listed twice.
+    #[error("operation {operation}: the symbol `{symbol}` is listed before")]
+    DoubleSymbol {
+        /// Index of the second operation.
+        operation: usize,
+        /// The symbol.
+        symbol: String,
+    },
+    /// An input or output names no operation.
+    #[error("{what} `{name}` refers to operation {operation}, but there are {operations}")]
+    NoSuchOperation {
+        /// Input or output.
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// The index.
+        operation: usize,
+        /// How many there are.
+        operations: usize,
+    },
+    /// Two input elements give one operation.
+    #[error("input `{name}` gives operation {operation}, which another input gives")]
+    GivenTwice {
+        /// Name of the input.
+        name: String,
+        /// The operation.
+        operation: usize,
+    },
+    /// A list is empty.
+    #[error("{0} has no element")]
+    Nothing(String),
+    /// A shape does not fit the number of elements.
+    #[error("output `{name}` has the shape {shape:?} but {elements} elements")]
+    BadShape {
+        /// Name of the output.
+        name: String,
+        /// Its shape.
+        shape: Vec<usize>,
+        /// Number of its elements.
+        elements: usize,
+    },
+    /// An output needs a symbol that no input gives.
+    #[error("an output needs the symbol `{symbol}`, which no input gives")]
+    UnboundSymbol {
+        /// The symbol.
+        symbol: String,
+    },
+    /// A term makes no physical sense.
+    #[error(transparent)]
+    Dimension(#[from] DimensionError),
 }
 
-#[derive(Serialize)]
-struct OutputEntry<'a> {
-    name: &'a str,
-    doc: &'a str,
+/// A named operation of the format.
+struct Operator {
+    name: &'static str,
+    operands: usize,
+    /// Range of the integer after the operands, if there is one.
+    parameter: Option<(i32, i32)>,
+    node: fn([NodeId; 2], i32) -> Node,
+}
+
+const fn operator(name: &'static str, operands: usize, node: fn([NodeId; 2], i32) -> Node) -> Operator {
+    Operator { name, operands, parameter: None, node }
+}
+
+const OPERATORS: [Operator; 12] = [
+    operator("add", 2, |[a, b], _| Node::Add(a, b)),
+    operator("sub", 2, |[a, b], _| Node::Sub(a, b)),
+    operator("mul", 2, |[a, b], _| Node::Mul(a, b)),
+    operator("div", 2, |[a, b], _| Node::Div(a, b)),
+    operator("neg", 1, |[a, _], _| Node::Neg(a)),
+    operator("sqrt", 1, |[a, _], _| Node::Sqrt(a)),
+    operator("sin", 1, |[a, _], _| Node::Sin(a)),
+    operator("cos", 1, |[a, _], _| Node::Cos(a)),
+    operator("asin", 1, |[a, _], _| Node::Asin(a)),
+    operator("less_than", 2, |[a, b], _| Node::LessThan(a, b)),
+    Operator {
+        name: "powi",
+        operands: 1,
+        parameter: Some((-MAX_EXPONENT, MAX_EXPONENT)),
+        node: |[a, _], exponent| Node::Powi(a, exponent),
+    },
+    Operator {
+        name: "half_angle_squared",
+        operands: 1,
+        parameter: Some((0, special::MAX_ORDER as i32)),
+        node: |[a, _], order| Node::HalfAngleSquared(order as u8, a),
+    },
+];
+
+/// The name of an operation in the format, and the integer after its operands.
+fn name_and_parameter(node: Node) -> (&'static str, Option<i64>) {
+    match node {
+        Node::Constant(Constant::Rational(_)) => ("rational", None),
+        Node::Constant(Constant::Float(_)) => ("float", None),
+        Node::Symbol(_) => ("symbol", None),
+        Node::Add(..) => ("add", None),
+        Node::Sub(..) => ("sub", None),
+        Node::Mul(..) => ("mul", None),
+        Node::Div(..) => ("div", None),
+        Node::Neg(_) => ("neg", None),
+        Node::Powi(_, exponent) => ("powi", Some(exponent.into())),
+        Node::Sqrt(_) => ("sqrt", None),
+        Node::Sin(_) => ("sin", None),
+        Node::Cos(_) => ("cos", None),
+        Node::Asin(_) => ("asin", None),
+        Node::LessThan(..) => ("less_than", None),
+        Node::HalfAngleSquared(order, _) => ("half_angle_squared", Some(order.into())),
+    }
+}
+
+#[derive(Deserialize)]
+struct Head {
+    format: String,
+    version: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileEntry {
+    #[serde(rename = "format")]
+    _format: IgnoredAny,
+    #[serde(rename = "version")]
+    _version: IgnoredAny,
+    generator: String,
+    kernels: Vec<KernelEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KernelEntry {
+    name: String,
+    summary: String,
+    inputs: Vec<InputEntry>,
+    #[serde(deserialize_with = "operations")]
+    operations: Vec<Operation>,
+    outputs: Vec<OutputEntry>,
+}
+
+/// A list of operations that is given up as soon as it is too long to be kept.
+fn operations<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Operation>, D::Error> {
+    struct Operations;
+
+    impl<'de> Visitor<'de> for Operations {
+        type Value = Vec<Operation>;
+
+        fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+            formatter.write_str("a list of operations")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<Operation>, A::Error> {
+            let mut operations = Vec::new();
+            while let Some(operation) = items.next_element()? {
+                if operations.len() == MAX_OPERATIONS {
+                    return Err(de::Error::custom(format!("a kernel has at most {MAX_OPERATIONS} operations")));
+                }
+                operations.push(operation);
+            }
+            Ok(operations)
+        }
+    }
+
+    deserializer.deserialize_seq(Operations)
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InputEntry {
+    name: String,
+    doc: String,
+    elements: Vec<(String, usize)>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OutputEntry {
+    name: String,
+    doc: String,
+    unit: UnitCode,
     shape: Vec<usize>,
     operations: Vec<usize>,
 }
 
-/// One operation; `["add", 3, 4]` is the sum of operations 3 and 4.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Operation<'a> {
-    Symbol(&'static str, &'a str, &'a str),
-    Rational(&'static str, i64, i64),
-    Float(&'static str, f64),
-    Unary(&'static str, usize),
-    Binary(&'static str, usize, usize),
-    Power(&'static str, usize, i32),
-    Derivative(&'static str, usize, u8),
+struct UnitCode(Unit);
+
+impl Serialize for UnitCode {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0.code())
+    }
 }
 
-/// The kernels as JSON, an operation a line. The same kernels give the same bytes.
-pub fn to_json(kernels: &[Kernel]) -> serde_json::Result<String> {
-    let file = File { format: "bristle-graph", version: VERSION, kernels: kernels.iter().map(entry).collect() };
-    let mut text = serde_json::to_string(&file)?;
-    text.push('\n');
+impl<'de> Deserialize<'de> for UnitCode {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Unit::parse(&text).map(UnitCode).ok_or_else(|| {
+            let shown = shortened(&text);
+            de::Error::custom(format!("`{shown}` is no unit; units are products like `kg m^2` or `rad s^-1`, or `1`"))
+        })
+    }
+}
+
+/// One entry of `operations`, as it is read.
+enum Operation {
+    Symbol { name: String, notation: String, unit: Unit },
+    Constant(Constant),
+    Operator { operator: &'static Operator, operands: [usize; 2], parameter: i32 },
+}
+
+impl<'de> Deserialize<'de> for Operation {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(OperationVisitor)
+    }
+}
+
+struct OperationVisitor;
+
+impl<'de> Visitor<'de> for OperationVisitor {
+    type Value = Operation;
+
+    fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an operation, a list like [\"add\", 3, 4]")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Operation, A::Error> {
+        let tag: String = next(&mut items, "an operation has a name")?;
+        let operation = match tag.as_str() {
+            "symbol" => {
+                const WANTED: &str = "`symbol` takes a name, a notation and a unit";
+                let (name, notation) = (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
+                let UnitCode(unit) = next(&mut items, WANTED)?;
+                Operation::Symbol { name, notation, unit }
+            }
+            "rational" => {
+                const WANTED: &str = "`rational` takes a numerator and a positive denominator";
+                let (numerator, denominator): (i64, i64) = (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
+                // The least integer has no opposite.
+                if denominator <= 0 || numerator == i64::MIN {
+                    return Err(de::Error::custom(WANTED));
+                }
+                Operation::Constant(Constant::Rational(Ratio::new(numerator, denominator)))
+            }
+            "float" => {
+                let value: f64 = next(&mut items, "`float` takes a number")?;
+                if !value.is_finite() {
+                    return Err(de::Error::custom("the constant is not finite"));
+                }
+                Operation::Constant(Constant::Float(value))
+            }
+            name => {
+                let operator = OPERATORS.iter().find(|operator| operator.name == name).ok_or_else(|| {
+                    let known = OPERATORS.map(|operator| operator.name).join(", ");
+                    let shown = shortened(name);
+                    de::Error::custom(format!("unknown operator `{shown}`; known are symbol, rational, float, {known}"))
+                })?;
+                let plural = if operator.operands == 1 { "" } else { "s" };
+                let and = if operator.parameter.is_some() { " and an integer" } else { "" };
+                let wanted = format!("`{name}` takes {} operand{plural}{and}", operator.operands);
+                let mut operands = [0; 2];
+                for operand in &mut operands[..operator.operands] {
+                    *operand = next(&mut items, &wanted)?;
+                }
+                let parameter = match operator.parameter {
+                    Some(_) => next(&mut items, &wanted)?,
+                    None => 0,
+                };
+                Operation::Operator { operator, operands, parameter }
+            }
+        };
+        match items.next_element::<IgnoredAny>()? {
+            None => Ok(operation),
+            Some(_) => Err(de::Error::custom(format!("`{tag}` has more entries than it takes"))),
+        }
+    }
+}
+
+fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(items: &mut A, wanted: &str) -> Result<T, A::Error> {
+    items.next_element()?.ok_or_else(|| de::Error::custom(wanted))
+}
+
+/// `text` for a message.
+fn shortened(text: &str) -> String {
+    const SHOWN: usize = 40;
+    let mut shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
+    if text.chars().nth(SHOWN).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+/// Reads a file and checks all that it says.
+///
+/// # Errors
+/// The first thing that is wrong, with its place.
+pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
+    if text.len() > MAX_BYTES {
+        return Err(ExchangeError::TooLarge { bytes: text.len() });
+    }
+    let head: Head = parse(text)?;
+    if head.format != FORMAT {
+        return Err(ExchangeError::Format { found: shortened(&head.format) });
+    }
+    if head.version != u64::from(VERSION) {
+        return Err(ExchangeError::Version { found: head.version });
+    }
+    let file: FileEntry = parse(text)?;
+    check_text(&file.generator, false).map_err(|problem| ExchangeError::Text { field: "generator", problem })?;
+    if file.kernels.is_empty() {
+        return Err(ExchangeError::Empty);
+    }
+    let mut names = HashSet::new();
+    let mut kernels = Vec::with_capacity(file.kernels.len());
+    for entry in file.kernels {
+        let kernel = shortened(&entry.name);
+        let within = |error| ExchangeError::Kernel { kernel, error };
+        let result = check_kernel_name(&entry.name, &mut names).and_then(|()| entry.kernel());
+        kernels.push(result.map_err(within)?);
+    }
+    Ok(GraphFile { generator: file.generator, kernels })
+}
+
+fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let syntax = |path: String, error: &serde_json::Error| {
+        let message = error.to_string();
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        ExchangeError::Syntax {
+            // Outside of any key the path is a mark only.
+            path: if matches!(path.as_str(), "." | "?") { "file".into() } else { shortened(&path) },
+            line: error.line(),
+            column: error.column(),
+            message: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
+        }
+    };
+    let value = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| syntax(error.path().to_string(), error.inner()))?;
+    deserializer.end().map_err(|error| syntax(".".into(), &error))?;
+    Ok(value)
+}
+
+/// Names that the emitted source needs for itself.
+const RESERVED: [&str; 3] = ["gen", "real", "t"];
+
+fn check_name(what: &'static str, name: &str) -> Result<(), KernelError> {
+    let words = name.split('_');
+    let snake_case = name.starts_with(|first: char| first.is_ascii_lowercase())
+        && words.clone().all(|word| !word.is_empty())
+        && name.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_');
+    let intermediate = name.strip_prefix('t').is_some_and(|rest| rest.chars().all(|digit| digit.is_ascii_digit()));
+    let problem = if !snake_case || name.len() > MAX_NAME {
+        "is no name: a name is lower-case words of letters and digits, joined by `_`, of at most 64 characters"
+    } else if intermediate || RESERVED.contains(&name) || syn::parse_str::<syn::Ident>(name).is_err() {
+        "is reserved"
+    } else {
+        return Ok(());
+    };
+    Err(KernelError::Name { what, name: shortened(name), problem })
+}
+
+fn check_kernel_name(name: &str, names: &mut HashSet<String>) -> Result<(), KernelError> {
+    check_name("the name", name)?;
+    if names.insert(name.to_owned()) {
+        return Ok(());
+    }
+    Err(KernelError::Name { what: "the name", name: name.to_owned(), problem: "is taken by another kernel" })
+}
+
+fn check_text(text: &str, lines: bool) -> Result<(), String> {
+    if text.chars().nth(MAX_TEXT).is_some() {
+        return Err(format!("is longer than {MAX_TEXT} characters"));
+    }
+    let forbidden = |letter: &char| letter.is_control() && !(lines && *letter == '\n');
+    match text.chars().find(forbidden) {
+        Some(letter) => Err(format!("holds the control character {}", letter.escape_debug())),
+        None => Ok(()),
+    }
+}
+
+/// The names of a kernel's arguments and of their elements, which become variables side by side.
+#[derive(Default)]
+struct Variables(HashSet<String>);
+
+impl Variables {
+    fn add(&mut self, what: &'static str, name: &str) -> Result<(), KernelError> {
+        check_name(what, name)?;
+        if self.0.insert(name.to_owned()) {
+            return Ok(());
+        }
+        Err(KernelError::Name { what, name: name.to_owned(), problem: "is taken by another input or element" })
+    }
+}
+
+impl KernelEntry {
+    fn kernel(self) -> Result<Kernel, KernelError> {
+        let Self { name, summary, inputs, operations, outputs } = self;
+        let text = |field, what: &str, text: &str, lines| {
+            check_text(text, lines).map_err(|problem| KernelError::Text { field, what: what.to_owned(), problem })
+        };
+        text("summary", "the kernel", &summary, true)?;
+        let (graph, nodes) = build(operations)?;
+        let find = |what, name: &str, operation: usize| {
+            nodes.get(operation).copied().ok_or_else(|| KernelError::NoSuchOperation {
+                what,
+                name: name.to_owned(),
+                operation,
+                operations: nodes.len(),
+            })
+        };
+
+        let mut variables = Variables::default();
+        let mut given = HashSet::new();
+        let mut checked_inputs = Vec::with_capacity(inputs.len());
+        for InputEntry { name, doc, elements } in inputs {
+            check_name("input", &name)?;
+            text("text", &format!("input `{name}`"), &doc, false)?;
+            match elements.len() {
+                0 => return Err(KernelError::Nothing(format!("input `{name}`"))),
+                1 => {}
+                _ => variables.add("input", &name)?,
+            }
+            let mut checked = Vec::with_capacity(elements.len());
+            for (element, operation) in elements {
+                variables.add("element", &element)?;
+                let node = find("input", &name, operation)?;
+                if !given.insert(node) {
+                    return Err(KernelError::GivenTwice { name, operation });
+                }
+                checked.push((element, node));
+            }
+            checked_inputs.push(Input { name, doc, elements: checked });
+        }
+
+        if outputs.is_empty() {
+            return Err(KernelError::Nothing("the list of outputs".into()));
+        }
+        let mut fields = HashSet::new();
+        let mut checked_outputs = Vec::with_capacity(outputs.len());
+        for OutputEntry { name, doc, unit: UnitCode(unit), shape, operations } in outputs {
+            check_name("output", &name)?;
+            if !fields.insert(name.clone()) {
+                return Err(KernelError::Name { what: "output", name, problem: "is taken by another output" });
+            }
+            text("text", &format!("output `{name}`"), &doc, false)?;
+            let elements = operations.len();
+            let shape = match shape[..] {
+                [] if elements == 1 => Shape::Scalar,
+                [length] if length == elements && length > 0 => Shape::Vector(length),
+                [rows, columns] if rows > 0 && columns > 0 && rows.checked_mul(columns) == Some(elements) => {
+                    Shape::Matrix(rows, columns)
+                }
+                _ => return Err(KernelError::BadShape { name, shape: shape.into_iter().take(3).collect(), elements }),
+            };
+            let nodes: Result<Vec<NodeId>, _> =
+                operations.into_iter().map(|operation| find("output", &name, operation)).collect();
+            checked_outputs.push(Output { nodes: nodes?, name, doc, unit, shape });
+        }
+        dimension::check(&graph, &checked_outputs)?;
+        let kernel = Kernel { name, summary, graph, inputs: checked_inputs, outputs: checked_outputs };
+        match kernel.unbound_symbol() {
+            Some(symbol) => Err(KernelError::UnboundSymbol { symbol: symbol.to_owned() }),
+            None => Ok(kernel),
+        }
+    }
+}
+
+/// The graph of a list of operations, and the node of each.
+fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError> {
+    let mut graph = Graph::raw();
+    let mut nodes: Vec<NodeId> = Vec::with_capacity(operations.len());
+    let mut depths: Vec<u32> = Vec::with_capacity(operations.len());
+    for (index, operation) in operations.into_iter().enumerate() {
+        let mut depth = 0;
+        let node = match operation {
+            Operation::Constant(value) => graph.constant(value),
+            Operation::Symbol { name, notation, unit } => {
+                check_name("symbol", &name)?;
+                check_text(&notation, false).map_err(|problem| KernelError::Text {
+                    field: "notation",
+                    what: format!("symbol `{name}`"),
+                    problem,
+                })?;
+                if graph.find_symbol(&name).is_some() {
+                    return Err(KernelError::DoubleSymbol { operation: index, symbol: name });
+                }
+                graph.symbol(&name, &notation, unit)
+            }
+            Operation::Operator { operator, operands, parameter } => {
+                let mut found = [NodeId::default(); 2];
+                for (found, operand) in found.iter_mut().zip(operands).take(operator.operands) {
+                    *found = *nodes.get(operand).ok_or(KernelError::OperandAfterUser {
+                        operation: index,
+                        operator: operator.name,
+                        operand,
+                    })?;
+                    depth = depth.max(depths[operand] + 1);
+                }
+                if depth > MAX_DEPTH {
+                    return Err(KernelError::TooDeep { operation: index });
+                }
+                if let Some((least, most)) = operator.parameter
+                    && !(least..=most).contains(&parameter)
+                {
+                    let operator = operator.name;
+                    return Err(KernelError::Parameter { operation: index, operator, parameter, least, most });
+                }
+                graph.intern((operator.node)(found, parameter))
+            }
+        };
+        nodes.push(node);
+        depths.push(depth);
+    }
+    Ok((graph, nodes))
+}
+
+/// The kernels as a file, an operation a line. The same kernels give the same bytes.
+///
+/// `generator` says what made them, in one line.
+///
+/// # Errors
+/// If a constant is not finite.
+pub fn to_json(kernels: &[Kernel], generator: &str) -> serde_json::Result<String> {
+    let generator = serde_json::to_string(generator)?;
+    let mut text =
+        format!("{{\"format\":\"{FORMAT}\",\"version\":{VERSION},\n\"generator\":{generator},\n\"kernels\":[");
+    for (i, kernel) in kernels.iter().enumerate() {
+        text.push_str(if i == 0 { "\n" } else { ",\n" });
+        write_kernel(&mut text, kernel)?;
+    }
+    text.push_str("\n]}\n");
     Ok(text)
 }
 
-fn entry(kernel: &Kernel) -> KernelEntry<'_> {
+fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
     let roots = kernel.outputs.iter().flat_map(|output| output.nodes.iter().copied());
     let arguments = kernel.inputs.iter().flat_map(|input| input.elements.iter().map(|(_, node)| *node));
     let live = kernel.graph.reachable(&roots.chain(arguments).collect::<Vec<_>>());
@@ -73,47 +696,91 @@ fn entry(kernel: &Kernel) -> KernelEntry<'_> {
         positions[id.index()] = position;
     }
     let position = |id: NodeId| positions[id.index()];
-    let inputs = kernel.inputs.iter().map(|input| InputEntry {
-        name: &input.name,
-        doc: &input.doc,
-        elements: input.elements.iter().map(|(name, node)| (name.as_str(), position(*node))).collect(),
-    });
-    let outputs = kernel.outputs.iter().map(|output| OutputEntry {
-        name: &output.name,
-        doc: &output.doc,
-        shape: match output.shape {
-            Shape::Scalar => vec![],
-            Shape::Vector(length) => vec![length],
-            Shape::Matrix(rows, columns) => vec![rows, columns],
-        },
-        operations: output.nodes.iter().copied().map(position).collect(),
-    });
-    KernelEntry {
-        name: &kernel.name,
-        summary: &kernel.summary,
-        inputs: inputs.collect(),
-        operations: live.iter().map(|&id| operation(&kernel.graph, id, position)).collect(),
-        outputs: outputs.collect(),
+    let inputs: Vec<InputEntry> = kernel
+        .inputs
+        .iter()
+        .map(|input| InputEntry {
+            name: input.name.clone(),
+            doc: input.doc.clone(),
+            elements: input.elements.iter().map(|(name, node)| (name.clone(), position(*node))).collect(),
+        })
+        .collect();
+    let outputs: Vec<OutputEntry> = kernel
+        .outputs
+        .iter()
+        .map(|output| OutputEntry {
+            name: output.name.clone(),
+            doc: output.doc.clone(),
+            unit: UnitCode(output.unit),
+            shape: match output.shape {
+                Shape::Scalar => vec![],
+                Shape::Vector(length) => vec![length],
+                Shape::Matrix(rows, columns) => vec![rows, columns],
+            },
+            operations: output.nodes.iter().copied().map(position).collect(),
+        })
+        .collect();
+    let (name, summary) = (serde_json::to_string(&kernel.name)?, serde_json::to_string(&kernel.summary)?);
+    let inputs = serde_json::to_string(&inputs)?;
+    text.push_str(&format!("{{\"name\":{name},\"summary\":{summary},\n\"inputs\":{inputs},\n\"operations\":[\n"));
+    for (i, &id) in live.iter().enumerate() {
+        text.push_str(if i == 0 { "" } else { ",\n" });
+        text.push_str(&operation(&kernel.graph, id, position)?);
+    }
+    let outputs = serde_json::to_string(&outputs)?;
+    text.push_str(&format!("\n],\n\"outputs\":{outputs}}}"));
+    Ok(())
+}
+
+fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> serde_json::Result<String> {
+    let node = graph.node(id);
+    let (name, parameter) = name_and_parameter(node);
+    match node {
+        Node::Constant(Constant::Rational(value)) => serde_json::to_string(&(name, value.numer(), value.denom())),
+        Node::Constant(Constant::Float(value)) => {
+            if !value.is_finite() {
+                return Err(serde_json::Error::custom(format!("the constant {value} is not finite")));
+            }
+            serde_json::to_string(&(name, value))
+        }
+        Node::Symbol(symbol) => {
+            let symbol = &graph.symbols()[symbol.index()];
+            serde_json::to_string(&(name, &symbol.name, &symbol.notation, symbol.unit.code()))
+        }
+        _ => {
+            let mut text = format!("[\"{name}\"");
+            for integer in node.operands().map(|operand| position(operand) as i64).chain(parameter) {
+                text.push_str(&format!(",{integer}"));
+            }
+            text.push(']');
+            Ok(text)
+        }
     }
 }
 
-fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> Operation<'_> {
-    match graph.node(id) {
-        Node::Constant(Constant::Rational(value)) => Operation::Rational("rational", *value.numer(), *value.denom()),
-        Node::Constant(Constant::Float(value)) => Operation::Float("float", value),
-        Node::Symbol(symbol) => {
-            let symbol = &graph.symbols()[symbol.index()];
-            Operation::Symbol("symbol", &symbol.name, &symbol.notation)
+/// SHA-256 of the kernels as they are exchanged, in hexadecimal digits: it names the expressions, whatever made them.
+///
+/// # Errors
+/// If a constant is not finite.
+pub fn fingerprint(kernels: &[Kernel]) -> serde_json::Result<String> {
+    let digest = Sha256::digest(to_json(kernels, "")?);
+    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_operator_is_read_as_it_is_written() {
+        let mut graph = Graph::raw();
+        let (a, b) = (graph.symbol("a", "a", Unit::ONE), graph.symbol("b", "b", Unit::ONE));
+        for operator in &OPERATORS {
+            let parameter = operator.parameter.map_or(0, |(least, _)| least);
+            let node = (operator.node)([a, b], parameter);
+            let written = operator.parameter.map(|_| i64::from(parameter));
+            assert_eq!(name_and_parameter(node), (operator.name, written));
+            assert_eq!(node.operands().count(), operator.operands);
         }
-        Node::Add(a, b) => Operation::Binary("add", position(a), position(b)),
-        Node::Sub(a, b) => Operation::Binary("sub", position(a), position(b)),
-        Node::Mul(a, b) => Operation::Binary("mul", position(a), position(b)),
-        Node::Div(a, b) => Operation::Binary("div", position(a), position(b)),
-        Node::Neg(a) => Operation::Unary("neg", position(a)),
-        Node::Powi(a, exponent) => Operation::Power("powi", position(a), exponent),
-        Node::Sqrt(a) => Operation::Unary("sqrt", position(a)),
-        Node::Sin(a) => Operation::Unary("sin", position(a)),
-        Node::Cos(a) => Operation::Unary("cos", position(a)),
-        Node::HalfAngleSquared(order, a) => Operation::Derivative("half_angle_squared", position(a), order),
     }
 }

@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, HashMap};
 use crate::constant::Constant;
 use crate::simplify::{self, Rule};
 use crate::special;
+use crate::unit::Unit;
 
 /// A node of one [`Graph`]. Ids grow in the order of creation, and operands have smaller ids than their users.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(u32);
 
 impl NodeId {
@@ -38,6 +39,8 @@ pub struct Symbol {
     pub name: String,
     /// The field's notation: `φ̇2`.
     pub notation: String,
+    /// The unit of its values.
+    pub unit: Unit,
 }
 
 /// One operation, with its operands.
@@ -65,6 +68,10 @@ pub enum Node {
     Sin(NodeId),
     /// `cos a`
     Cos(NodeId),
+    /// `asin a`
+    Asin(NodeId),
+    /// 1 where `a < b`, else 0
+    LessThan(NodeId, NodeId),
     /// The k-th derivative of `S(u) = ½ arccos²(1 − u)`, see [`crate::special`].
     HalfAngleSquared(u8, NodeId),
 }
@@ -74,12 +81,15 @@ impl Node {
     pub fn operands(&self) -> impl Iterator<Item = NodeId> + use<> {
         let (first, second) = match *self {
             Self::Constant(_) | Self::Symbol(_) => (None, None),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => (Some(a), Some(b)),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::LessThan(a, b) => {
+                (Some(a), Some(b))
+            }
             Self::Neg(a)
             | Self::Powi(a, _)
             | Self::Sqrt(a)
             | Self::Sin(a)
             | Self::Cos(a)
+            | Self::Asin(a)
             | Self::HalfAngleSquared(_, a) => (Some(a), None),
         };
         first.into_iter().chain(second)
@@ -98,6 +108,8 @@ impl Node {
             Self::Sqrt(a) => Self::Sqrt(operand(a)),
             Self::Sin(a) => Self::Sin(operand(a)),
             Self::Cos(a) => Self::Cos(operand(a)),
+            Self::Asin(a) => Self::Asin(operand(a)),
+            Self::LessThan(a, b) => Self::LessThan(operand(a), operand(b)),
             Self::HalfAngleSquared(order, a) => Self::HalfAngleSquared(order, operand(a)),
         }
     }
@@ -229,13 +241,13 @@ impl Graph {
         self.intern(node)
     }
 
-    /// The symbol `name`, written `notation`; the one that exists if the name is known.
-    pub fn symbol(&mut self, name: &str, notation: &str) -> NodeId {
+    /// The symbol `name`, written `notation`, in `unit`; the one that exists if the name is known.
+    pub fn symbol(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
         if let Some(&id) = self.by_name.get(name) {
             return id;
         }
         let symbol = SymbolId(self.symbols.len() as u32);
-        self.symbols.push(Symbol { name: name.into(), notation: notation.into() });
+        self.symbols.push(Symbol { name: name.into(), notation: notation.into(), unit });
         let id = self.intern(Node::Symbol(symbol));
         self.by_name.insert(name.into(), id);
         id
@@ -258,7 +270,7 @@ impl Graph {
     pub fn with_same_symbols(&self) -> Self {
         let mut graph = Self::with_rules(self.rules);
         for symbol in &self.symbols {
-            graph.symbol(&symbol.name, &symbol.notation);
+            graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
         }
         graph
     }
@@ -350,6 +362,16 @@ impl Graph {
     /// `cos a`
     pub fn cos(&mut self, a: NodeId) -> NodeId {
         self.make(Node::Cos(a))
+    }
+
+    /// `asin a`
+    pub fn asin(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Asin(a))
+    }
+
+    /// 1 where `a < b`, else 0
+    pub fn less_than(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::LessThan(a, b))
     }
 
     /// `S(u) = ½ arccos²(1 − u)`, see [`crate::special`].
@@ -449,6 +471,8 @@ impl Graph {
                 Node::Sqrt(a) => at(a).sqrt(),
                 Node::Sin(a) => at(a).sin(),
                 Node::Cos(a) => at(a).cos(),
+                Node::Asin(a) => at(a).asin(),
+                Node::LessThan(a, b) => f64::from(u8::from(at(a) < at(b))),
                 Node::HalfAngleSquared(order, a) => special::half_angle_squared(order, at(a)),
             });
         }
@@ -463,17 +487,17 @@ mod tests {
     #[test]
     fn equal_expressions_are_one_node() {
         let mut graph = Graph::raw();
-        let (x, y) = (graph.symbol("x", "x"), graph.symbol("y", "y"));
+        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
         let (a, b) = (graph.mul(x, y), graph.mul(x, y));
         assert_eq!(a, b);
-        assert_eq!(graph.symbol("x", "x"), x);
+        assert_eq!(graph.symbol("x", "x", Unit::ONE), x);
         assert_eq!(graph.validate(), Ok(()));
     }
 
     #[test]
     fn validate_names_what_is_broken() {
         let mut graph = Graph::raw();
-        let x = graph.symbol("x", "x");
+        let x = graph.symbol("x", "x", Unit::ONE);
         graph.nodes.push(Node::Symbol(SymbolId(0)));
         assert_eq!(graph.validate(), Err(GraphError::Duplicate { first: 0, second: 1 }));
 
@@ -487,7 +511,7 @@ mod tests {
         assert_eq!(graph.validate(), Err(GraphError::UndefinedOrder { node: 1, order: 9 }));
 
         let mut graph = Graph::raw();
-        graph.symbol("not an identifier", "x");
+        graph.symbol("not an identifier", "x", Unit::ONE);
         assert!(matches!(graph.validate(), Err(GraphError::BadSymbol { symbol: 0, .. })));
     }
 }

@@ -13,12 +13,24 @@
 //!
 //! The sines and cosines of the coordinates are inputs of the kernels, so that each is computed once a segment.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::calculus::{directional_derivative, gradient, jacobian};
-use crate::chain::{self, Clamp, Parameters, Segment, Vec3, to_vec3, vector_symbol};
+use crate::chain::{
+    self, ACCELERATION, ANGULAR_RATE, Clamp, DAMPING, INERTIA, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, to_vec3,
+    vector_symbol,
+};
+use crate::dimension::{self, DimensionError};
 use crate::graph::{Graph, NodeId};
 use crate::simplify::{Style, normalise};
+use crate::unit::Unit;
+
+/// Of a joint's torque.
+const TORQUE: Unit = Unit::NEWTON.times(Unit::METRE);
+/// Of a joint's torque by an angular acceleration.
+const TORQUE_SLOPE: Unit = TORQUE.times(Unit::SECOND.powi(2));
+/// Of a force by an angular acceleration.
+const MASS_LENGTH: Unit = Unit::KILOGRAM.times(Unit::METRE);
 
 /// A function to emit: named inputs, expressions, named outputs.
 #[derive(Clone, Debug)]
@@ -33,6 +45,27 @@ pub struct Kernel {
     pub inputs: Vec<Input>,
     /// The fields of the result, in order.
     pub outputs: Vec<Output>,
+}
+
+impl Kernel {
+    /// The nodes that the outputs need and that the inputs do not give, operands before users.
+    pub fn computed(&self) -> Vec<NodeId> {
+        let elements = self.inputs.iter().flat_map(|input| &input.elements);
+        let given: HashSet<NodeId> = elements.map(|&(_, node)| node).collect();
+        let mut live: BTreeSet<NodeId> = BTreeSet::new();
+        let mut pending: Vec<NodeId> = self.outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect();
+        while let Some(id) = pending.pop() {
+            if !given.contains(&id) && live.insert(id) {
+                pending.extend(self.graph.node(id).operands());
+            }
+        }
+        live.into_iter().collect()
+    }
+
+    /// A symbol that the outputs need and no input gives.
+    pub fn unbound_symbol(&self) -> Option<&str> {
+        self.computed().into_iter().find_map(|id| self.graph.symbol_name(id))
+    }
 }
 
 /// An argument of a [`Kernel`]: a scalar, or an array of scalars.
@@ -76,8 +109,10 @@ pub enum Shape {
 pub struct Output {
     /// Name of the field.
     pub name: String,
-    /// What it is, with its unit.
+    /// What it is.
     pub doc: String,
+    /// Unit of its elements.
+    pub unit: Unit,
     /// Its shape.
     pub shape: Shape,
     /// Its elements, row by row.
@@ -85,33 +120,37 @@ pub struct Output {
 }
 
 impl Output {
-    pub(crate) fn scalar(name: &str, doc: &str, node: NodeId) -> Self {
-        Self { name: name.into(), doc: doc.into(), shape: Shape::Scalar, nodes: vec![node] }
+    pub(crate) fn scalar(name: &str, doc: &str, unit: Unit, node: NodeId) -> Self {
+        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Scalar, nodes: vec![node] }
     }
 
-    pub(crate) fn vector(name: &str, doc: &str, nodes: Vec<NodeId>) -> Self {
-        Self { name: name.into(), doc: doc.into(), shape: Shape::Vector(nodes.len()), nodes }
+    pub(crate) fn vector(name: &str, doc: &str, unit: Unit, nodes: Vec<NodeId>) -> Self {
+        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Vector(nodes.len()), nodes }
     }
 
-    pub(crate) fn matrix(name: &str, doc: &str, rows: Vec<Vec<NodeId>>) -> Self {
+    pub(crate) fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
         let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
-        Self { name: name.into(), doc: doc.into(), shape, nodes: rows.concat() }
+        Self { name: name.into(), doc: doc.into(), unit, shape, nodes: rows.concat() }
     }
 }
 
 /// All kernels, in the order in which the solver meets them.
-pub fn kernels() -> Vec<Kernel> {
-    vec![
-        segment(),
-        segment_tangent(),
-        segment_energy(),
-        joint(),
-        joint_tangent(),
-        joint_energy(),
-        clamp(),
-        clamp_tangent(),
-        clamp_energy(),
-    ]
+///
+/// # Errors
+/// If a term of the derivation makes no physical sense.
+pub fn kernels() -> Result<Vec<Kernel>, DimensionError> {
+    let derivations = [
+        segment,
+        segment_tangent,
+        segment_energy,
+        joint,
+        joint_tangent,
+        joint_energy,
+        clamp,
+        clamp_tangent,
+        clamp_energy,
+    ];
+    derivations.into_iter().map(|derive| derive()).collect()
 }
 
 /// Derived expressions under their names, before simplification.
@@ -128,8 +167,9 @@ impl Derivation {
         summary: &str,
         style: Option<Style<'_>>,
         inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
-    ) -> Kernel {
+    ) -> Result<Kernel, DimensionError> {
         let Self { mut graph, mut outputs } = self;
+        dimension::check(&graph, &outputs)?;
         if let Some(style) = style {
             let nodes: Vec<NodeId> = outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect();
             let normalised = normalise(&graph, &nodes, style);
@@ -138,9 +178,10 @@ impl Derivation {
             for output in &mut outputs {
                 output.nodes = nodes.by_ref().take(output.nodes.len()).collect();
             }
+            dimension::check(&graph, &outputs)?;
         }
         let inputs = inputs(&mut graph);
-        Kernel { name: name.into(), summary: summary.into(), graph, inputs, outputs }
+        Ok(Kernel { name: name.into(), summary: summary.into(), graph, inputs, outputs })
     }
 }
 
@@ -169,6 +210,12 @@ fn segment_constants(graph: &Graph) -> Vec<Input> {
         Input::symbols(graph, "segment_mass", "m in kg", &["segment_mass"]),
         Input::symbols(graph, "segment_inertia", "J in kg m²", &["segment_inertia"]),
     ]
+}
+
+/// The symbols `w_q` and `w_v`.
+fn step_weights(graph: &mut Graph) -> (NodeId, NodeId) {
+    let coordinates = graph.symbol("coordinate_weight", "w_q", Unit::SECOND.powi(2));
+    (coordinates, graph.symbol("rate_weight", "w_v", Unit::SECOND))
 }
 
 fn weights(graph: &Graph) -> Vec<Input> {
@@ -201,7 +248,7 @@ impl FreeSegment {
         let g = &mut graph;
         let parameters = Parameters::new(g);
         let segment = Segment::new(g, "");
-        let base_velocity = vector_symbol(g, "base_velocity", "ẋ");
+        let base_velocity = vector_symbol(g, "base_velocity", "ẋ", VELOCITY);
         let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
         let kinetic_energy = chain::kinetic_energy(g, &parameters, base_velocity, rate);
         let origin = [g.integer(0); 3];
@@ -216,7 +263,7 @@ impl FreeSegment {
     }
 }
 
-fn segment() -> Kernel {
+fn segment() -> Result<Kernel, DimensionError> {
     let mut free = FreeSegment::new();
     let motion = free.motion();
     let (coordinates, rates_of) = (free.segment.coordinates(), free.segment.rates());
@@ -232,14 +279,14 @@ fn segment() -> Kernel {
     let reach_jacobian = jacobian(g, &free.reach, &coordinates);
     let reach_bias = directional_derivative(g, &free.reach_rate, &motion);
     let outputs = vec![
-        Output::matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2, in kg m²", inertia),
-        Output::matrix("coupling", "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2, in kg m", coupling),
-        Output::vector("bias", "τ_0 in N m: d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0", bias),
-        Output::vector("base_bias", "p_0 in N: d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0", base_bias),
-        Output::vector("reach", "h e in m: outer end less inner end", free.reach.to_vec()),
-        Output::vector("reach_rate", "h ė in m/s", free.reach_rate.to_vec()),
-        Output::matrix("reach_jacobian", "G = ∂(h e)/∂q, 3 × 2, in m", reach_jacobian),
-        Output::vector("reach_bias", "b in m/s²: h ë for q̈ = 0", reach_bias),
+        Output::matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2", INERTIA, inertia),
+        Output::matrix("coupling", "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2", MASS_LENGTH, coupling),
+        Output::vector("bias", "τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0", TORQUE, bias),
+        Output::vector("base_bias", "p_0 = d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0", Unit::NEWTON, base_bias),
+        Output::vector("reach", "h e, outer end less inner end", Unit::METRE, free.reach.to_vec()),
+        Output::vector("reach_rate", "h ė", VELOCITY, free.reach_rate.to_vec()),
+        Output::matrix("reach_jacobian", "G = ∂(h e)/∂q, 3 × 2", Unit::METRE, reach_jacobian),
+        Output::vector("reach_bias", "b = h ë for q̈ = 0", ACCELERATION, reach_bias),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
     let summary = "Kinematics and inertia of one segment, seen from its inner end `x`:\n\
@@ -252,15 +299,16 @@ fn segment() -> Kernel {
     })
 }
 
-fn segment_tangent() -> Kernel {
+fn segment_tangent() -> Result<Kernel, DimensionError> {
     let mut free = FreeSegment::new();
     let mut motion = free.motion();
     let (coordinates, rates_of) = (free.segment.coordinates(), free.segment.rates());
     let g = &mut free.graph;
-    let base_acceleration = vector_symbol(g, "base_acceleration", "ẍ");
-    let accelerations = [g.symbol("phi_acceleration", "φ̈"), g.symbol("theta_acceleration", "θ̈")];
-    let outer_force = vector_symbol(g, "outer_force", "F");
-    let (coordinate_weight, rate_weight) = (g.symbol("coordinate_weight", "w_q"), g.symbol("rate_weight", "w_v"));
+    let base_acceleration = vector_symbol(g, "base_acceleration", "ẍ", ACCELERATION);
+    let accelerations = [("phi_acceleration", "φ̈"), ("theta_acceleration", "θ̈")]
+        .map(|(name, notation)| g.symbol(name, notation, ANGULAR_RATE.per(Unit::SECOND)));
+    let outer_force = vector_symbol(g, "outer_force", "F", Unit::NEWTON);
+    let (coordinate_weight, rate_weight) = step_weights(g);
     motion.extend(rates_of.into_iter().zip(accelerations));
     motion.extend(free.base_velocity.into_iter().zip(base_acceleration));
 
@@ -294,9 +342,9 @@ fn segment_tangent() -> Kernel {
         transpose(&columns)
     };
     let outputs = vec![
-        Output::matrix("torque", "∂τ/∂q̈, 2 × 2, in kg m²", along_step(&torque)),
-        Output::matrix("base_force", "∂p/∂q̈, 3 × 2, in kg m", along_step(&base_force)),
-        Output::matrix("outer_acceleration", "∂ẍ'/∂q̈, 3 × 2, in m", along_step(&reach_acceleration)),
+        Output::matrix("torque", "∂τ/∂q̈, 2 × 2", INERTIA, along_step(&torque)),
+        Output::matrix("base_force", "∂p/∂q̈, 3 × 2", MASS_LENGTH, along_step(&base_force)),
+        Output::matrix("outer_acceleration", "∂ẍ'/∂q̈, 3 × 2", Unit::METRE, along_step(&reach_acceleration)),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
     let summary = "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`segment`] change with its own `q̈` when\n\
@@ -315,15 +363,15 @@ fn segment_tangent() -> Kernel {
     })
 }
 
-fn segment_energy() -> Kernel {
+fn segment_energy() -> Result<Kernel, DimensionError> {
     let free = FreeSegment::new();
     let mut graph = free.graph;
-    let base = vector_symbol(&mut graph, "base_position", "x");
+    let base = vector_symbol(&mut graph, "base_position", "x", Unit::METRE);
     let direction = free.segment.direction(&mut graph);
     let gravity = chain::gravity_energy(&mut graph, &free.parameters, base, direction);
     let outputs = vec![
-        Output::scalar("kinetic", "E_kin in J", free.kinetic_energy),
-        Output::scalar("gravity", "E_grav in J", gravity),
+        Output::scalar("kinetic", "E_kin", Unit::JOULE, free.kinetic_energy),
+        Output::scalar("gravity", "E_grav", Unit::JOULE, gravity),
     ];
     let summary = "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`.";
     Derivation { graph, outputs }.kernel("segment_energy", summary, None, |graph| {
@@ -360,7 +408,7 @@ impl Joint {
     fn new(labels: &[&str]) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
-        let (stiffness, damping) = (g.symbol("stiffness", "c"), g.symbol("damping", "d"));
+        let (stiffness, damping) = (g.symbol("stiffness", "c", STIFFNESS), g.symbol("damping", "d", DAMPING));
         let clamp = Clamp::new(g);
         let segments: Vec<Segment> = labels.iter().map(|label| Segment::new(g, label)).collect();
         let mut sides = vec![(clamp.direction, clamp.direction_rate)];
@@ -390,7 +438,7 @@ impl Joint {
         let torques = self.torques();
         let g = &mut self.graph;
         let resistance: Vec<NodeId> = torques.into_iter().map(|torque| g.neg(torque)).collect();
-        let (coordinate_weight, rate_weight) = (g.symbol("coordinate_weight", "w_q"), g.symbol("rate_weight", "w_v"));
+        let (coordinate_weight, rate_weight) = step_weights(g);
         let pairs = self.segments.iter().flat_map(|segment| segment.coordinates().into_iter().zip(segment.rates()));
         let columns: Vec<Vec<NodeId>> = pairs
             .map(|(coordinate, rate)| {
@@ -440,12 +488,12 @@ fn joint_inputs(graph: &mut Graph) -> Vec<Input> {
     inputs
 }
 
-fn joint() -> Kernel {
+fn joint() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments();
     let torques = joint.torques();
     let outputs = vec![
-        Output::vector("previous", "torques on (φ, θ) of the previous segment in N m", torques[..2].to_vec()),
-        Output::vector("next", "torques on (φ, θ) of the next segment in N m", torques[2..].to_vec()),
+        Output::vector("previous", "torques on (φ, θ) of the previous segment", TORQUE, torques[..2].to_vec()),
+        Output::vector("next", "torques on (φ, θ) of the next segment", TORQUE, torques[2..].to_vec()),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n\
@@ -453,17 +501,27 @@ fn joint() -> Kernel {
     derivation.kernel("joint", summary, Some(Style::Cheap), joint_inputs)
 }
 
-fn joint_tangent() -> Kernel {
+fn joint_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments();
     let rows = joint.tangent();
     let block = |row: usize, column: usize| -> Vec<Vec<NodeId>> {
         rows[row..row + 2].iter().map(|row| row[column..column + 2].to_vec()).collect()
     };
     let outputs = vec![
-        Output::matrix("previous_previous", "torques on the previous segment, along its q̈; N m s²", block(0, 0)),
-        Output::matrix("previous_next", "torques on the previous segment, along the next one's q̈; N m s²", block(0, 2)),
-        Output::matrix("next_previous", "torques on the next segment, along the previous one's q̈; N m s²", block(2, 0)),
-        Output::matrix("next_next", "torques on the next segment, along its q̈; N m s²", block(2, 2)),
+        Output::matrix("previous_previous", "torques on the previous segment along its q̈", TORQUE_SLOPE, block(0, 0)),
+        Output::matrix(
+            "previous_next",
+            "torques on the previous segment along the next one's q̈",
+            TORQUE_SLOPE,
+            block(0, 2),
+        ),
+        Output::matrix(
+            "next_previous",
+            "torques on the next segment along the previous one's q̈",
+            TORQUE_SLOPE,
+            block(2, 0),
+        ),
+        Output::matrix("next_next", "torques on the next segment along its q̈", TORQUE_SLOPE, block(2, 2)),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n\
@@ -477,12 +535,12 @@ fn joint_tangent() -> Kernel {
 
 fn energies(joint: &Joint) -> Vec<Output> {
     vec![
-        Output::scalar("spring", "E_spring in J", joint.spring_energy),
-        Output::scalar("dissipation", "D in W", joint.dissipation),
+        Output::scalar("spring", "E_spring", Unit::JOULE, joint.spring_energy),
+        Output::scalar("dissipation", "D", Unit::WATT, joint.dissipation),
     ]
 }
 
-fn joint_energy() -> Kernel {
+fn joint_energy() -> Result<Kernel, DimensionError> {
     let joint = Joint::between_segments();
     let derivation = Derivation { outputs: energies(&joint), graph: joint.graph };
     let summary = "Energy and dissipation function of a joint: `c S(½|e' − e|²)` and `½ d |ω' − ω|²`.";
@@ -509,20 +567,20 @@ fn clamp_inputs(graph: &mut Graph) -> Vec<Input> {
     inputs
 }
 
-fn clamp() -> Kernel {
+fn clamp() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp();
     let torques = joint.torques();
-    let outputs = vec![Output::vector("next", "torques on (φ, θ) of the first segment in N m", torques)];
+    let outputs = vec![Output::vector("next", "torques on (φ, θ) of the first segment", TORQUE, torques)];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`joint`], with\n\
                    the clamp's `e0` and `ω0 = e0 × ė0` on the inner side.";
     derivation.kernel("clamp", summary, Some(Style::Cheap), clamp_inputs)
 }
 
-fn clamp_tangent() -> Kernel {
+fn clamp_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp();
     let outputs =
-        vec![Output::matrix("next_next", "torques on the first segment, along its q̈; N m s²", joint.tangent())];
+        vec![Output::matrix("next_next", "torques on the first segment along its q̈", TORQUE_SLOPE, joint.tangent())];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of the clamp joint: minus the derivative of the torques of [`clamp`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`.";
@@ -533,7 +591,7 @@ fn clamp_tangent() -> Kernel {
     })
 }
 
-fn clamp_energy() -> Kernel {
+fn clamp_energy() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp();
     let g = &mut joint.graph;
     let elastic = to_vec3(gradient(g, joint.spring_energy, &joint.clamp.direction));
@@ -541,7 +599,12 @@ fn clamp_energy() -> Kernel {
     let reaction: Vec3 = std::array::from_fn(|i| g.add(elastic[i], viscous[i]));
     let power = g.dot(&reaction, &joint.clamp.direction_rate);
     let mut outputs = energies(&joint);
-    outputs.push(Output::scalar("power", "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0 in W: what the turning clamp puts in", power));
+    outputs.push(Output::scalar(
+        "power",
+        "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0, what the turning clamp puts in",
+        Unit::WATT,
+        power,
+    ));
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Energy and dissipation function of the clamp joint, and the power of its turning.";
     derivation.kernel("clamp_energy", summary, None, clamp_inputs)

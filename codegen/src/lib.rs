@@ -13,6 +13,7 @@
 pub mod calculus;
 pub mod chain;
 pub mod constant;
+pub mod dimension;
 pub mod emit;
 pub mod exchange;
 pub mod graph;
@@ -21,4 +22,5 @@ pub mod lagrange;
 pub mod print;
 pub mod simplify;
 pub mod special;
+pub mod unit;
 pub mod whole;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::constant::Constant;
 use crate::graph::{Graph, Node, NodeId};
 use crate::kernels::{Kernel, Output, Shape};
+use crate::unit::{Unit, superscript};
 
 /// Lines are broken before they are longer than this, where a sum allows it.
 const LINE_WIDTH: usize = 110;
@@ -120,6 +121,35 @@ fn split_terms(body: &str) -> Vec<String> {
     pieces
 }
 
+/// Operations of an [`excerpt`] below this depth are left out, and characters beyond this number.
+const EXCERPT_DEPTH: usize = 5;
+const EXCERPT_LENGTH: usize = 120;
+
+/// The outer operations of `id` as text, for messages; an ellipsis stands for what is left out.
+pub fn excerpt(graph: &Graph, id: NodeId) -> String {
+    let mut copy = Graph::raw();
+    let top = copy_levels(graph, id, &mut copy, EXCERPT_DEPTH);
+    let text = Printer { graph: &copy, arguments: BTreeMap::new() }.expression(top, 0);
+    if text.chars().count() <= EXCERPT_LENGTH {
+        return text;
+    }
+    text.chars().take(EXCERPT_LENGTH).chain(['…']).collect()
+}
+
+fn copy_levels(graph: &Graph, id: NodeId, copy: &mut Graph, levels: usize) -> NodeId {
+    match graph.node(id) {
+        Node::Symbol(symbol) => {
+            let symbol = &graph.symbols()[symbol.index()];
+            copy.symbol(&symbol.name, &symbol.notation, symbol.unit)
+        }
+        node if levels == 0 && node.operands().next().is_some() => copy.symbol("…", "…", Unit::ONE),
+        node => {
+            let node = node.map(|operand| copy_levels(graph, operand, copy, levels.saturating_sub(1)));
+            copy.intern(node)
+        }
+    }
+}
+
 /// Binding strengths.
 const SUM: u8 = 1;
 const PRODUCT: u8 = 2;
@@ -183,6 +213,8 @@ impl<'a> Printer<'a> {
             Node::Sqrt(a) => (format!("√({})", of(a, 0)), POWER),
             Node::Sin(a) => (self.function("sin", a), POWER),
             Node::Cos(a) => (self.function("cos", a), POWER),
+            Node::Asin(a) => (self.function("asin", a), POWER),
+            Node::LessThan(a, b) => (format!("[{} < {}]", of(a, 0), of(b, 0)), POWER),
             Node::HalfAngleSquared(order, a) => {
                 let primes = "′".repeat(order.into());
                 (format!("S{primes}({})", of(a, 0)), POWER)
@@ -239,7 +271,7 @@ impl<'a> Printer<'a> {
             Node::Symbol(_) => 1,
             Node::Powi(base, _) => return (self.rank(base).0, base),
             Node::HalfAngleSquared(..) => 2,
-            Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_) => 3,
+            Node::Sin(_) | Node::Cos(_) | Node::Asin(_) | Node::Sqrt(_) | Node::LessThan(..) => 3,
             _ => 4,
         };
         (rank, factor)
@@ -278,15 +310,4 @@ fn number(value: Constant) -> String {
     let fraction =
         FRACTIONS.iter().find(|((numerator, denominator), _)| value == Constant::ratio(*numerator, *denominator));
     fraction.map_or_else(|| value.to_string(), |(_, text)| text.to_string())
-}
-
-fn superscript(number: i32) -> String {
-    let digit = |character| match character {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        other => char::from_u32('⁰' as u32 + other as u32 - '0' as u32).unwrap_or(other),
-    };
-    number.to_string().chars().map(digit).collect()
 }

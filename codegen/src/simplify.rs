@@ -68,7 +68,10 @@ pub const RULES: &[Rule] = &[
     Rule { name: "like-terms", statement: "c a + d a → (c + d) a", domain: "c, d constant", apply: like_terms },
     Rule { name: "same-base", statement: "a^j a^k → a^(j+k)", domain: "a ≠ 0 where j k < 0", apply: same_base },
     Rule {
-        name: "parity", statement: "sin(−a) → −sin a, cos(−a) → cos a", domain: "everywhere", apply: parity
+        name: "parity",
+        statement: "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a",
+        domain: "everywhere",
+        apply: parity,
     },
     Rule {
         name: "order-operands",
@@ -87,7 +90,8 @@ fn fold_constants(graph: &mut Graph, node: Node) -> Option<NodeId> {
         Node::Div(a, b) => value(a)? * value(b)?.recip()?,
         Node::Neg(a) => -value(a)?,
         Node::Powi(a, exponent) => value(a)?.powi(exponent)?,
-        Node::Sin(a) if graph.is_zero(a) => Constant::from(0),
+        Node::LessThan(a, b) => Constant::from(i64::from(value(a)?.value() < value(b)?.value())),
+        Node::Sin(a) | Node::Asin(a) if graph.is_zero(a) => Constant::from(0),
         Node::Cos(a) if graph.is_zero(a) => Constant::from(1),
         _ => return None,
     };
@@ -250,6 +254,11 @@ fn parity(graph: &mut Graph, node: Node) -> Option<NodeId> {
         Node::Cos(a) => {
             let a = negated(graph, a)?;
             Some(graph.cos(a))
+        }
+        Node::Asin(a) => {
+            let a = negated(graph, a)?;
+            let angle = graph.asin(a);
+            Some(graph.neg(angle))
         }
         _ => None,
     }

@@ -1,10 +1,12 @@
 //! The whole equations of a chain under names, ready to be printed, emitted or exchanged.
 
-use crate::chain::Segment;
+use crate::chain::{INERTIA, STIFFNESS, Segment};
+use crate::dimension::{self, DimensionError};
 use crate::graph::{Graph, NodeId};
 use crate::kernels::{Input, Kernel, Output};
 use crate::lagrange::{WholeEquations, whole_equations};
 use crate::simplify::{Style, normalise};
+use crate::unit::Unit;
 
 /// What the whole equations are wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,30 +21,32 @@ pub enum Purpose {
 ///
 /// Each takes all inputs, so that they are called alike.
 ///
+/// # Errors
+/// If a term of the derivation makes no physical sense.
+///
 /// # Panics
 /// If `segments` is zero.
-pub fn whole_kernels(segments: usize, purpose: Purpose) -> Vec<Kernel> {
+pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
     let whole = whole_equations(segments);
     let size = 2 * segments;
     let mass_matrix = Output::matrix(
         "mass_matrix",
-        &format!("M, {size} × {size}, symmetric, in kg m²; rows and columns φ1, θ1, φ2, …"),
+        &format!("M, {size} × {size}, symmetric, rows and columns φ1, θ1, φ2, …"),
+        INERTIA,
         whole.mass_matrix.clone(),
     );
-    let force = Output::vector("force", "f in N m, without contact: M q̈ = f + Q", whole.force.clone());
+    let force = Output::vector("force", "f of M q̈ = f + Q, without contact", STIFFNESS, whole.force.clone());
     let energies = vec![
-        Output::scalar("kinetic", "E_kin in J", whole.kinetic_energy),
-        Output::scalar("spring", "E_spring in J", whole.spring_energy),
-        Output::scalar("gravity", "E_grav in J", whole.gravity_energy),
-        Output::scalar("dissipation", "D in W", whole.dissipation),
+        Output::scalar("kinetic", "E_kin", Unit::JOULE, whole.kinetic_energy),
+        Output::scalar("spring", "E_spring", Unit::JOULE, whole.spring_energy),
+        Output::scalar("gravity", "E_grav", Unit::JOULE, whole.gravity_energy),
+        Output::scalar("dissipation", "D", Unit::WATT, whole.dissipation),
     ];
     let plural = if segments == 1 { "" } else { "s" };
     let chain = format!("of a chain of {segments} segment{plural}");
-    vec![
-        kernel(&whole, purpose, "mass_matrix", format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
-        kernel(
-            &whole,
-            purpose,
+    [
+        ("mass_matrix", format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
+        (
             "force",
             format!(
                 "Generalised force {chain}: `f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n\
@@ -50,11 +54,21 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Vec<Kernel> {
             ),
             vec![force],
         ),
-        kernel(&whole, purpose, "energies", format!("Energies and dissipation function {chain}."), energies),
+        ("energies", format!("Energies and dissipation function {chain}."), energies),
     ]
+    .into_iter()
+    .map(|(name, summary, outputs)| kernel(&whole, purpose, name, summary, outputs))
+    .collect()
 }
 
-fn kernel(whole: &WholeEquations, purpose: Purpose, name: &str, summary: String, mut outputs: Vec<Output>) -> Kernel {
+fn kernel(
+    whole: &WholeEquations,
+    purpose: Purpose,
+    name: &str,
+    summary: String,
+    mut outputs: Vec<Output>,
+) -> Result<Kernel, DimensionError> {
+    dimension::check(&whole.graph, &outputs)?;
     let nodes: Vec<NodeId> = outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect();
     let (graph, nodes) = match purpose {
         Purpose::Reading => {
@@ -67,8 +81,9 @@ fn kernel(whole: &WholeEquations, purpose: Purpose, name: &str, summary: String,
     for output in &mut outputs {
         output.nodes = nodes.by_ref().take(output.nodes.len()).collect();
     }
+    dimension::check(&graph, &outputs)?;
     let inputs = inputs(whole, &graph);
-    Kernel { name: name.into(), summary, graph, inputs, outputs }
+    Ok(Kernel { name: name.into(), summary, graph, inputs, outputs })
 }
 
 /// The arguments; each function takes all of them, so that they are called alike.

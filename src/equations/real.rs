@@ -24,6 +24,12 @@ pub trait Real:
     /// The cosine, argument in rad.
     fn cos(self) -> Self;
 
+    /// The arc sine, in rad.
+    fn asin(self) -> Self;
+
+    /// 1 where `self < other`, else 0.
+    fn less_than(self, other: Self) -> Self;
+
     /// The derivative of order `ORDER` (0 to 3) of `S(u) = ½ arccos²(1 − u)` at `u`, see
     /// [`bristle_codegen::special`].
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self;
@@ -48,6 +54,16 @@ impl Real for f64 {
     #[inline(always)]
     fn cos(self) -> Self {
         self.cos()
+    }
+
+    #[inline(always)]
+    fn asin(self) -> Self {
+        self.asin()
+    }
+
+    #[inline(always)]
+    fn less_than(self, other: Self) -> Self {
+        Self::from(u8::from(self < other))
     }
 
     #[inline(always)]

@@ -313,7 +313,7 @@ impl Normaliser {
             Node::Constant(value) => Form::single(constant_sum(value)),
             Node::Symbol(symbol) => {
                 let symbol = &source.symbols()[symbol.index()];
-                let atom = self.graph.symbol(&symbol.name, &symbol.notation);
+                let atom = self.graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
                 self.atom(atom, 1)
             }
             Node::Add(a, b) => self.combine(of(a), 1, of(b)),
@@ -335,7 +335,12 @@ impl Normaliser {
                 }
                 power
             }
-            Node::Sqrt(_) | Node::Sin(_) | Node::Cos(_) | Node::HalfAngleSquared(..) => {
+            Node::Sqrt(_)
+            | Node::Sin(_)
+            | Node::Cos(_)
+            | Node::Asin(_)
+            | Node::LessThan(..)
+            | Node::HalfAngleSquared(..) => {
                 let function = node.map(|operand| self.build(&of(operand).compact));
                 let atom = self.graph.make(function);
                 self.atom(atom, 1)
