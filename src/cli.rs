@@ -11,6 +11,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use thiserror::Error;
 
+use bristle::comparison::{ComparisonError, compare_graph};
 use bristle::derive::{DeriveError, DeriveFormat, derive};
 use bristle::document::Document;
 use bristle::evaluation::{EvaluationError, evaluate};
@@ -23,8 +24,12 @@ use bristle::state::{StateError, parse_state};
 use bristle::study::run_study;
 use bristle::tables::study_tables;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_text};
+use bristle_codegen::compare::States;
 
+use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text};
+
+/// Exit status where two derivations disagree.
+const DISAGREEMENT: u8 = 1;
 /// Exit status where the input or the call is wrong.
 const BAD_INPUT: u8 = 2;
 /// Exit status where a simulation failed.
@@ -35,6 +40,8 @@ const METRICS: &str = "metrics.json";
 const HISTORY: &str = "history.csv";
 /// Most threads that a study may ask for.
 const MAX_THREADS: u64 = 1024;
+/// Most states that a comparison may ask for.
+const MAX_STATES: u64 = 1_000_000;
 /// Most failed cases that a study prints; the others stand in its file.
 const MAX_FAILURES_SHOWN: usize = 5;
 
@@ -49,6 +56,7 @@ contact_normal_impulse_n_s.
 
 Exit status:
   0  all is well
+  1  a comparison has found a deviation
   2  the input or the call is wrong; no results have been written
   3  a simulation failed; a study has written the results of the others";
 
@@ -66,6 +74,7 @@ enum Command {
     Simulate(SimulateArgs),
     Evaluate(EvaluateArgs),
     Derive(DeriveArgs),
+    Compare(CompareArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
@@ -152,6 +161,27 @@ struct DeriveArgs {
     out: Option<PathBuf>,
 }
 
+/// Compare a graph of another engine with the built-in derivation, output by output, at random states
+///
+/// GRAPH.json holds the whole equations of some number of segments, or the kernels of the solver; derivations/ has
+/// such graphs and what makes them, docs/graph-format.md the format. The table shows the largest deviation of each
+/// output relative to its largest element. The exit status is 1 if one deviates by more than 1e-12.
+#[derive(Args)]
+struct CompareArgs {
+    /// The graph
+    #[arg(value_name = "GRAPH.json")]
+    file: PathBuf,
+    /// Number of states
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MAX_STATES))]
+    states: u64,
+    /// Seed of the states
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Leave straight states out, where springs stated through the arc cosine are singular
+    #[arg(long)]
+    bent: bool,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Format {
     /// Readable mathematics
@@ -194,6 +224,8 @@ enum CliError {
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
     Derive(#[from] DeriveError),
+    #[error("{}: {error}", path.display())]
+    Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
     #[error("cannot start threads: {0}")]
@@ -209,6 +241,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate_one(&arguments),
         Command::Evaluate(arguments) => evaluate_state(&arguments),
         Command::Derive(arguments) => derive_equations(&arguments),
+        Command::Compare(arguments) => compare_derivations(&arguments),
         Command::Schema => print(&input_schema()),
     };
     match result {
@@ -298,6 +331,15 @@ fn derive_equations(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+fn compare_derivations(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
+    let text = read_graph(&arguments.file)?;
+    let which = if arguments.bent { States::Bent } else { States::All };
+    let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
+        .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;
+    let status = print(&comparison.to_string())?;
+    Ok(if comparison.agrees() { status } else { DISAGREEMENT.into() })
 }
 
 /// Writes data to stdout. That a reader such as `head` has seen enough is no error.

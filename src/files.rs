@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
+use bristle_codegen::exchange;
 use tempfile::{Builder, NamedTempFile};
 use thiserror::Error;
 
@@ -27,11 +28,20 @@ const MAX_INPUT_BYTES: u64 = 64 << 20;
 
 /// Reads a text file.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
+    read_limited(path, MAX_INPUT_BYTES)
+}
+
+/// Reads the file of an expression graph, which can be larger than input written by hand.
+pub fn read_graph(path: &Path) -> Result<String, FileError> {
+    read_limited(path, exchange::MAX_BYTES as u64)
+}
+
+fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
     let read = || {
         let mut bytes = Vec::new();
-        fs::File::open(path)?.take(MAX_INPUT_BYTES + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > MAX_INPUT_BYTES {
-            return Err(io::Error::other(format!("it is longer than {} MiB", MAX_INPUT_BYTES >> 20)));
+        fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > limit {
+            return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
         }
         String::from_utf8(bytes).map_err(|error| {
             let valid = error.utf8_error().valid_up_to();

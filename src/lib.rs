@@ -13,6 +13,7 @@
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
+pub mod comparison;
 pub mod contact;
 pub mod derive;
 pub mod document;

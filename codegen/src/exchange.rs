@@ -763,8 +763,12 @@ fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> s
 /// # Errors
 /// If a constant is not finite.
 pub fn fingerprint(kernels: &[Kernel]) -> serde_json::Result<String> {
-    let digest = Sha256::digest(to_json(kernels, "")?);
-    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(digest(to_json(kernels, "")?.as_bytes()))
+}
+
+/// SHA-256 in hexadecimal digits.
+pub fn digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 
 pub mod calculus;
 pub mod chain;
+pub mod compare;
 pub mod constant;
 pub mod dimension;
 pub mod emit;
