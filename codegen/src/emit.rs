@@ -11,7 +11,7 @@ use quote::{format_ident, quote};
 use syn::Ident;
 
 use crate::graph::{Graph, Node, NodeId};
-use crate::kernels::{Input, Kernel, Output, Shape};
+use crate::kernels::{Input, Kernel, Output, Shape, computed_operands};
 use crate::unit::Unit;
 
 /// Why a kernel cannot be emitted.
@@ -236,7 +236,7 @@ impl Body {
         let given = given(kernel);
         let order = kernel.computed();
         let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
-        for operand in order.iter().flat_map(|&id| kernel.graph.node(id).operands()).chain(outputs(kernel)) {
+        for operand in order.iter().flat_map(|&id| computed_operands(kernel.graph.node(id))).chain(outputs(kernel)) {
             *uses.entry(operand).or_default() += 1;
         }
         let mut body = Self { uses: uses.clone(), statements: String::new(), expressions: BTreeMap::new() };
@@ -250,7 +250,7 @@ impl Body {
         for id in order {
             let node = kernel.graph.node(id);
             let expression = body.operation(kernel, node)?;
-            for operand in node.operands() {
+            for operand in computed_operands(node) {
                 // What is not used again is not kept.
                 let left = uses.get_mut(&operand).expect("every operand is counted");
                 *left -= 1;
@@ -258,7 +258,7 @@ impl Body {
                     body.expressions.remove(&operand);
                 }
             }
-            let depth = 1 + node.operands().filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
+            let depth = 1 + computed_operands(node).filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
             // A power repeats its base and a constant is as short as a name.
             let shared = body.uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
             if shared && !matches!(node, Node::Constant(_)) {
@@ -293,11 +293,8 @@ impl Body {
             Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
             Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),
             Node::Div(a, b) => binary(of(a), syn::parse_quote!(/), of(b)),
-            Node::Neg(a) => syn::Expr::Unary(syn::ExprUnary {
-                attrs: Vec::new(),
-                op: syn::parse_quote!(-),
-                expr: Box::new(of(a).clone()),
-            }),
+            Node::Neg(a) => negative(of(a)),
+            Node::Powi(_, 0) => constant_expression(1.0),
             Node::Powi(a, exponent) => power(of(a), exponent),
             Node::Sqrt(a) => method(of(a), "sqrt", None),
             Node::Sin(a) => method(of(a), "sin", None),
@@ -339,7 +336,7 @@ fn format_statements(statements: &[TokenStream]) -> Result<String, EmitError> {
 
 fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
     match graph.node(id) {
-        Node::Powi(base, _) => Some(base),
+        Node::Powi(base, exponent) => (exponent != 0).then_some(base),
         _ => None,
     }
 }
@@ -351,6 +348,19 @@ fn binary(left: &syn::Expr, operator: syn::BinOp, right: &syn::Expr) -> syn::Exp
         op: operator,
         right: Box::new(right.clone()),
     })
+}
+
+fn negative(operand: &syn::Expr) -> syn::Expr {
+    let expr = match operand {
+        // Without brackets the compiler warns of what other languages read as a decrement.
+        syn::Expr::Unary(_) => Box::new(syn::Expr::Paren(syn::ExprParen {
+            attrs: Vec::new(),
+            paren_token: Default::default(),
+            expr: Box::new(operand.clone()),
+        })),
+        _ => Box::new(operand.clone()),
+    };
+    syn::Expr::Unary(syn::ExprUnary { attrs: Vec::new(), op: syn::parse_quote!(-), expr })
 }
 
 fn method(receiver: &syn::Expr, name: &str, argument: Option<&syn::Expr>) -> syn::Expr {
@@ -375,7 +385,7 @@ fn constant_expression(value: f64) -> syn::Expr {
     }
 }
 
-/// An integer power as multiplications: exact, and faster than `powi`.
+/// An integer power but the zeroth as multiplications: exact, and faster than `powi`.
 fn power(base: &syn::Expr, exponent: i32) -> syn::Expr {
     let times = syn::parse_quote!(*);
     let product = (1..exponent.unsigned_abs()).fold(base.clone(), |product, _| binary(&product, times, base));

@@ -21,7 +21,7 @@ use crate::chain::{
     vector_symbol,
 };
 use crate::dimension::{self, DimensionError};
-use crate::graph::{Graph, NodeId};
+use crate::graph::{Graph, Node, NodeId};
 use crate::simplify::{Style, normalise};
 use crate::unit::Unit;
 
@@ -56,7 +56,7 @@ impl Kernel {
         let mut pending: Vec<NodeId> = self.outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect();
         while let Some(id) = pending.pop() {
             if !given.contains(&id) && live.insert(id) {
-                pending.extend(self.graph.node(id).operands());
+                pending.extend(computed_operands(self.graph.node(id)));
             }
         }
         live.into_iter().collect()
@@ -66,6 +66,11 @@ impl Kernel {
     pub fn unbound_symbol(&self) -> Option<&str> {
         self.computed().into_iter().find_map(|id| self.graph.symbol_name(id))
     }
+}
+
+/// The operands whose values an operation needs: all but the base of a zeroth power.
+pub(crate) fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
+    node.operands().filter(move |_| !matches!(node, Node::Powi(_, 0)))
 }
 
 /// An argument of a [`Kernel`]: a scalar, or an array of scalars.

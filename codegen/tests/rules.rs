@@ -1,5 +1,7 @@
 //! Is it right? Simplified expressions have the values of the raw ones; the derivation has its known form.
 
+mod expressions;
+
 use bristle_codegen::constant::Constant;
 use bristle_codegen::emit::{EmitError, emit};
 use bristle_codegen::graph::{Graph, Node, NodeId};
@@ -8,21 +10,8 @@ use bristle_codegen::lagrange::whole_equations;
 use bristle_codegen::simplify::{RULES, Style, normalise};
 use bristle_codegen::unit::Unit;
 use bristle_codegen::whole::{Purpose, whole_kernels};
+use expressions::{Instruction, VARIABLES, build, value};
 use proptest::prelude::*;
-
-/// An instruction of a random expression; operands are taken modulo the number of nodes that exist.
-#[derive(Clone, Debug)]
-enum Instruction {
-    Constant(i64, i64),
-    Add(usize, usize),
-    Sub(usize, usize),
-    Mul(usize, usize),
-    Neg(usize),
-    Powi(usize, i32),
-    Sin(usize),
-    Cos(usize),
-    HalfAngleSquared(usize),
-}
 
 fn instruction() -> impl Strategy<Value = Instruction> {
     let operand = 0..64_usize;
@@ -35,43 +24,13 @@ fn instruction() -> impl Strategy<Value = Instruction> {
         1 => (operand.clone(), 0..4_i32).prop_map(|(a, k)| Instruction::Powi(a, k)),
         2 => operand.clone().prop_map(Instruction::Sin),
         2 => operand.clone().prop_map(Instruction::Cos),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Div(a, b)),
+        1 => (operand.clone(), 1..3_i32).prop_map(|(a, k)| Instruction::InversePower(a, k)),
+        1 => operand.clone().prop_map(Instruction::Sqrt),
+        1 => operand.clone().prop_map(Instruction::Asin),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::LessThan(a, b)),
         1 => operand.prop_map(Instruction::HalfAngleSquared),
     ]
-}
-
-/// Builds the expression; the last node is its result.
-fn build(graph: &mut Graph, program: &[Instruction]) -> NodeId {
-    let mut nodes =
-        vec![graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE), graph.symbol("z", "z", Unit::ONE)];
-    for instruction in program {
-        let at = |index: usize| nodes[index % nodes.len()];
-        let node = match *instruction {
-            Instruction::Constant(a, b) => graph.ratio(a, b),
-            Instruction::Add(a, b) => graph.add(at(a), at(b)),
-            Instruction::Sub(a, b) => graph.sub(at(a), at(b)),
-            Instruction::Mul(a, b) => graph.mul(at(a), at(b)),
-            Instruction::Neg(a) => graph.neg(at(a)),
-            Instruction::Powi(a, k) => graph.powi(at(a), k),
-            Instruction::Sin(a) => graph.sin(at(a)),
-            Instruction::Cos(a) => graph.cos(at(a)),
-            Instruction::HalfAngleSquared(a) => {
-                // Kept inside the domain u < 2: u = sin²a.
-                let sin = graph.sin(at(a));
-                let u = graph.powi(sin, 2);
-                graph.half_angle_squared(u)
-            }
-        };
-        nodes.push(node);
-    }
-    nodes[nodes.len() - 1]
-}
-
-/// The value of an expression, and the largest of its intermediates, whose rounding it carries.
-fn value(graph: &Graph, node: NodeId, point: &[f64]) -> (f64, f64) {
-    let values = graph.evaluate(point);
-    let needed = graph.reachable(&[node]);
-    let largest = needed.iter().map(|id| values[id.index()].abs()).fold(1.0, f64::max);
-    (values[node.index()], largest)
 }
 
 proptest! {
@@ -80,7 +39,7 @@ proptest! {
     #[test]
     fn simplified_expressions_keep_their_values(
         program in prop::collection::vec(instruction(), 1..14),
-        point in [0.1..2.0_f64, -2.0..-0.1_f64, 0.3..1.7_f64],
+        point in VARIABLES.map(|(_, range)| range),
     ) {
         let mut raw = Graph::raw();
         let expected = build(&mut raw, &program);

@@ -1,0 +1,11 @@
+//! Emitted Rust, compiled: what a user's compiler makes of what the emitter writes.
+
+pub mod catalogue;
+
+/// The functions that the build script has emitted.
+#[allow(missing_docs, reason = "the emitter documents what the model has, and these are random expressions")]
+pub mod emitted {
+    use bristle::equations::Real;
+
+    include!(concat!(env!("OUT_DIR"), "/expressions.rs"));
+}

@@ -1,0 +1,84 @@
+//! Is it right? Emitted functions have the values of the expressions that they come from.
+
+use bristle_codegen::graph::Graph;
+use bristle_emitted::catalogue::expressions::{VARIABLES, value};
+use bristle_emitted::catalogue::{COVERAGE, FORMS, KINDS, covered_nodes, forms, kind, programs};
+use bristle_emitted::emitted;
+use fastrand::Rng;
+
+/// Points at which each expression is evaluated.
+const POINTS: usize = 20;
+
+/// An emitted function and the evaluation of its graph do the same operations; only integer powers differ, by a
+/// rounding each.
+const SAME_OPERATIONS: f64 = 1e-13;
+
+/// A simplified expression rounds otherwise, and its derivative by an intermediate can be as large as the
+/// largest intermediate: hence the square.
+const SIMPLIFIED: f64 = 1e-9;
+
+#[test]
+fn random_expressions_have_one_value_raw_simplified_and_emitted() {
+    let mut rng = Rng::with_seed(11);
+    let mut compared = 0;
+    for (program, functions) in programs().iter().zip(emitted::RANDOM) {
+        let graphs = forms(program);
+        for _ in 0..POINTS {
+            let point = VARIABLES.map(|(_, range)| range.start + rng.f64() * (range.end - range.start));
+            let (expected, scale) = value(&graphs[0].0, graphs[0].1, &point);
+            if scale > 1e6 {
+                continue;
+            }
+            compared += 1;
+            for ((form, (graph, node)), function) in FORMS.iter().zip(&graphs).zip(functions) {
+                let ((evaluated, largest), emitted) = (value(graph, *node, &point), function(point));
+                let error = (emitted - evaluated).abs();
+                assert!(
+                    error <= SAME_OPERATIONS * largest,
+                    "{form} of {program:?} at {point:?}: {emitted} {evaluated}"
+                );
+                let error = (emitted - expected).abs();
+                assert!(
+                    error <= SIMPLIFIED * scale.powi(2),
+                    "{form} of {program:?} at {point:?}: {emitted} {expected}"
+                );
+            }
+        }
+    }
+    assert!(compared > 9 * POINTS * programs().len() / 10, "{compared} points were fit to compare");
+}
+
+#[test]
+fn every_operator_and_its_derivative_are_emitted_right() {
+    let mut rng = Rng::with_seed(12);
+    for (covered, function) in COVERAGE.iter().zip(emitted::COVERED) {
+        let mut graph = Graph::raw();
+        let (nodes, _) = covered_nodes(&mut graph, covered);
+        for _ in 0..POINTS {
+            let [a, b] = [0; 2].map(|_| 0.1 + 0.8 * rng.f64());
+            let [slope_a, slope_b] = (covered.slopes)(a, b);
+            let expected = [(covered.value)(a, b), slope_a, slope_b];
+            let values = graph.evaluate(&[a, b]);
+            for ((expected, emitted), node) in expected.into_iter().zip(function(a, b)).zip(&nodes) {
+                // The closed forms that are compared with cancel for small angles.
+                let tolerance = 1e-10 * expected.abs().max(1.0);
+                assert!((emitted - expected).abs() < tolerance, "{}: {emitted} {expected}", covered.name);
+                let evaluated = values[node.index()];
+                assert!((emitted - evaluated).abs() <= SAME_OPERATIONS * expected.abs().max(1.0), "{}", covered.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_list_has_every_operator() {
+    let mut seen = [false; KINDS];
+    for covered in COVERAGE {
+        let mut graph = Graph::raw();
+        covered_nodes(&mut graph, covered);
+        for &node in graph.nodes() {
+            seen[kind(node)] = true;
+        }
+    }
+    assert_eq!(seen, [true; KINDS]);
+}
