@@ -572,3 +572,64 @@ fn frequent_factor(sum: &Sum) -> Option<NodeId> {
     let most = counts.values().copied().max().filter(|&count| count > 1)?;
     counts.into_iter().find(|&(_, count)| count == most).map(|(atom, _)| atom)
 }
+
+#[cfg(test)]
+mod tests {
+    use fastrand::Rng;
+
+    use super::*;
+    use crate::unit::Unit;
+
+    fn value(graph: &Graph, sum: &Sum, point: &[f64]) -> f64 {
+        let values = graph.evaluate(point);
+        let term = |(monomial, coefficient): (&Monomial, &Constant)| {
+            let factors = monomial.iter().map(|&(atom, exponent)| values[atom.index()].powi(exponent));
+            coefficient.value() * factors.product::<f64>()
+        };
+        sum.iter().map(term).sum()
+    }
+
+    /// Each identity on sums that it is for, with other terms beside, at random values.
+    #[test]
+    fn every_sum_rule_fires_and_keeps_the_value() {
+        let mut rng = Rng::with_seed(5);
+        for rule in SUM_RULES {
+            let mut graph = Graph::new();
+            let g = &mut graph;
+            let [x, y, r] = ["x", "y", "r"].map(|name| g.symbol(name, name, Unit::ONE));
+            let ([sin_x, sin_y], [cos_x, cos_y]) = ([x, y].map(|a| g.sin(a)), [x, y].map(|a| g.cos(a)));
+            let product = |factors: &[NodeId]| times(&vec![(r, 2)], factors);
+            let (a, b) = (Constant::ratio(3, 2), Constant::ratio(1, 2));
+            let pairs = [
+                ([sin_x, sin_x], a, [cos_x, cos_x], b),
+                ([sin_x, sin_x], -b, [cos_x, cos_x], -a),
+                ([cos_x, cos_y], a, [sin_x, sin_y], a),
+                ([cos_x, cos_y], a, [sin_x, sin_y], -a),
+                ([sin_x, cos_y], b, [cos_x, sin_y], -b),
+                ([sin_x, cos_y], b, [cos_x, sin_y], b),
+                ([sin_y, cos_x], -b, [cos_y, sin_x], b),
+            ];
+            let mut fired = 0;
+            for (first, a, second, b) in pairs {
+                let sum = Sum::from([(product(&first), a), (product(&second), b), (product(&[sin_x]), a)]);
+                for term in sum.keys() {
+                    let Some(Rewrite { removed, added }) = (rule.apply)(&mut graph, &sum, term) else { continue };
+                    fired += 1;
+                    let mut rewritten = sum.clone();
+                    for monomial in removed {
+                        assert!(rewritten.remove(&monomial).is_some(), "{rule:?} removes what is there");
+                    }
+                    for (monomial, coefficient) in added {
+                        add_term(&mut rewritten, monomial, coefficient);
+                    }
+                    for _ in 0..100 {
+                        let point = [0; 3].map(|_| 6.0 * rng.f64() - 3.0);
+                        let (expected, result) = (value(&graph, &sum, &point), value(&graph, &rewritten, &point));
+                        assert!((expected - result).abs() < 1e-13, "{rule:?} at {point:?}: {expected} {result}");
+                    }
+                }
+            }
+            assert!(fired > 0, "{rule:?} never applies");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 pub mod catalogue;
 
 /// The functions that the build script has emitted.
-#[allow(missing_docs, reason = "the emitter documents what the model has, and these are random expressions")]
+#[allow(missing_docs, clippy::all, reason = "random expressions are not what a person would write")]
 pub mod emitted {
     use bristle::equations::Real;
 
