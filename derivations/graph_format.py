@@ -1,0 +1,253 @@
+"""The exchange format of derived equations, `bristle-graph` version 2: build, check and write it.
+
+What enters: operations, one at a time, from a derivation in any algebra system.
+What leaves: a JSON text of kernels. A kernel is a function in single-assignment form: operations
+whose operands are earlier operations, input elements and outputs that refer to operations.
+
+This file knows no mechanics. Equal operations are kept once, and what no output and no input needs
+is dropped; nothing is rearranged otherwise, so the kernels compute what the algebra system derived.
+"""
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+# Floats with at most so many binary places, below this size, are written as exact rationals.
+RATIONAL_BINARY_PLACES = 10
+LARGEST_RATIONAL = 2**20
+
+COMMUTATIVE = ("add", "mul")
+# Number of operands of each operation on operations.
+OPERANDS = {
+    "add": 2,
+    "sub": 2,
+    "mul": 2,
+    "div": 2,
+    "neg": 1,
+    "sqrt": 1,
+    "sin": 1,
+    "cos": 1,
+    "asin": 1,
+    "less_than": 2,
+}
+
+Operation = tuple[str | int | float, ...]
+
+
+class FormatError(Exception):
+    """A kernel that the format cannot hold."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """An argument of a kernel: local names and the operations whose values they are."""
+
+    name: str
+    doc: str
+    elements: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Output:
+    """A result of a kernel; `operations` by rows, `shape` empty for a scalar."""
+
+    name: str
+    doc: str
+    unit: str
+    shape: tuple[int, ...]
+    operations: tuple[int, ...]
+
+
+class Graph:
+    """Operations in single-assignment form, equal ones kept once."""
+
+    def __init__(self) -> None:
+        self.operations: list[Operation] = []
+        self._indices: dict[Operation, int] = {}
+
+    def _index_of(self, operation: Operation) -> int:
+        index = self._indices.get(operation)
+        if index is None:
+            index = self._indices[operation] = len(self.operations)
+            self.operations.append(operation)
+        return index
+
+    def symbol(self, name: str, notation: str, unit: str) -> int:
+        """A named variable."""
+        return self._index_of(("symbol", name, notation, unit))
+
+    def number(self, value: float | Fraction) -> int:
+        """A constant; small exact rationals as such, others as the double they are."""
+        if isinstance(value, float):
+            if not math.isfinite(value):
+                raise FormatError(f"the constant {value} is not finite")
+            exact = Fraction(value)
+            if exact.denominator > 2**RATIONAL_BINARY_PLACES or abs(value) > LARGEST_RATIONAL:
+                return self._index_of(("float", value))
+            value = exact
+        value = Fraction(value)
+        return self._index_of(("rational", value.numerator, value.denominator))
+
+    def power(self, base: int, exponent: int) -> int:
+        """`base` to an integer power."""
+        return self._index_of(("powi", base, exponent))
+
+    def operation(self, name: str, *operands: int) -> int:
+        """One of `OPERANDS`."""
+        if len(operands) != OPERANDS[name]:
+            raise FormatError(f"`{name}` has {OPERANDS[name]} operands, not {len(operands)}")
+        if name == "mul" and operands[0] == operands[1]:
+            return self.power(operands[0], 2)
+        if name in COMMUTATIVE:
+            operands = tuple(sorted(operands))
+        return self._index_of((name, *operands))
+
+
+def operands_of(operation: Operation) -> tuple[int, ...]:
+    """Indices of the operations that `operation` takes."""
+    if operation[0] in ("symbol", "rational", "float"):
+        return ()
+    if operation[0] == "powi":
+        return operation[1:2]
+    return operation[1:]
+
+
+def reached(operations: Sequence[Operation], roots: Iterable[int], stop: set[int]) -> set[int]:
+    """The operations that `roots` need, with nothing below those in `stop`."""
+    found: set[int] = set()
+    pending = list(roots)
+    while pending:
+        index = pending.pop()
+        if index not in found:
+            found.add(index)
+            if index not in stop:
+                pending.extend(operands_of(operations[index]))
+    return found
+
+
+def renumbered(operation: Operation, indices: dict[int, int]) -> Operation:
+    """`operation` with its operands' new indices."""
+    if operation[0] == "powi":
+        return ("powi", indices[operation[1]], operation[2])
+    return (operation[0], *(indices[operand] for operand in operands_of(operation)))
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A function: its arguments, operations and results."""
+
+    name: str
+    summary: str
+    graph: Graph
+    inputs: tuple[Input, ...]
+    outputs: tuple[Output, ...]
+
+    def __post_init__(self) -> None:
+        operations = self.graph.operations
+        given = {index for entry in self.inputs for _, index in entry.elements}
+        results = [index for output in self.outputs for index in output.operations]
+        for index in reached(operations, results, given) - given:
+            if operations[index][0] == "symbol":
+                name = operations[index][1]
+                raise FormatError(f"kernel {self.name}: no input gives the symbol `{name}`")
+        for output in self.outputs:
+            if len(output.operations) != math.prod(output.shape):
+                raise FormatError(f"kernel {self.name}: shape of output {output.name}")
+
+    def text(self) -> str:
+        """The kernel as JSON, an operation a line; dead operations dropped."""
+        operations = self.graph.operations
+        given = [index for entry in self.inputs for _, index in entry.elements]
+        results = [index for output in self.outputs for index in output.operations]
+        live = reached(operations, given + results, set())
+        # Symbols first, then as derived; operands stay ahead of what uses them.
+        order = sorted(live, key=lambda index: (operations[index][0] != "symbol", index))
+        indices = {old: new for new, old in enumerate(order)}
+        lines = [
+            compact(
+                operations[old]
+                if not operands_of(operations[old])
+                else renumbered(operations[old], indices)
+            )
+            for old in order
+        ]
+        inputs = [
+            compact(
+                {
+                    "name": entry.name,
+                    "doc": entry.doc,
+                    "elements": [[name, indices[index]] for name, index in entry.elements],
+                }
+            )
+            for entry in self.inputs
+        ]
+        outputs = [
+            compact(
+                {
+                    "name": output.name,
+                    "doc": output.doc,
+                    "unit": output.unit,
+                    "shape": output.shape,
+                    "operations": [indices[index] for index in output.operations],
+                }
+            )
+            for output in self.outputs
+        ]
+        return (
+            f'{{"name":{compact(self.name)},\n"summary":{compact(self.summary)},\n'
+            f'"inputs":[\n{joined(inputs)}],\n"operations":[\n{joined(lines)}],\n'
+            f'"outputs":[\n{joined(outputs)}]}}'
+        )
+
+
+def joined(lines: Iterable[str]) -> str:
+    """Entries of an array, one a line."""
+    return ",\n".join(lines)
+
+
+def compact(value: object) -> str:
+    """JSON without spaces; a float gets the fewest digits that read back as the same double."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def file_text(generator: str, kernels: Sequence[Kernel]) -> str:
+    """The whole file."""
+    return (
+        f'{{"format":"bristle-graph",\n"version":2,\n"generator":{compact(generator)},\n'
+        f'"kernels":[\n{joined(kernel.text() for kernel in kernels)}]}}\n'
+    )
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Writes the file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        # mkstemp's files are for the owner only; a file that was there keeps its mode.
+        os.chmod(temporary, path.stat().st_mode & 0o777 if path.exists() else 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def staleness(path: Path, text: str) -> str | None:
+    """Why the file is not what was derived just now, or None if it is, to the byte."""
+    try:
+        found = path.read_bytes()
+    except OSError as error:
+        return f"{path} cannot be read ({error.strerror})"
+    expected = text.encode()
+    if found == expected:
+        return None
+    pairs = zip(found.splitlines(), expected.splitlines(), strict=False)
+    line = next((i for i, (a, b) in enumerate(pairs, 1) if a != b), None)
+    where = f"they differ first in line {line}" if line else "one ends before the other"
+    return f"{path} is stale: it is not what this derivation gives, {where}"

@@ -1,0 +1,1106 @@
+"""Equations of motion of the spatial segment chain, derived by CasADi from its energies.
+
+What enters: the number of segments, or `--kernels`; the energies of the project's model page.
+What leaves: a JSON file of single-assignment operations (`graph_format.py`), either the whole
+equations of a chain (mass matrix, force, energies) or the kernels of the solver's O(n) loops.
+
+Only energies, positions and directions are stated here; CasADi differentiates them. No derivative
+is written by hand.
+
+Energies (SI units, angles in radians)
+--------------------------------------
+Segment k points along e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k) from the node r_{k−1} to
+r_k = r_{k−1} + h e_k; its centre is c_k = r_{k−1} + (h/2) e_k. The clamp is e_0 at r_0.
+
+    E_kin    = Σ_k ½ m |ċ_k|² + ½ J |ė_k|²
+    E_spring = Σ_k c_k S(u_k),   u_k = ½ |e_k − e_{k−1}|²,   S(u) = ½ α²
+    E_grav   = −Σ_k m g·c_k
+    D        = Σ_k ½ d_k |ω_k − ω_{k−1}|²,   ω_k = e_k × ė_k
+
+Lagrange's equations, with the energies' dependence on time through the motion of the clamp:
+
+    d/dt ∂E_kin/∂q̇ − ∂E_kin/∂q + ∂E_pot/∂q + ∂D/∂q̇ = 0   ⇔   M q̈ = f
+
+The bending angle
+-----------------
+The chord of two unit vectors at the angle α is |e' − e| = 2 sin(α/2), hence
+
+    S = ½ α² = 2 asin²(√(u/2)) = Σ_{k ≥ 1} 2^k u^k / (k² C(2k, k)),
+
+from asin²(x) = ½ Σ (2x)^(2k) / (k² C(2k, k)). S is analytic in u at the straight joint u = 0, where
+asin(√u) is not differentiable. So the series serves u < δ and the closed form the rest; the two are
+blended by the number `near`, 1 if u < δ and 0 elsewhere, which CasADi differentiates to zero.
+Where `near` is 1, the closed form gets δ for u, so that it stays finite and drops out exactly.
+Its second derivative loses digits by cancellation as 1/u; above δ that is less than two.
+
+The frame
+---------
+ṙ_0 leaves Lagrange's equations: they hold in every inertial frame (Galileo). The equations are
+therefore taken in the frame in which the root, or the inner end of the segment, rests at the
+moment: ṙ_0 is set to zero once everything is differentiated. Otherwise large terms would remain
+that differ by roundings only. Of the energies, which do depend on ṙ_0, it is an argument.
+
+Run from the repository root:
+
+    python derivations/segment_chain.py --segments 2 --out derivations/graphs/chain_2.json
+    python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json
+    python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json --check
+"""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+from graph_format import (
+    FormatError,
+    Graph,
+    Input,
+    Kernel,
+    Output,
+    file_text,
+    staleness,
+    write_whole,
+)
+
+# As pinned in requirements.txt; another version may order the operations otherwise.
+CASADI_VERSION = "3.8.2"
+INSTALL_COMMAND = f"{Path(sys.executable).name} -m pip install casadi=={CASADI_VERSION}"
+
+try:
+    import casadi
+except ImportError:
+    sys.exit(f"segment_chain.py needs CasADi, which is not installed: {INSTALL_COMMAND}")
+if casadi.__version__ != CASADI_VERSION:
+    sys.exit(
+        f"segment_chain.py needs CasADi {CASADI_VERSION}, but {casadi.__version__} is installed: "
+        f"{INSTALL_COMMAND}"
+    )
+
+LARGEST_SEGMENT_COUNT = 400
+
+# δ: below it the series of S(u) serves, above it the closed form. u = 1/16 is α = 0.355 rad.
+SERIES_LIMIT = Fraction(1, 16)
+# Of the first and the second derivative of S at u = δ, relative.
+SERIES_TOLERANCE = Fraction(1, 10**18)
+
+SX = casadi.SX
+
+
+class DerivationError(Exception):
+    """Something that CasADi gives and the format has no word for."""
+
+
+# ---------------------------------------------------------------------------- what is derived
+
+
+@dataclass
+class Symbols:
+    """The variables of one kernel, in order, with notation and unit."""
+
+    notations: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    variables: list[SX] = field(default_factory=list)
+
+    def scalar(self, name: str, notation: str, unit: str) -> SX:
+        """One variable."""
+        variable = SX.sym(name)
+        self.notations[name], self.units[name] = notation, unit
+        self.variables.append(variable)
+        return variable
+
+    def vector(self, name: str, notation: str, unit: str) -> SX:
+        """Three variables, the components along x, y and z."""
+        return casadi.vertcat(
+            *(self.scalar(f"{name}_{axis}", f"{notation}{axis}", unit) for axis in "xyz")
+        )
+
+
+@dataclass(frozen=True)
+class Argument:
+    """An argument of a derived function: local names and the expressions they stand for."""
+
+    name: str
+    doc: str
+    elements: tuple[tuple[str, SX], ...]
+
+    @classmethod
+    def of_symbols(cls, name: str, doc: str, variables: SX) -> "Argument":
+        """Variables under their own names."""
+        return cls(name, doc, tuple((x.name(), x) for x in casadi.vertsplit(variables)))
+
+
+@dataclass(frozen=True)
+class Result:
+    """A result of a derived function; `shape` is empty for a scalar."""
+
+    name: str
+    doc: str
+    unit: str
+    shape: tuple[int, ...]
+    value: SX
+
+    @classmethod
+    def scalar(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
+        """One number."""
+        return cls(name, doc, unit, (), value)
+
+    @classmethod
+    def vector(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
+        """A column."""
+        return cls(name, doc, unit, (value.shape[0],), value)
+
+    @classmethod
+    def matrix(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
+        """Rows and columns."""
+        return cls(name, doc, unit, value.shape, value)
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A function as CasADi expressions."""
+
+    name: str
+    summary: str
+    symbols: Symbols
+    arguments: Sequence[Argument]
+    results: Sequence[Result]
+
+
+# ---------------------------------------------------------------------------- energies
+
+
+def series_coefficients() -> list[Fraction]:
+    """Of u, u², … in S(u); the terms left out weigh less than the tolerance for u ≤ δ.
+
+    The ratio of consecutive terms of S'' is below δ/2·(1 + 1/k) < δ, so what follows the first
+    term left out is less than 2 δ of it. S'' starts with 1/3; its terms are the largest.
+    """
+    coefficients: list[Fraction] = []
+    for k in range(1, 1000):
+        coefficient = Fraction(2**k, k**2 * math.comb(2 * k, k))
+        tail = 2 * k * (k - 1) * coefficient * SERIES_LIMIT ** max(k - 2, 0)
+        if k > 2 and tail < SERIES_TOLERANCE / 3:
+            return coefficients
+        coefficients.append(coefficient)
+    raise DerivationError("the series of the bending angle does not converge")
+
+
+def half_angle_squared(u: SX) -> SX:
+    """S(u) = ½ α² with u = 1 − cos α: analytic at u = 0, and exact there."""
+    near = u < float(SERIES_LIMIT)
+    far = 1 - near
+    series = SX(0)
+    for coefficient in reversed(series_coefficients()):
+        series = u * (float(coefficient) + series)
+    u_safe = near * float(SERIES_LIMIT) + far * u
+    return near * series + far * (2 * casadi.asin(casadi.sqrt(u_safe / 2)) ** 2)
+
+
+def spring_energy(stiffness: SX, inner: SX, outer: SX) -> SX:
+    """c S(u) between two directions, in J."""
+    return stiffness * half_angle_squared(casadi.sumsqr(outer - inner) / 2)
+
+
+def angular_velocity(direction: SX, direction_rate: SX) -> SX:
+    """ω = e × ė in rad/s."""
+    return casadi.cross(direction, direction_rate)
+
+
+def dissipation(damping: SX, inner: tuple[SX, SX], outer: tuple[SX, SX]) -> SX:
+    """½ d |ω' − ω|² between two sides (e, ė), in W."""
+    return damping / 2 * casadi.sumsqr(angular_velocity(*outer) - angular_velocity(*inner))
+
+
+def kinetic_energy(mass: SX, inertia: SX, centre_velocity: SX, direction_rate: SX) -> SX:
+    """½ m |ċ|² + ½ J |ė|² of one segment in J."""
+    return mass / 2 * casadi.sumsqr(centre_velocity) + inertia / 2 * casadi.sumsqr(direction_rate)
+
+
+def gravity_energy(mass: SX, gravity: SX, centre: SX) -> SX:
+    """−m g·c of one segment in J."""
+    return -mass * casadi.dot(gravity, centre)
+
+
+def direction_about_z(phi: SX, theta: SX) -> SX:
+    """e for the polar angle φ from z and the azimuth θ about z."""
+    return casadi.vertcat(
+        casadi.sin(phi) * casadi.cos(theta), casadi.sin(phi) * casadi.sin(theta), casadi.cos(phi)
+    )
+
+
+def direction_about_x(phi: SX, theta: SX) -> SX:
+    """e for the polar angle φ from x and the azimuth θ about x."""
+    return casadi.vertcat(
+        casadi.cos(phi), casadi.sin(phi) * casadi.cos(theta), casadi.sin(phi) * casadi.sin(theta)
+    )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Coordinates (φ, θ) of one segment, and their rates."""
+
+    label: str
+    coordinates: SX
+    rates: SX
+
+    @classmethod
+    def new(cls, symbols: Symbols, label: str = "") -> "Segment":
+        """With the variables `phi_<label>` and so on; without a label `phi`."""
+        end = f"_{label}" if label else ""
+        coordinates = casadi.vertcat(
+            symbols.scalar(f"phi{end}", f"φ{label}", "rad"),
+            symbols.scalar(f"theta{end}", f"θ{label}", "rad"),
+        )
+        rates = casadi.vertcat(
+            symbols.scalar(f"phi_rate{end}", f"φ̇{label}", "rad s^-1"),
+            symbols.scalar(f"theta_rate{end}", f"θ̇{label}", "rad s^-1"),
+        )
+        return cls(label, coordinates, rates)
+
+    @property
+    def sides(self) -> tuple[SX, SX]:
+        """e and ė."""
+        return self.sides_about(direction_about_z)
+
+    def sides_about(self, direction_of: Callable[[SX, SX], SX]) -> tuple[SX, SX]:
+        """e and ė where e is that function of φ and θ."""
+        direction = direction_of(*casadi.vertsplit(self.coordinates))
+        return direction, casadi.jtimes(direction, self.coordinates, self.rates)
+
+    def trigonometry(self, name: str) -> Argument:
+        """Sines and cosines of the coordinates as an argument."""
+        return Argument(name, "sin φ, cos φ, sin θ, cos θ", self._trigonometry("phi", "theta"))
+
+    def polar_trigonometry(self, name: str) -> Argument:
+        """Sine and cosine of φ as an argument."""
+        return Argument(name, "sin φ, cos φ", self._trigonometry("phi"))
+
+    def _trigonometry(self, *angles: str) -> tuple[tuple[str, SX], ...]:
+        end = f"_{self.label}" if self.label else ""
+        variables = dict(zip(("phi", "theta"), casadi.vertsplit(self.coordinates), strict=True))
+        return tuple(
+            (f"{function}_{angle}{end}", getattr(casadi, function)(variables[angle]))
+            for angle in angles
+            for function in ("sin", "cos")
+        )
+
+    def rates_argument(self, name: str) -> Argument:
+        """The rates as an argument."""
+        return Argument.of_symbols(name, "φ̇, θ̇ in rad/s", self.rates)
+
+
+# ---------------------------------------------------------------------------- whole equations
+
+
+def whole_equations(segments: int) -> list[Derived]:
+    """Mass matrix, force and energies of a chain, as functions of the same arguments."""
+    symbols = Symbols()
+    coordinates, rates = [], []
+    for k in range(1, segments + 1):
+        coordinates += [
+            symbols.scalar(f"phi_{k}", f"φ{k}", "rad"),
+            symbols.scalar(f"theta_{k}", f"θ{k}", "rad"),
+        ]
+    for k in range(1, segments + 1):
+        rates += [
+            symbols.scalar(f"phi_rate_{k}", f"φ̇{k}", "rad s^-1"),
+            symbols.scalar(f"theta_rate_{k}", f"θ̇{k}", "rad s^-1"),
+        ]
+    root_position = symbols.vector("root_position", "r0", "m")
+    root_velocity = symbols.vector("root_velocity", "ṙ0", "m s^-1")
+    root_acceleration = symbols.vector("root_acceleration", "r̈0", "m s^-2")
+    clamp_direction = symbols.vector("clamp_direction", "e0", "1")
+    clamp_direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1")
+    gravity = symbols.vector("gravity", "g", "m s^-2")
+    length = symbols.scalar("segment_length", "h", "m")
+    mass = symbols.scalar("segment_mass", "m", "kg")
+    inertia = symbols.scalar("segment_inertia", "J", "kg m^2")
+    root_stiffness = symbols.scalar("root_stiffness", "c1", "N m")
+    joint_stiffness = symbols.scalar("joint_stiffness", "c", "N m")
+    root_damping = symbols.scalar("root_damping", "d1", "N m s")
+    joint_damping = symbols.scalar("joint_damping", "d", "N m s")
+
+    q, v = casadi.vertcat(*coordinates), casadi.vertcat(*rates)
+    kinetic, spring, weight, dissipated = SX(0), SX(0), SX(0), SX(0)
+    node, node_velocity = root_position, root_velocity
+    inner = (clamp_direction, clamp_direction_rate)
+    for k in range(segments):
+        own = slice(2 * k, 2 * k + 2)
+        outer = Segment(str(k + 1), q[own], v[own]).sides
+        direction, direction_rate = outer
+        centre = node + length / 2 * direction
+        centre_velocity = node_velocity + length / 2 * direction_rate
+        kinetic += kinetic_energy(mass, inertia, centre_velocity, direction_rate)
+        weight += gravity_energy(mass, gravity, centre)
+        spring += spring_energy(root_stiffness if k == 0 else joint_stiffness, inner[0], direction)
+        dissipated += dissipation(root_damping if k == 0 else joint_damping, inner, outer)
+        node, node_velocity = node + length * direction, node_velocity + length * direction_rate
+        inner = outer
+
+    # Lagrange's equations. M = ∂²E_kin/∂q̇²; the momenta change with q, q̇ and ṙ_0, and what is left
+    # without q̈ goes to the right.
+    mass_matrix, momenta = casadi.hessian(kinetic, v)
+    momenta_rate = casadi.jtimes(
+        momenta, casadi.vertcat(q, root_velocity), casadi.vertcat(v, root_acceleration)
+    )
+    force = (
+        casadi.gradient(kinetic, q)
+        - momenta_rate
+        - casadi.gradient(spring + weight, q)
+        - casadi.gradient(dissipated, v)
+    )
+    force = casadi.substitute(force, root_velocity, SX.zeros(3))
+
+    arguments = [
+        Argument.of_symbols("q", "φ1, θ1, φ2, … in rad", q),
+        Argument.of_symbols("v", "φ̇1, θ̇1, φ̇2, … in rad/s", v),
+        Argument.of_symbols("root_position", "r0 in m", root_position),
+        Argument.of_symbols("root_velocity", "ṙ0 in m/s", root_velocity),
+        Argument.of_symbols("root_acceleration", "r̈0 in m/s²", root_acceleration),
+        Argument.of_symbols("clamp_direction", "e0", clamp_direction),
+        Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", clamp_direction_rate),
+        Argument.of_symbols("gravity", "g in m/s²", gravity),
+        Argument.of_symbols("segment_length", "h in m", length),
+        Argument.of_symbols("segment_mass", "m in kg", mass),
+        Argument.of_symbols("segment_inertia", "J in kg m²", inertia),
+        Argument.of_symbols("root_stiffness", "c1 in N m", root_stiffness),
+        Argument.of_symbols("joint_stiffness", "c in N m", joint_stiffness),
+        Argument.of_symbols("root_damping", "d1 in N m s", root_damping),
+        Argument.of_symbols("joint_damping", "d in N m s", joint_damping),
+    ]
+    chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
+    size = 2 * segments
+    return [
+        Derived(
+            "mass_matrix",
+            f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
+            symbols,
+            arguments,
+            [
+                Result.matrix(
+                    "mass_matrix",
+                    f"M, {size} × {size}, symmetric, in kg m²; rows and columns φ1, θ1, φ2, …",
+                    "kg m^2",
+                    mass_matrix,
+                )
+            ],
+        ),
+        Derived(
+            "force",
+            f"Generalised force of {chain}: "
+            "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
+            "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
+            symbols,
+            arguments,
+            [Result.vector("force", "f in N m, on φ1, θ1, φ2, …", "N m", force)],
+        ),
+        Derived(
+            "energies",
+            f"Energies and dissipation function of {chain}.",
+            symbols,
+            arguments,
+            [
+                Result.scalar("kinetic", "E_kin in J", "J", kinetic),
+                Result.scalar("spring", "E_spring in J", "J", spring),
+                Result.scalar("gravity", "E_grav in J", "J", weight),
+                Result.scalar("dissipation", "D in W", "W", dissipated),
+            ],
+        ),
+    ]
+
+
+# ---------------------------------------------------------------------------- kernels: segment
+
+
+@dataclass(frozen=True)
+class FreeSegment:
+    """One segment whose inner end x moves freely."""
+
+    symbols: Symbols
+    segment: Segment
+    base_velocity: SX
+    length: SX
+    mass: SX
+    inertia: SX
+
+    @classmethod
+    def new(cls) -> "FreeSegment":
+        """With all variables but those of the inner end's motion."""
+        symbols = Symbols()
+        segment = Segment.new(symbols)
+        return cls(
+            symbols,
+            segment,
+            # To differentiate by; an argument of the energies only.
+            SX.sym("base_velocity", 3),
+            symbols.scalar("segment_length", "h", "m"),
+            symbols.scalar("segment_mass", "m", "kg"),
+            symbols.scalar("segment_inertia", "J", "kg m^2"),
+        )
+
+    @property
+    def kinetic(self) -> SX:
+        """E_kin in J."""
+        direction_rate = self.segment.sides[1]
+        centre_velocity = self.base_velocity + self.length / 2 * direction_rate
+        return kinetic_energy(self.mass, self.inertia, centre_velocity, direction_rate)
+
+    def at_rest(self, expression: SX) -> SX:
+        """In the inertial frame in which the inner end rests at the moment."""
+        return casadi.substitute(expression, self.base_velocity, SX.zeros(3))
+
+    def constants(self) -> list[Argument]:
+        """h, m and J as arguments."""
+        return [
+            Argument.of_symbols("segment_length", "h in m", self.length),
+            Argument.of_symbols("segment_mass", "m in kg", self.mass),
+            Argument.of_symbols("segment_inertia", "J in kg m²", self.inertia),
+        ]
+
+
+def segment_kernel() -> Derived:
+    """`segment`: kinematics and inertia of one segment."""
+    free = FreeSegment.new()
+    q, v = free.segment.coordinates, free.segment.rates
+    direction, direction_rate = free.segment.sides
+    reach, reach_rate = free.length * direction, free.length * direction_rate
+    base_momentum = casadi.gradient(free.kinetic, free.base_velocity)
+    inertia, momentum = casadi.hessian(free.kinetic, v)
+    bias = casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q)
+    results = [
+        Result.matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2, in kg m²", "kg m^2", inertia),
+        Result.matrix(
+            "coupling",
+            "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2, in kg m",
+            "kg m",
+            casadi.jacobian(base_momentum, v),
+        ),
+        Result.vector(
+            "bias",
+            "τ_0 in N m: d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0",
+            "N m",
+            free.at_rest(bias),
+        ),
+        Result.vector(
+            "base_bias",
+            "p_0 in N: d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0",
+            "N",
+            casadi.jtimes(base_momentum, q, v),
+        ),
+        Result.vector("reach", "h e in m: outer end less inner end", "m", reach),
+        Result.vector("reach_rate", "h ė in m/s", "m s^-1", reach_rate),
+        Result.matrix(
+            "reach_jacobian", "G = ∂(h e)/∂q, 3 × 2, in m", "m", casadi.jacobian(reach, q)
+        ),
+        Result.vector(
+            "reach_bias",
+            "b in m/s²: h ë for q̈ = 0",
+            "m s^-2",
+            casadi.jtimes(reach_rate, q, v),
+        ),
+    ]
+    arguments = [
+        free.segment.trigonometry("angles"),
+        free.segment.rates_argument("rates"),
+        *free.constants(),
+    ]
+    summary = (
+        "Kinematics and inertia of one segment, seen from its inner end `x`:\n"
+        "`p = m ẍ + C q̈ + p_0 + F`, `τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F`, `ẍ' = ẍ + G q̈ + b`,\n"
+        "from `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²`."
+    )
+    return Derived("segment", summary, free.symbols, arguments, results)
+
+
+def along_step(
+    expression: SX, variables: Sequence[tuple[SX, SX | int]], coordinates: int
+) -> SX:
+    """Derivative along the acceleration of each coordinate; a column a coordinate.
+
+    `variables` has vectors with one element a coordinate, and how far they follow the acceleration.
+    """
+    unit_steps = [SX.eye(coordinates)[:, i] for i in range(coordinates)]
+    columns = [
+        casadi.jtimes(
+            expression,
+            casadi.vertcat(*(variable for variable, _ in variables)),
+            casadi.vertcat(*(weight * step for _, weight in variables)),
+        )
+        for step in unit_steps
+    ]
+    return casadi.horzcat(*columns)
+
+
+def step_weights(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
+    """w_q and w_v: δq = w_q δq̈, δq̇ = w_v δq̈."""
+    coordinate_weight = symbols.scalar("coordinate_weight", "w_q", "s^2")
+    rate_weight = symbols.scalar("rate_weight", "w_v", "s")
+    arguments = [
+        Argument.of_symbols("coordinate_weight", "w_q in s²: δq = w_q δq̈", coordinate_weight),
+        Argument.of_symbols("rate_weight", "w_v in s: δq̇ = w_v δq̈", rate_weight),
+    ]
+    return coordinate_weight, rate_weight, arguments
+
+
+def segment_tangent_kernel() -> Derived:
+    """`segment_tangent`: how a segment's torques and forces follow its own acceleration."""
+    free = FreeSegment.new()
+    symbols = free.symbols
+    q, v = free.segment.coordinates, free.segment.rates
+    accelerations = casadi.vertcat(
+        symbols.scalar("phi_acceleration", "φ̈", "rad s^-2"),
+        symbols.scalar("theta_acceleration", "θ̈", "rad s^-2"),
+    )
+    base_acceleration = symbols.vector("base_acceleration", "ẍ", "m s^-2")
+    outer_force = symbols.vector("outer_force", "F", "N")
+    coordinate_weight, rate_weight, weights = step_weights(symbols)
+
+    def time_derivative(expression: SX) -> SX:
+        return casadi.jtimes(
+            expression,
+            casadi.vertcat(q, v, free.base_velocity),
+            casadi.vertcat(v, accelerations, base_acceleration),
+        )
+
+    direction, direction_rate = free.segment.sides
+    reach, reach_rate = free.length * direction, free.length * direction_rate
+    momentum = casadi.gradient(free.kinetic, v)
+    torque = (
+        time_derivative(momentum)
+        - casadi.gradient(free.kinetic, q)
+        # Gᵀ F: the outer force does work on δ(h e).
+        + casadi.gradient(casadi.dot(reach, outer_force), q)
+    )
+    base_force = time_derivative(casadi.gradient(free.kinetic, free.base_velocity))
+    outer_acceleration = base_acceleration + time_derivative(reach_rate)
+
+    def tangent(expression: SX) -> SX:
+        step = [(q, coordinate_weight), (v, rate_weight), (accelerations, 1)]
+        return along_step(free.at_rest(expression), step, 2)
+
+    results = [
+        Result.matrix("torque", "∂τ/∂q̈, 2 × 2, in kg m²", "kg m^2", tangent(torque)),
+        Result.matrix("base_force", "∂p/∂q̈, 3 × 2, in kg m", "kg m", tangent(base_force)),
+        Result.matrix(
+            "outer_acceleration", "∂ẍ'/∂q̈, 3 × 2, in m", "m", tangent(outer_acceleration)
+        ),
+    ]
+    arguments = [
+        free.segment.trigonometry("angles"),
+        free.segment.rates_argument("rates"),
+        Argument.of_symbols("accelerations", "φ̈, θ̈ in rad/s²", accelerations),
+        Argument.of_symbols("base_acceleration", "ẍ in m/s²", base_acceleration),
+        Argument.of_symbols("outer_force", "F in N", outer_force),
+        *free.constants(),
+        *weights,
+    ]
+    summary = (
+        "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`segment`] change with its own `q̈` when\n"
+        "`δq = w_q δq̈` and `δq̇ = w_v δq̈`, for fixed `ẍ` and `F`."
+    )
+    return Derived("segment_tangent", summary, symbols, arguments, results)
+
+
+def segment_energy_kernel() -> Derived:
+    """`segment_energy`: kinetic and potential energy of one segment."""
+    free = FreeSegment.new()
+    base_position = free.symbols.vector("base_position", "x", "m")
+    base_velocity = free.symbols.vector("base_velocity", "ẋ", "m s^-1")
+    gravity = free.symbols.vector("gravity", "g", "m s^-2")
+    centre = base_position + free.length / 2 * free.segment.sides[0]
+    kinetic = casadi.substitute(free.kinetic, free.base_velocity, base_velocity)
+    results = [
+        Result.scalar("kinetic", "E_kin in J", "J", kinetic),
+        Result.scalar("gravity", "E_grav in J", "J", gravity_energy(free.mass, gravity, centre)),
+    ]
+    arguments = [
+        free.segment.trigonometry("angles"),
+        free.segment.rates_argument("rates"),
+        Argument.of_symbols("base_position", "x in m", base_position),
+        Argument.of_symbols("base_velocity", "ẋ in m/s", base_velocity),
+        Argument.of_symbols("gravity", "g in m/s²", gravity),
+        *free.constants(),
+    ]
+    summary = (
+        "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`."
+    )
+    return Derived("segment_energy", summary, free.symbols, arguments, results)
+
+
+# ---------------------------------------------------------------------------- kernels: joints
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Energy and dissipation function of a joint, and the segments on which it acts."""
+
+    symbols: Symbols
+    segments: tuple[Segment, ...]
+    arguments: list[Argument]
+    spring: SX
+    dissipation: SX
+    # A parameter of the energies on which they do not depend, and what to put for it.
+    frame: tuple[SX, SX] | None = None
+
+    @property
+    def coordinates(self) -> SX:
+        """All coordinates, segment by segment."""
+        return casadi.vertcat(*(segment.coordinates for segment in self.segments))
+
+    @property
+    def rates(self) -> SX:
+        """Their rates."""
+        return casadi.vertcat(*(segment.rates for segment in self.segments))
+
+    def torques(self) -> SX:
+        """−∂E_spring/∂q − ∂D/∂q̇ in N m."""
+        return self._in_frame(
+            -casadi.gradient(self.spring, self.coordinates)
+            - casadi.gradient(self.dissipation, self.rates)
+        )
+
+    def tangent(self, coordinate_weight: SX, rate_weight: SX) -> SX:
+        """Minus the derivative of the torques along q̈, in N m s²."""
+        step = [(self.coordinates, coordinate_weight), (self.rates, rate_weight)]
+        resistance = casadi.gradient(self.spring, self.coordinates) + casadi.gradient(
+            self.dissipation, self.rates
+        )
+        return self._in_frame(along_step(resistance, step, self.coordinates.shape[0]))
+
+    def energies(self) -> list[Result]:
+        """E_spring and D."""
+        return [
+            Result.scalar("spring", "E_spring in J", "J", self.spring),
+            Result.scalar("dissipation", "D in W", "W", self.dissipation),
+        ]
+
+    def _in_frame(self, expression: SX) -> SX:
+        return expression if self.frame is None else casadi.substitute(expression, *self.frame)
+
+
+def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
+    """c and d."""
+    stiffness = symbols.scalar("stiffness", "c", "N m")
+    damping = symbols.scalar("damping", "d", "N m s")
+    arguments = [
+        Argument.of_symbols("stiffness", "c in N m", stiffness),
+        Argument.of_symbols("damping", "d in N m s", damping),
+    ]
+    return stiffness, damping, arguments
+
+
+def joint_between_segments() -> Joint:
+    """As the energies are stated."""
+    symbols = Symbols()
+    previous, following = Segment.new(symbols, "previous"), Segment.new(symbols, "next")
+    stiffness, damping, constants = joint_constants(symbols)
+    inner, outer = previous.sides, following.sides
+    arguments = [
+        previous.trigonometry("previous"),
+        following.trigonometry("next"),
+        previous.rates_argument("previous_rates"),
+        following.rates_argument("next_rates"),
+        *constants,
+    ]
+    return Joint(
+        symbols,
+        (previous, following),
+        arguments,
+        spring_energy(stiffness, inner[0], outer[0]),
+        dissipation(damping, inner, outer),
+    )
+
+
+def joint_in_turned_frame() -> Joint:
+    """In a resting frame turned by the angle ψ about z, which changes neither E_spring nor D.
+
+    As they do not depend on ψ, their derivatives may be taken at fixed ψ. With ψ = θ' afterwards,
+    the azimuths enter by their difference θ − θ' only.
+    """
+    symbols = Symbols()
+    previous, following = Segment.new(symbols, "previous"), Segment.new(symbols, "next")
+    stiffness, damping, constants = joint_constants(symbols)
+    frame = SX.sym("frame")
+
+    def direction(phi: SX, theta: SX) -> SX:
+        return direction_about_z(phi, theta - frame)
+
+    inner, outer = previous.sides_about(direction), following.sides_about(direction)
+    theta_previous, theta_next = previous.coordinates[1], following.coordinates[1]
+    step = theta_previous - theta_next
+    arguments = [
+        previous.polar_trigonometry("previous"),
+        following.polar_trigonometry("next"),
+        Argument(
+            "azimuth_step",
+            "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
+            (("sin_azimuth_step", casadi.sin(step)), ("cos_azimuth_step", casadi.cos(step))),
+        ),
+        previous.rates_argument("previous_rates"),
+        following.rates_argument("next_rates"),
+        *constants,
+    ]
+    return Joint(
+        symbols,
+        (previous, following),
+        arguments,
+        spring_energy(stiffness, inner[0], outer[0]),
+        dissipation(damping, inner, outer),
+        (frame, theta_next),
+    )
+
+
+def clamp_joint() -> tuple[Joint, SX, SX]:
+    """The joint between the clamp and the first segment, with e_0 and ė_0."""
+    symbols = Symbols()
+    direction = symbols.vector("clamp_direction", "e0", "1")
+    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1")
+    following = Segment.new(symbols, "next")
+    stiffness, damping, constants = joint_constants(symbols)
+    outer = following.sides
+    arguments = [
+        Argument.of_symbols("clamp_direction", "e0", direction),
+        Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", direction_rate),
+        following.trigonometry("next"),
+        following.rates_argument("next_rates"),
+        *constants,
+    ]
+    joint = Joint(
+        symbols,
+        (following,),
+        arguments,
+        spring_energy(stiffness, direction, outer[0]),
+        dissipation(damping, (direction, direction_rate), outer),
+    )
+    return joint, direction, direction_rate
+
+
+def crossed_joint() -> Joint:
+    """A joint between a segment with the polar axis z and one with the polar axis x."""
+    symbols = Symbols()
+    about_z, about_x = Segment.new(symbols, "z"), Segment.new(symbols, "x")
+    stiffness, damping, constants = joint_constants(symbols)
+    z_side, x_side = about_z.sides, about_x.sides_about(direction_about_x)
+    arguments = [
+        about_z.trigonometry("z_angles"),
+        about_x.trigonometry("x_angles"),
+        about_z.rates_argument("z_rates"),
+        about_x.rates_argument("x_rates"),
+        *constants,
+    ]
+    return Joint(
+        symbols,
+        (about_z, about_x),
+        arguments,
+        spring_energy(stiffness, z_side[0], x_side[0]),
+        dissipation(damping, z_side, x_side),
+    )
+
+
+def torques_kernel(
+    name: str, summary: str, joint: Joint, sides: Sequence[tuple[str, str]]
+) -> Derived:
+    """The torques on each side; `sides` has the output's name and the segment's."""
+    torques = joint.torques()
+    results = [
+        Result.vector(
+            side,
+            f"torques on (φ, θ) of the {words} in N m",
+            "N m",
+            torques[2 * i : 2 * i + 2],
+        )
+        for i, (side, words) in enumerate(sides)
+    ]
+    return Derived(name, summary, joint.symbols, joint.arguments, results)
+
+
+def tangent_kernel(
+    name: str, summary: str, joint: Joint, blocks: Sequence[tuple[str, str]]
+) -> Derived:
+    """The tangent, block by block; `blocks` has the output's name and its words, by rows."""
+    coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
+    tangent = joint.tangent(coordinate_weight, rate_weight)
+    sides = len(joint.segments)
+    results = [
+        Result.matrix(
+            block,
+            f"torques on the {words}; N m s²",
+            "N m s^2",
+            tangent[
+                2 * (i // sides) : 2 * (i // sides) + 2, 2 * (i % sides) : 2 * (i % sides) + 2
+            ],
+        )
+        for i, (block, words) in enumerate(blocks)
+    ]
+    return Derived(name, summary, joint.symbols, [*joint.arguments, *weights], results)
+
+
+def joint_kernels() -> list[Derived]:
+    """`joint`, `joint_tangent`, `joint_energy`."""
+    energy = joint_between_segments()
+    return [
+        torques_kernel(
+            "joint",
+            "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, "
+            "from\n"
+            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
+            "`D = ½ d |ω' − ω|²`, `ω = e × ė`.",
+            joint_in_turned_frame(),
+            [("previous", "previous segment"), ("next", "next segment")],
+        ),
+        tangent_kernel(
+            "joint_tangent",
+            "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n"
+            "`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
+            joint_in_turned_frame(),
+            [
+                ("previous_previous", "previous segment, along its q̈"),
+                ("previous_next", "previous segment, along the next one's q̈"),
+                ("next_previous", "next segment, along the previous one's q̈"),
+                ("next_next", "next segment, along its q̈"),
+            ],
+        ),
+        Derived(
+            "joint_energy",
+            "Energy and dissipation function of a joint: `c S(½|e' − e|²)` and `½ d |ω' − ω|²`.",
+            energy.symbols,
+            energy.arguments,
+            energy.energies(),
+        ),
+    ]
+
+
+def clamp_kernels() -> list[Derived]:
+    """`clamp`, `clamp_tangent`, `clamp_energy`."""
+    energy, direction, direction_rate = clamp_joint()
+    power = casadi.dot(casadi.gradient(energy.spring, direction), direction_rate) + casadi.dot(
+        casadi.gradient(energy.dissipation, direction_rate), direction_rate
+    )
+    return [
+        torques_kernel(
+            "clamp",
+            "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
+            "[`joint`], with\nthe clamp's `e0` and `ω0 = e0 × ė0` on the inner side.",
+            clamp_joint()[0],
+            [("next", "first segment")],
+        ),
+        tangent_kernel(
+            "clamp_tangent",
+            "Tangent of the clamp joint: minus the derivative of the torques of [`clamp`] along "
+            "`q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
+            clamp_joint()[0],
+            [("next_next", "first segment, along its q̈")],
+        ),
+        Derived(
+            "clamp_energy",
+            "Energy and dissipation function of the clamp joint, and the power of its turning.",
+            energy.symbols,
+            energy.arguments,
+            [
+                *energy.energies(),
+                Result.scalar(
+                    "power",
+                    "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0 in W: what the turning clamp puts in",
+                    "W",
+                    power,
+                ),
+            ],
+        ),
+    ]
+
+
+def crossed_joint_kernels() -> list[Derived]:
+    """`crossed_joint`, `crossed_joint_tangent`."""
+    return [
+        torques_kernel(
+            "crossed_joint",
+            "Torques of a joint, as in [`joint`], between a segment whose polar axis is z and one "
+            "whose polar\naxis is x: `e = (sin φ cos θ, sin φ sin θ, cos φ)` and "
+            "`e = (cos φ, sin φ cos θ, sin φ sin θ)`.",
+            crossed_joint(),
+            [("z", "segment about z"), ("x", "segment about x")],
+        ),
+        tangent_kernel(
+            "crossed_joint_tangent",
+            "Tangent of a crossed joint: minus the derivative of the torques of [`crossed_joint`] "
+            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
+            crossed_joint(),
+            [
+                ("z_z", "segment about z, along its q̈"),
+                ("z_x", "segment about z, along the other one's q̈"),
+                ("x_z", "segment about x, along the other one's q̈"),
+                ("x_x", "segment about x, along its q̈"),
+            ],
+        ),
+    ]
+
+
+def solver_kernels() -> list[Derived]:
+    """All kernels, in the order in which the solver meets them."""
+    return [
+        segment_kernel(),
+        segment_tangent_kernel(),
+        segment_energy_kernel(),
+        *joint_kernels(),
+        *clamp_kernels(),
+        *crossed_joint_kernels(),
+    ]
+
+
+# ---------------------------------------------------------------------------- export
+
+
+# CasADi's instructions on operands, and the format's operations.
+INSTRUCTIONS = {
+    casadi.OP_ADD: "add",
+    casadi.OP_SUB: "sub",
+    casadi.OP_MUL: "mul",
+    casadi.OP_DIV: "div",
+    casadi.OP_NEG: "neg",
+    casadi.OP_SQRT: "sqrt",
+    casadi.OP_SIN: "sin",
+    casadi.OP_COS: "cos",
+    casadi.OP_ASIN: "asin",
+    casadi.OP_LT: "less_than",
+}
+
+
+def instruction_name(code: int) -> str:
+    """CasADi's name of an instruction."""
+    names = (name for name in dir(casadi) if name.startswith("OP_"))
+    return next((name for name in names if getattr(casadi, name) == code), f"number {code}")
+
+
+def exported(derived: Derived) -> Kernel:
+    """CasADi's instructions in single-assignment form.
+
+    The expressions behind the arguments' elements are outputs of the function, too: so their
+    operations are known.
+    """
+    elements = [expression for argument in derived.arguments for _, expression in argument.elements]
+    # CasADi stores by columns, the format by rows.
+    values = [casadi.vec(casadi.densify(result.value).T) for result in derived.results]
+    function = casadi.Function(
+        derived.name,
+        [casadi.vertcat(*derived.symbols.variables)],
+        [casadi.vertcat(*elements), casadi.vertcat(*values)],
+    )
+
+    graph = Graph()
+    symbols = [
+        graph.symbol(name, notation, derived.symbols.units[name])
+        for name, notation in derived.symbols.notations.items()
+    ]
+    registers: dict[int, int] = {}
+    found: dict[tuple[int, int], int] = {}
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        operands, targets = function.instruction_input(k), function.instruction_output(k)
+        if code == casadi.OP_OUTPUT:
+            found[targets[0], targets[1]] = registers[operands[0]]
+            continue
+        if code == casadi.OP_INPUT:
+            operation = symbols[operands[1]]
+        elif code == casadi.OP_CONST:
+            operation = graph.number(float(function.instruction_constant(k)))
+        else:
+            nodes = [registers[operand] for operand in operands]
+            if code in INSTRUCTIONS:
+                operation = graph.operation(INSTRUCTIONS[code], *nodes)
+            elif code == casadi.OP_SQ:
+                operation = graph.power(nodes[0], 2)
+            elif code == casadi.OP_TWICE:
+                operation = graph.operation("mul", graph.number(2.0), nodes[0])
+            elif code == casadi.OP_INV:
+                operation = graph.operation("div", graph.number(1.0), nodes[0])
+            else:
+                raise DerivationError(
+                    f"kernel {derived.name}: the format has no operation for CasADi's instruction "
+                    f"{instruction_name(code)}"
+                )
+        registers[targets[0]] = operation
+
+    inputs, next_element = [], 0
+    for argument in derived.arguments:
+        bound = []
+        for name, _ in argument.elements:
+            bound.append((name, found[0, next_element]))
+            next_element += 1
+        inputs.append(Input(argument.name, argument.doc, tuple(bound)))
+    outputs, next_value = [], 0
+    for result in derived.results:
+        size = math.prod(result.shape)
+        operations = tuple(found[1, next_value + i] for i in range(size))
+        outputs.append(Output(result.name, result.doc, result.unit, result.shape, operations))
+        next_value += size
+    return Kernel(derived.name, derived.summary, graph, tuple(inputs), tuple(outputs))
+
+
+def segment_count(text: str) -> int:
+    """A number of segments from the command line."""
+    try:
+        count = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"`{text}` is not a whole number") from None
+    if not 1 <= count <= LARGEST_SEGMENT_COUNT:
+        raise argparse.ArgumentTypeError(
+            f"{count} segments; possible are 1 to {LARGEST_SEGMENT_COUNT}"
+        )
+    return count
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description="Derive equations of motion from the chain's energies with CasADi."
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument(
+        "--segments",
+        type=segment_count,
+        help="whole equations of a chain of so many segments: mass_matrix, force, energies",
+    )
+    what.add_argument(
+        "--kernels", action="store_true", help="the kernels of one segment and one joint"
+    )
+    parser.add_argument(
+        "--out", required=True, metavar="FILE", help="file to write; - for the standard output"
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="write nothing; exit with 1 if FILE is not what is derived now, to the byte",
+    )
+    arguments = parser.parse_args()
+    if arguments.check and arguments.out == "-":
+        parser.error("--check compares with a file, so --out cannot be -")
+
+    choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"
+    command = f"derivations/segment_chain.py {choice}"
+    try:
+        derived = solver_kernels() if arguments.kernels else whole_equations(arguments.segments)
+        kernels = [exported(function) for function in derived]
+        text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
+    except (DerivationError, FormatError) as error:
+        sys.exit(f"segment_chain.py: {error}")
+
+    if arguments.out == "-":
+        sys.stdout.buffer.write(text.encode())
+        return
+    path = Path(arguments.out)
+    if arguments.check:
+        if reason := staleness(path, text):
+            sys.exit(f"{reason}. To make it again: python {command} --out {path}")
+        return
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        sys.exit(f"segment_chain.py: {path} cannot be written: {error.strerror}")
+
+
+if __name__ == "__main__":
+    main()
