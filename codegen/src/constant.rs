@@ -9,7 +9,7 @@ use num_traits::{CheckedAdd, CheckedMul, One, ToPrimitive, Zero};
 /// a float, the result is a float. A float is never turned into a rational.
 #[derive(Clone, Copy, Debug)]
 pub enum Constant {
-    /// An exact value.
+    /// An exact value; in a valid graph its numerator is not `i64::MIN`, which has no opposite.
     Rational(Ratio<i64>),
     /// A value in double precision; finite in a valid graph.
     Float(f64),
@@ -39,7 +39,7 @@ impl std::hash::Hash for Constant {
 
 impl From<i64> for Constant {
     fn from(value: i64) -> Self {
-        Self::Rational(Ratio::from_integer(value))
+        Self::exact(Ratio::from_integer(value)).unwrap_or(Self::Float(value as f64))
     }
 }
 
@@ -50,6 +50,11 @@ impl Constant {
     /// If `denominator` is zero.
     pub fn ratio(numerator: i64, denominator: i64) -> Self {
         Self::Rational(Ratio::new(numerator, denominator))
+    }
+
+    /// A rational whose opposite and inverse are rational too.
+    fn exact(value: Ratio<i64>) -> Option<Self> {
+        (*value.numer() != i64::MIN).then_some(Self::Rational(value))
     }
 
     /// The nearest `f64`.
@@ -112,9 +117,9 @@ impl std::ops::Add for Constant {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         if let (Self::Rational(a), Self::Rational(b)) = (self, other)
-            && let Some(sum) = a.checked_add(&b)
+            && let Some(sum) = a.checked_add(&b).and_then(Self::exact)
         {
-            return Self::Rational(sum);
+            return sum;
         }
         Self::Float(self.value() + other.value())
     }
@@ -124,9 +129,9 @@ impl std::ops::Mul for Constant {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         if let (Self::Rational(a), Self::Rational(b)) = (self, other)
-            && let Some(product) = a.checked_mul(&b)
+            && let Some(product) = a.checked_mul(&b).and_then(Self::exact)
         {
-            return Self::Rational(product);
+            return product;
         }
         Self::Float(self.value() * other.value())
     }
@@ -150,5 +155,10 @@ mod tests {
         assert_eq!(Constant::from(0).powi(-1), None);
         let product = Constant::from(i64::MAX) * Constant::from(2);
         assert_eq!(product, Constant::Float(i64::MAX as f64 * 2.0));
+        // The least integer fits but has no opposite.
+        let least = Constant::from(-(1 << 62)) * Constant::from(2);
+        assert_eq!(least, Constant::Float(i64::MIN as f64));
+        assert_eq!(Constant::from(i64::MIN), least);
+        assert_eq!(least.recip(), Some(Constant::Float(1.0 / i64::MIN as f64)));
     }
 }

@@ -116,6 +116,7 @@ fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Res
             _ => Ok(None),
         },
         Node::Neg(a) => Ok(of(a)),
+        Node::Powi(_, 0) => Ok(Some(Dimension::NONE)),
         Node::Powi(a, exponent) => match of(a) {
             Some(base) => whole(base.powi(exponent), base),
             None => Ok(None),

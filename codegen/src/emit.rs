@@ -160,10 +160,12 @@ fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
             #result { #(#values,)* }
         }
     })?;
-    Ok(source.replacen("    statements!();\n", &body.statements, 1))
+    // The last one: a text above the function may read like it.
+    let (head, tail) = source.rsplit_once("    statements!();\n").expect("the function has a place for its statements");
+    Ok([head, &body.statements, tail].concat())
 }
 
-fn camel_case(name: &str) -> String {
+pub(crate) fn camel_case(name: &str) -> String {
     let capitalise = |word: &str| {
         let mut letters = word.chars();
         letters.next().map(|first| first.to_uppercase().chain(letters).collect::<String>()).unwrap_or_default()
@@ -387,6 +389,9 @@ fn constant_expression(value: f64) -> syn::Expr {
 
 /// An integer power but the zeroth as multiplications: exact, and faster than `powi`.
 fn power(base: &syn::Expr, exponent: i32) -> syn::Expr {
+    if exponent == 0 {
+        return constant_expression(1.0);
+    }
     let times = syn::parse_quote!(*);
     let product = (1..exponent.unsigned_abs()).fold(base.clone(), |product, _| binary(&product, times, base));
     if exponent < 0 { binary(&constant_expression(1.0), syn::parse_quote!(/), &product) } else { product }

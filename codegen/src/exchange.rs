@@ -8,15 +8,18 @@
 
 use std::collections::HashSet;
 use std::fmt::{self, Formatter};
+use std::marker::PhantomData;
 
 use num_rational::Ratio;
-use serde::de::{self, IgnoredAny, SeqAccess, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::constant::Constant;
 use crate::dimension::{self, DimensionError};
+use crate::emit::camel_case;
 use crate::graph::{Graph, Node, NodeId};
 use crate::kernels::{Input, Kernel, Output, Shape};
 use crate::special;
@@ -29,8 +32,14 @@ pub const VERSION: u32 = 2;
 
 /// Largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 256 << 20;
-/// Most operations of a kernel.
+/// Most kernels of a file.
+pub const MAX_KERNELS: usize = 1000;
+/// Most operations of a kernel, and most multiplications that its powers stand for.
 pub const MAX_OPERATIONS: usize = 8_000_000;
+/// Most inputs, and most outputs, of a kernel.
+pub const MAX_FIELDS: usize = 1000;
+/// Most elements of an input or output.
+pub const MAX_ELEMENTS: usize = 1_000_000;
 /// Longest chain of operations that use each other.
 pub const MAX_DEPTH: u32 = 1_000_000;
 /// Largest size of an integer exponent: a power is emitted as so many multiplications.
@@ -71,7 +80,7 @@ pub enum ExchangeError {
         message: String,
     },
     /// It is another kind of file.
-    #[error("the format is {found:?}, not {FORMAT:?}")]
+    #[error("the format is `{found}`, not `{FORMAT}`")]
     Format {
         /// What the file says.
         found: String,
@@ -110,7 +119,7 @@ pub enum KernelError {
     #[error("{what} `{name}` {problem}")]
     Name {
         /// What is named.
-        what: &'static str,
+        what: String,
         /// The name.
         name: String,
         /// What is wrong.
@@ -156,6 +165,12 @@ pub enum KernelError {
         /// The largest allowed.
         most: i32,
     },
+    /// The powers take too many multiplications.
+    #[error("the powers up to operation {operation} take more than {MAX_OPERATIONS} multiplications")]
+    PowersTooLarge {
+        /// Index of the power that goes beyond the limit.
+        operation: usize,
+    },
     /// A symbol is listed twice.
     #[error("operation {operation}: the symbol `{symbol}` is listed before")]
     DoubleSymbol {
@@ -179,6 +194,14 @@ pub enum KernelError {
     /// Two input elements give one operation.
     #[error("input `{name}` gives operation {operation}, which another input gives")]
     GivenTwice {
+        /// Name of the input.
+        name: String,
+        /// The operation.
+        operation: usize,
+    },
+    /// An input would give what has its value already.
+    #[error("input `{name}` gives operation {operation}, which is a constant")]
+    GivenConstant {
         /// Name of the input.
         name: String,
         /// The operation.
@@ -246,6 +269,11 @@ const OPERATORS: [Operator; 12] = [
     },
 ];
 
+/// The operators of the format: name, number of operands, and range of the integer after them.
+pub fn operators() -> impl Iterator<Item = (&'static str, usize, Option<(i32, i32)>)> {
+    OPERATORS.iter().map(|operator| (operator.name, operator.operands, operator.parameter))
+}
+
 /// The name of an operation in the format, and the integer after its operands.
 fn name_and_parameter(node: Node) -> (&'static str, Option<i64>) {
     match node {
@@ -281,7 +309,8 @@ struct FileEntry {
     #[serde(rename = "version")]
     _version: IgnoredAny,
     generator: String,
-    kernels: Vec<KernelEntry>,
+    #[serde(deserialize_with = "limited::<MAX_KERNELS, _, _>")]
+    kernels: Vec<Object<KernelEntry>>,
 }
 
 #[derive(Deserialize)]
@@ -289,36 +318,63 @@ struct FileEntry {
 struct KernelEntry {
     name: String,
     summary: String,
-    inputs: Vec<InputEntry>,
-    #[serde(deserialize_with = "operations")]
+    #[serde(deserialize_with = "limited::<MAX_FIELDS, _, _>")]
+    inputs: Vec<Object<InputEntry>>,
+    #[serde(deserialize_with = "limited::<MAX_OPERATIONS, _, _>")]
     operations: Vec<Operation>,
-    outputs: Vec<OutputEntry>,
+    #[serde(deserialize_with = "limited::<MAX_FIELDS, _, _>")]
+    outputs: Vec<Object<OutputEntry>>,
 }
 
-/// A list of operations that is given up as soon as it is too long to be kept.
-fn operations<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Operation>, D::Error> {
-    struct Operations;
+/// An object of JSON; serde alone would take a list of the fields' values too.
+struct Object<T>(T);
 
-    impl<'de> Visitor<'de> for Operations {
-        type Value = Vec<Operation>;
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Fields<T>(PhantomData<T>);
 
-        fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-            formatter.write_str("a list of operations")
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
+            type Value = Object<T>;
+
+            fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+                formatter.write_str("an object, {…}")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<Object<T>, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(fields)).map(Object)
+            }
         }
 
-        fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<Operation>, A::Error> {
-            let mut operations = Vec::new();
-            while let Some(operation) = items.next_element()? {
-                if operations.len() == MAX_OPERATIONS {
-                    return Err(de::Error::custom(format!("a kernel has at most {MAX_OPERATIONS} operations")));
+        deserializer.deserialize_map(Fields(PhantomData))
+    }
+}
+
+/// A list that is given up as soon as it is too long to be kept.
+fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+) -> Result<Vec<T>, D::Error> {
+    struct List<const MOST: usize, T>(PhantomData<T>);
+
+    impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for List<MOST, T> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+            formatter.write_str("a list")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<T>, A::Error> {
+            let mut list = Vec::new();
+            while let Some(item) = items.next_element()? {
+                if list.len() == MOST {
+                    return Err(de::Error::custom(format!("this list has at most {MOST} entries")));
                 }
-                operations.push(operation);
+                list.push(item);
             }
-            Ok(operations)
+            Ok(list)
         }
     }
 
-    deserializer.deserialize_seq(Operations)
+    deserializer.deserialize_seq(List::<MOST, T>(PhantomData))
 }
 
 #[derive(Serialize, Deserialize)]
@@ -326,6 +382,7 @@ fn operations<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Operatio
 struct InputEntry {
     name: String,
     doc: String,
+    #[serde(deserialize_with = "limited::<MAX_ELEMENTS, _, _>")]
     elements: Vec<(String, usize)>,
 }
 
@@ -335,7 +392,9 @@ struct OutputEntry {
     name: String,
     doc: String,
     unit: UnitCode,
+    #[serde(deserialize_with = "limited::<2, _, _>")]
     shape: Vec<usize>,
+    #[serde(deserialize_with = "limited::<MAX_ELEMENTS, _, _>")]
     operations: Vec<usize>,
 }
 
@@ -435,14 +494,33 @@ fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(items: &mut A, wanted: &str
     items.next_element()?.ok_or_else(|| de::Error::custom(wanted))
 }
 
-/// `text` for a message.
+/// A name or text of the file for a message: one short line that shows every character.
 fn shortened(text: &str) -> String {
-    const SHOWN: usize = 40;
-    let mut shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
-    if text.chars().nth(SHOWN).is_some() {
+    shown(text, 40)
+}
+
+fn shown(text: &str, most: usize) -> String {
+    let mut shown = String::new();
+    for letter in text.chars().take(most) {
+        if is_invisible(letter) {
+            shown.extend(letter.escape_unicode());
+        } else {
+            shown.push(letter);
+        }
+    }
+    if text.chars().nth(most).is_some() {
         shown.push('…');
     }
     shown
+}
+
+/// Controls, and characters that change how others are shown: a reader of emitted code must see what is there,
+/// and the compiler refuses some of them in comments.
+fn is_invisible(letter: char) -> bool {
+    letter.is_control()
+        || matches!(letter,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
 /// Reads a file and checks all that it says.
@@ -453,24 +531,24 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
     if text.len() > MAX_BYTES {
         return Err(ExchangeError::TooLarge { bytes: text.len() });
     }
-    let head: Head = parse(text)?;
+    let Object(head): Object<Head> = parse(text)?;
     if head.format != FORMAT {
         return Err(ExchangeError::Format { found: shortened(&head.format) });
     }
     if head.version != u64::from(VERSION) {
         return Err(ExchangeError::Version { found: head.version });
     }
-    let file: FileEntry = parse(text)?;
+    let Object(file): Object<FileEntry> = parse(text)?;
     check_text(&file.generator, false).map_err(|problem| ExchangeError::Text { field: "generator", problem })?;
     if file.kernels.is_empty() {
         return Err(ExchangeError::Empty);
     }
-    let mut names = HashSet::new();
+    let mut types = HashSet::new();
     let mut kernels = Vec::with_capacity(file.kernels.len());
-    for entry in file.kernels {
+    for Object(entry) in file.kernels {
         let kernel = shortened(&entry.name);
         let within = |error| ExchangeError::Kernel { kernel, error };
-        let result = check_kernel_name(&entry.name, &mut names).and_then(|()| entry.kernel());
+        let result = check_kernel_name(&entry.name, &mut types).and_then(|()| entry.kernel());
         kernels.push(result.map_err(within)?);
     }
     Ok(GraphFile { generator: file.generator, kernels })
@@ -479,6 +557,8 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
 fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let syntax = |path: String, error: &serde_json::Error| {
+        // The message may quote the file.
+        const SHOWN: usize = 400;
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         ExchangeError::Syntax {
@@ -486,7 +566,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
             path: if matches!(path.as_str(), "." | "?") { "file".into() } else { shortened(&path) },
             line: error.line(),
             column: error.column(),
-            message: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
+            message: shown(message.strip_suffix(&place).unwrap_or(&message), SHOWN),
         }
     };
     let value = serde_path_to_error::deserialize(&mut deserializer)
@@ -498,7 +578,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
 /// Names that the emitted source needs for itself.
 const RESERVED: [&str; 3] = ["gen", "real", "t"];
 
-fn check_name(what: &'static str, name: &str) -> Result<(), KernelError> {
+fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
     let words = name.split('_');
     let snake_case = name.starts_with(|first: char| first.is_ascii_lowercase())
         && words.clone().all(|word| !word.is_empty())
@@ -511,24 +591,38 @@ fn check_name(what: &'static str, name: &str) -> Result<(), KernelError> {
     } else {
         return Ok(());
     };
-    Err(KernelError::Name { what, name: shortened(name), problem })
+    Err(name_error(what, name, problem))
 }
 
-fn check_kernel_name(name: &str, names: &mut HashSet<String>) -> Result<(), KernelError> {
+fn name_error(what: &str, name: &str, problem: &'static str) -> KernelError {
+    KernelError::Name { what: what.into(), name: shortened(name), problem }
+}
+
+fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), KernelError> {
     check_name("the name", name)?;
-    if names.insert(name.to_owned()) {
+    if types.insert(camel_case(name)) {
         return Ok(());
     }
-    Err(KernelError::Name { what: "the name", name: name.to_owned(), problem: "is taken by another kernel" })
+    Err(name_error("the name", name, "is taken by another kernel, or gives its result the same type"))
 }
+
+/// What would be a block of code, which documentation tests run, or markup, in the documentation of emitted code.
+const MARKUP: [&str; 3] = ["```", "~~~", "    "];
 
 fn check_text(text: &str, lines: bool) -> Result<(), String> {
     if text.chars().nth(MAX_TEXT).is_some() {
         return Err(format!("is longer than {MAX_TEXT} characters"));
     }
-    let forbidden = |letter: &char| letter.is_control() && !(lines && *letter == '\n');
-    match text.chars().find(forbidden) {
-        Some(letter) => Err(format!("holds the control character {}", letter.escape_debug())),
+    let forbidden = |letter: &char| is_invisible(*letter) && !(lines && *letter == '\n');
+    if let Some(letter) = text.chars().find(forbidden) {
+        return Err(format!("holds the control character {}", letter.escape_unicode()));
+    }
+    let opens_tag = |next: char| next.is_ascii_alphabetic() || matches!(next, '/' | '!' | '?');
+    if text.split('<').skip(1).any(|rest| rest.starts_with(opens_tag)) {
+        return Err("holds markup: put a space after `<`".into());
+    }
+    match MARKUP.into_iter().find(|markup| text.contains(markup)) {
+        Some(markup) => Err(format!("holds \"{markup}\", which can start a block of code")),
         None => Ok(()),
     }
 }
@@ -543,7 +637,7 @@ impl Variables {
         if self.0.insert(name.to_owned()) {
             return Ok(());
         }
-        Err(KernelError::Name { what, name: name.to_owned(), problem: "is taken by another input or element" })
+        Err(name_error(what, name, "is taken by another input or element"))
     }
 }
 
@@ -565,10 +659,14 @@ impl KernelEntry {
         };
 
         let mut variables = Variables::default();
+        let mut input_names = HashSet::new();
         let mut given = HashSet::new();
         let mut checked_inputs = Vec::with_capacity(inputs.len());
-        for InputEntry { name, doc, elements } in inputs {
+        for Object(InputEntry { name, doc, elements }) in inputs {
             check_name("input", &name)?;
+            if !input_names.insert(name.clone()) {
+                return Err(name_error("input", &name, "is taken by another input"));
+            }
             text("text", &format!("input `{name}`"), &doc, false)?;
             match elements.len() {
                 0 => return Err(KernelError::Nothing(format!("input `{name}`"))),
@@ -582,6 +680,9 @@ impl KernelEntry {
                 if !given.insert(node) {
                     return Err(KernelError::GivenTwice { name, operation });
                 }
+                if graph.as_constant(node).is_some() {
+                    return Err(KernelError::GivenConstant { name, operation });
+                }
                 checked.push((element, node));
             }
             checked_inputs.push(Input { name, doc, elements: checked });
@@ -592,10 +693,10 @@ impl KernelEntry {
         }
         let mut fields = HashSet::new();
         let mut checked_outputs = Vec::with_capacity(outputs.len());
-        for OutputEntry { name, doc, unit: UnitCode(unit), shape, operations } in outputs {
+        for Object(OutputEntry { name, doc, unit: UnitCode(unit), shape, operations }) in outputs {
             check_name("output", &name)?;
             if !fields.insert(name.clone()) {
-                return Err(KernelError::Name { what: "output", name, problem: "is taken by another output" });
+                return Err(name_error("output", &name, "is taken by another output"));
             }
             text("text", &format!("output `{name}`"), &doc, false)?;
             let elements = operations.len();
@@ -605,7 +706,7 @@ impl KernelEntry {
                 [rows, columns] if rows > 0 && columns > 0 && rows.checked_mul(columns) == Some(elements) => {
                     Shape::Matrix(rows, columns)
                 }
-                _ => return Err(KernelError::BadShape { name, shape: shape.into_iter().take(3).collect(), elements }),
+                _ => return Err(KernelError::BadShape { name, shape, elements }),
             };
             let nodes: Result<Vec<NodeId>, _> =
                 operations.into_iter().map(|operation| find("output", &name, operation)).collect();
@@ -625,12 +726,13 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
     let mut graph = Graph::raw();
     let mut nodes: Vec<NodeId> = Vec::with_capacity(operations.len());
     let mut depths: Vec<u32> = Vec::with_capacity(operations.len());
+    let mut factors = 0;
     for (index, operation) in operations.into_iter().enumerate() {
         let mut depth = 0;
         let node = match operation {
             Operation::Constant(value) => graph.constant(value),
             Operation::Symbol { name, notation, unit } => {
-                check_name("symbol", &name)?;
+                check_name(&format!("operation {index}: symbol"), &name)?;
                 check_text(&notation, false).map_err(|problem| KernelError::Text {
                     field: "notation",
                     what: format!("symbol `{name}`"),
@@ -660,7 +762,14 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
                     let operator = operator.name;
                     return Err(KernelError::Parameter { operation: index, operator, parameter, least, most });
                 }
-                graph.intern((operator.node)(found, parameter))
+                let node = (operator.node)(found, parameter);
+                if let Node::Powi(_, exponent) = node {
+                    factors += exponent.unsigned_abs() as usize;
+                    if factors > MAX_OPERATIONS {
+                        return Err(KernelError::PowersTooLarge { operation: index });
+                    }
+                }
+                graph.intern(node)
             }
         };
         nodes.push(node);

@@ -96,6 +96,9 @@ impl Unit {
         let mut exponents = [0; 7];
         for factor in text.split(' ') {
             let (name, exponent) = factor.split_once('^').unwrap_or((factor, "1"));
+            if exponent.starts_with(['+', '0']) || exponent.starts_with("-0") {
+                return None;
+            }
             let exponent: i8 = exponent.parse().ok()?;
             let entry = &mut exponents[NAMES.iter().position(|&known| known == name)?];
             let allowed = exponent != 0 && (-MAX_EXPONENT..=MAX_EXPONENT).contains(&exponent) && *entry == 0;
@@ -205,7 +208,10 @@ mod tests {
             assert_eq!((unit.code().as_str(), unit.to_string().as_str()), (code, text));
             assert_eq!(Unit::parse(code), Some(unit));
         }
-        for bad in ["", "m^0", "m m", "kg^10", "m  s", "ft", "m^", "m^x", "m s^-2 ", "1 m", "m^1000"] {
+        for bad in [
+            "", "m^0", "m m", "kg^10", "m  s", "ft", "m^", "m^x", "m s^-2 ", "1 m", "m^1000", "m^+2", "m^02", "m^-02",
+            "m^-", "m^2^2",
+        ] {
             assert_eq!(Unit::parse(bad), None, "{bad}");
         }
     }
