@@ -389,9 +389,6 @@ fn constant_expression(value: f64) -> syn::Expr {
 
 /// An integer power but the zeroth as multiplications: exact, and faster than `powi`.
 fn power(base: &syn::Expr, exponent: i32) -> syn::Expr {
-    if exponent == 0 {
-        return constant_expression(1.0);
-    }
     let times = syn::parse_quote!(*);
     let product = (1..exponent.unsigned_abs()).fold(base.clone(), |product, _| binary(&product, times, base));
     if exponent < 0 { binary(&constant_expression(1.0), syn::parse_quote!(/), &product) } else { product }
