@@ -154,6 +154,8 @@ pub fn kernels() -> Result<Vec<Kernel>, DimensionError> {
         clamp,
         clamp_tangent,
         clamp_energy,
+        crossed_joint,
+        crossed_joint_tangent,
     ];
     derivations.into_iter().map(|derive| derive()).collect()
 }
@@ -392,6 +394,9 @@ fn segment_energy() -> Result<Kernel, DimensionError> {
     })
 }
 
+/// Turns a vector of a segment as [`Segment`] states it to the segment's polar axis.
+type Turn = fn(Vec3) -> Vec3;
+
 /// A joint between two directions and the segments whose coordinates it acts on.
 struct Joint {
     graph: Graph,
@@ -403,21 +408,30 @@ struct Joint {
 
 impl Joint {
     fn between_segments() -> Self {
-        Self::new(&["previous", "next"])
+        Self::new(&[("previous", along_z), ("next", along_z)])
+    }
+
+    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order: the energies are
+    /// the same from both sides.
+    fn crossed() -> Self {
+        Self::new(&[("z", along_z), ("x", along_x)])
     }
 
     fn at_clamp() -> Self {
-        Self::new(&["next"])
+        Self::new(&[("next", along_z)])
     }
 
-    fn new(labels: &[&str]) -> Self {
+    /// The labels of the segments, each with the function that turns its vectors to its polar axis.
+    fn new(labels: &[(&str, Turn)]) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
         let (stiffness, damping) = (g.symbol("stiffness", "c", STIFFNESS), g.symbol("damping", "d", DAMPING));
         let clamp = Clamp::new(g);
-        let segments: Vec<Segment> = labels.iter().map(|label| Segment::new(g, label)).collect();
+        let segments: Vec<Segment> = labels.iter().map(|(label, _)| Segment::new(g, label)).collect();
         let mut sides = vec![(clamp.direction, clamp.direction_rate)];
-        sides.extend(segments.iter().map(|segment| (segment.direction(g), segment.direction_rate(g))));
+        for (segment, (_, turn)) in segments.iter().zip(labels) {
+            sides.push((turn(segment.direction(g)), turn(segment.direction_rate(g))));
+        }
         let [.., previous, next] = sides[..] else { unreachable!("the clamp and at least one segment") };
         let spring_energy = chain::spring_energy(g, stiffness, previous.0, next.0);
         let dissipation = chain::dissipation(g, damping, previous, next);
@@ -453,6 +467,21 @@ impl Joint {
             .collect();
         transpose(&columns)
     }
+}
+
+/// A vector of a segment whose polar axis is `z`, as [`Segment`] states it.
+fn along_z(vector: Vec3) -> Vec3 {
+    vector
+}
+
+/// The vector of a segment whose polar axis is `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
+fn along_x([x, y, z]: Vec3) -> Vec3 {
+    [z, x, y]
+}
+
+/// The 2 × 2 block of a matrix from `row` and `column` on.
+fn block(rows: &[Vec<NodeId>], row: usize, column: usize) -> Vec<Vec<NodeId>> {
+    rows[row..row + 2].iter().map(|row| row[column..column + 2].to_vec()).collect()
 }
 
 fn joint_constants(graph: &Graph) -> Vec<Input> {
@@ -509,24 +538,26 @@ fn joint() -> Result<Kernel, DimensionError> {
 fn joint_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments();
     let rows = joint.tangent();
-    let block = |row: usize, column: usize| -> Vec<Vec<NodeId>> {
-        rows[row..row + 2].iter().map(|row| row[column..column + 2].to_vec()).collect()
-    };
     let outputs = vec![
-        Output::matrix("previous_previous", "torques on the previous segment along its q̈", TORQUE_SLOPE, block(0, 0)),
+        Output::matrix(
+            "previous_previous",
+            "torques on the previous segment along its q̈",
+            TORQUE_SLOPE,
+            block(&rows, 0, 0),
+        ),
         Output::matrix(
             "previous_next",
             "torques on the previous segment along the next one's q̈",
             TORQUE_SLOPE,
-            block(0, 2),
+            block(&rows, 0, 2),
         ),
         Output::matrix(
             "next_previous",
             "torques on the next segment along the previous one's q̈",
             TORQUE_SLOPE,
-            block(2, 0),
+            block(&rows, 2, 0),
         ),
-        Output::matrix("next_next", "torques on the next segment along its q̈", TORQUE_SLOPE, block(2, 2)),
+        Output::matrix("next_next", "torques on the next segment along its q̈", TORQUE_SLOPE, block(&rows, 2, 2)),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n\
@@ -557,6 +588,59 @@ fn joint_energy() -> Result<Kernel, DimensionError> {
             rates(graph, "next_rates", "next"),
         ];
         inputs.extend(joint_constants(graph));
+        inputs
+    })
+}
+
+fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
+    let mut inputs = vec![
+        trigonometry(graph, "z_angles", "z"),
+        trigonometry(graph, "x_angles", "x"),
+        rates(graph, "z_rates", "z"),
+        rates(graph, "x_rates", "x"),
+    ];
+    inputs.extend(joint_constants(graph));
+    inputs
+}
+
+fn crossed_joint() -> Result<Kernel, DimensionError> {
+    let mut joint = Joint::crossed();
+    let torques = joint.torques();
+    let outputs = vec![
+        Output::vector("z", "torques on (φ, θ) of the segment with polar axis z", TORQUE, torques[..2].to_vec()),
+        Output::vector("x", "torques on (φ, θ) of the segment with polar axis x", TORQUE, torques[2..].to_vec()),
+    ];
+    let derivation = Derivation { graph: joint.graph, outputs };
+    let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
+                   (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.";
+    derivation.kernel("crossed_joint", summary, Some(Style::Cheap), crossed_joint_inputs)
+}
+
+fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
+    let mut joint = Joint::crossed();
+    let rows = joint.tangent();
+    let outputs = vec![
+        Output::matrix("z_z", "torques on the segment with polar axis z along its q̈", TORQUE_SLOPE, block(&rows, 0, 0)),
+        Output::matrix(
+            "z_x",
+            "torques on the segment with polar axis z along the other's q̈",
+            TORQUE_SLOPE,
+            block(&rows, 0, 2),
+        ),
+        Output::matrix(
+            "x_z",
+            "torques on the segment with polar axis x along the other's q̈",
+            TORQUE_SLOPE,
+            block(&rows, 2, 0),
+        ),
+        Output::matrix("x_x", "torques on the segment with polar axis x along its q̈", TORQUE_SLOPE, block(&rows, 2, 2)),
+    ];
+    let derivation = Derivation { graph: joint.graph, outputs };
+    let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
+                   along `q̈`, when `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
+    derivation.kernel("crossed_joint_tangent", summary, Some(Style::Cheap), |graph| {
+        let mut inputs = crossed_joint_inputs(graph);
+        inputs.extend(weights(graph));
         inputs
     })
 }
