@@ -6,6 +6,7 @@
 //! implicit step couples neighbours through the joints as well, which widens the block to five: the three
 //! components of the node and the two coordinates of the segment inside it.
 
+use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::linear::{
     add, add_matrices, dot, invert, mul, mul_transposed, product, scale, sub, sub_matrices, transposed_product, zero,
     zero_matrix,
@@ -35,6 +36,16 @@ pub struct Chain<T> {
     pub gravity: [T; 3],
 }
 
+impl<T: Real> Chain<T> {
+    fn root_joint(&self) -> JointConstants<T> {
+        JointConstants { stiffness: self.root_stiffness, damping: self.root_damping }
+    }
+
+    fn joint(&self) -> JointConstants<T> {
+        JointConstants { stiffness: self.joint_stiffness, damping: self.joint_damping }
+    }
+}
+
 /// The prescribed motion of the clamp at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp<T> {
@@ -48,6 +59,14 @@ pub struct Clamp<T> {
     pub direction: [T; 3],
     /// Its rate, `ė_0` in 1/s.
     pub direction_rate: [T; 3],
+}
+
+impl<T: Real> Clamp<T> {
+    /// `e_0` and `ė_0` in the order of a chart.
+    #[inline(always)]
+    fn about(&self, axis: PolarAxis) -> ([T; 3], [T; 3]) {
+        (axis.from_frame(self.direction), axis.from_frame(self.direction_rate))
+    }
 }
 
 /// How the load on a node changes with its position and velocity.
@@ -123,10 +142,12 @@ struct Elimination<T> {
 
 /// Equations of motion of one chain, with the memory that their recursions need.
 ///
-/// Arrays are indexed by segment, `0` being the one at the clamp; `q` holds `[φ, θ]` in rad.
+/// Arrays are indexed by segment, `0` being the one at the clamp; `q` holds `[φ, θ]` in rad, about the polar axis
+/// that [`Dynamics::charts`] has for the segment. What the outside sees of nodes, loads and clamp is in the frame.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
+    charts: Vec<PolarAxis>,
     angles: Vec<[T; 4]>,
     segments: Vec<kernels::Segment<T>>,
     torques: Vec<[T; 2]>,
@@ -145,7 +166,7 @@ pub struct Dynamics<T> {
 }
 
 impl<T: Real> Dynamics<T> {
-    /// Memory for `chain`.
+    /// Memory for `chain`, with all coordinates about `z`.
     ///
     /// # Panics
     /// If the chain has no segment.
@@ -164,6 +185,7 @@ impl<T: Real> Dynamics<T> {
         };
         Self {
             chain,
+            charts: vec![PolarAxis::default(); n],
             angles: vec![[none; 4]; n],
             segments: vec![segment; n],
             torques: vec![zero(); n],
@@ -181,6 +203,19 @@ impl<T: Real> Dynamics<T> {
     /// The constants.
     pub fn chain(&self) -> &Chain<T> {
         &self.chain
+    }
+
+    /// The polar axis of each segment's coordinates.
+    pub fn charts(&self) -> &[PolarAxis] {
+        &self.charts
+    }
+
+    /// Takes coordinates about `charts` from now on; their conversion is the caller's ([`PolarAxis::coordinates`]).
+    ///
+    /// # Panics
+    /// If there are not as many as segments.
+    pub fn set_charts(&mut self, charts: &[PolarAxis]) {
+        self.charts.copy_from_slice(charts);
     }
 
     /// Positions of the nodes `r_1 … r_n` in m, at the state of the last call.
@@ -210,11 +245,14 @@ impl<T: Real> Dynamics<T> {
         let n = self.chain.segments;
         let Chain { length, mass, inertia, .. } = self.chain;
         let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        let arrays = self.angles[..n].iter_mut().zip(&mut self.segments[..n]);
+        let arrays = self.angles[..n].iter_mut().zip(&mut self.segments[..n]).zip(&self.charts[..n]);
         let nodes = self.positions[..n].iter_mut().zip(&mut self.velocities[..n]);
-        for (((angles, segment), nodes), (q, v)) in arrays.zip(nodes).zip(q[..n].iter().zip(&v[..n])) {
+        for ((((angles, segment), axis), nodes), (q, v)) in arrays.zip(nodes).zip(q[..n].iter().zip(&v[..n])) {
             *angles = [q[0].sin(), q[0].cos(), q[1].sin(), q[1].cos()];
             *segment = kernels::segment(*angles, *v, length, mass, inertia);
+            if *axis != PolarAxis::Z {
+                *segment = chart::segment_to_frame(*axis, *segment);
+            }
             position = add(position, segment.reach);
             velocity = add(velocity, segment.reach_rate);
             (*nodes.0, *nodes.1) = (position, velocity);
@@ -224,21 +262,15 @@ impl<T: Real> Dynamics<T> {
     /// Torques of springs and dampers on each segment.
     fn joint_torques(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) {
         let n = self.chain.segments;
-        let Chain { root_stiffness, joint_stiffness, root_damping, joint_damping, .. } = self.chain;
         let (angles, torques, v) = (&self.angles[..n], &mut self.torques[..n], &v[..n]);
-        let root = kernels::clamp(clamp.direction, clamp.direction_rate, angles[0], v[0], root_stiffness, root_damping);
-        torques[0] = root.next;
+        let charts = &self.charts[..n];
+        let side = |k: usize| Side { angles: angles[k], rates: v[k], axis: charts[k] };
+        let root = self.chain.root_joint();
+        let (direction, direction_rate) = clamp.about(charts[0]);
+        torques[0] = kernels::clamp(direction, direction_rate, angles[0], v[0], root.stiffness, root.damping).next;
+        let constants = self.chain.joint();
         for k in 1..n {
-            let (previous, next) = (angles[k - 1], angles[k]);
-            let joint = kernels::joint(
-                [previous[0], previous[1]],
-                [next[0], next[1]],
-                azimuth_step(previous, next),
-                v[k - 1],
-                v[k],
-                joint_stiffness,
-                joint_damping,
-            );
+            let joint = chart::joint(side(k - 1), side(k), constants);
             torques[k - 1] = add(torques[k - 1], joint.previous);
             torques[k] = joint.next;
         }
@@ -364,8 +396,9 @@ impl<T: Real> Dynamics<T> {
         weights: StepWeights<T>,
     ) {
         let n = self.chain.segments;
-        let Chain { length, mass, inertia, root_stiffness, joint_stiffness, root_damping, joint_damping, .. } =
-            self.chain;
+        let Chain { length, mass, inertia, .. } = self.chain;
+        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
+        let charts = &self.charts[..n];
         let (angles, segments, v) = (&self.angles[..n], &self.segments[..n], &v[..n]);
         let (bases, outer_forces) = (&self.base_accelerations[..n], &self.outer_forces[..n]);
         let eliminations = &mut self.eliminations[..n];
@@ -383,26 +416,32 @@ impl<T: Real> Dynamics<T> {
             }
             let segment = &segments[k];
             let jacobian = &segment.reach_jacobian;
-            let tangent = kernels::segment_tangent(
+            let axis = charts[k];
+            let mut tangent = kernels::segment_tangent(
                 angles[k],
                 v[k],
                 accelerations[k],
-                bases[k],
-                outer_forces[k],
+                axis.from_frame(bases[k]),
+                axis.from_frame(outer_forces[k]),
                 length,
                 mass,
                 inertia,
                 weights.coordinates,
                 weights.rates,
             );
+            if axis != PolarAxis::Z {
+                tangent.base_force = axis.to_frame(tangent.base_force);
+                tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
+            }
             let joint = if k == 0 {
+                let (direction, direction_rate) = clamp.about(axis);
                 let clamp = kernels::clamp_tangent(
-                    clamp.direction,
-                    clamp.direction_rate,
+                    direction,
+                    direction_rate,
                     angles[0],
                     v[0],
-                    root_stiffness,
-                    root_damping,
+                    root.stiffness,
+                    root.damping,
                     weights.coordinates,
                     weights.rates,
                 );
@@ -413,18 +452,8 @@ impl<T: Real> Dynamics<T> {
                     next_next: clamp.next_next,
                 }
             } else {
-                let (previous, next) = (angles[k - 1], angles[k]);
-                kernels::joint_tangent(
-                    [previous[0], previous[1]],
-                    [next[0], next[1]],
-                    azimuth_step(previous, next),
-                    v[k - 1],
-                    v[k],
-                    joint_stiffness,
-                    joint_damping,
-                    weights.coordinates,
-                    weights.rates,
-                )
+                let side = |k: usize| Side { angles: angles[k], rates: v[k], axis: charts[k] };
+                chart::joint_tangent(side(k - 1), side(k), constants, weights)
             };
             let outer = &tangent.outer_acceleration;
             let spread = add_matrices(&product(&a, outer), &b);
@@ -484,15 +513,9 @@ impl<T: Real> Dynamics<T> {
     pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
         let n = self.chain.segments;
         let Chain { length, mass, inertia, gravity, .. } = self.chain;
-        let Chain { root_stiffness, joint_stiffness, root_damping, joint_damping, .. } = self.chain;
-        let root = kernels::clamp_energy(
-            clamp.direction,
-            clamp.direction_rate,
-            self.angles[0],
-            v[0],
-            root_stiffness,
-            root_damping,
-        );
+        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
         let none = T::from_f64(0.0);
         let mut energies = Energies {
             kinetic: none,
@@ -502,14 +525,15 @@ impl<T: Real> Dynamics<T> {
             clamp_torque_power: root.power,
         };
         let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        let side = |k: usize| Side { angles: self.angles[k], rates: v[k], axis: self.charts[k] };
         for k in 0..n {
-            let segment =
-                kernels::segment_energy(self.angles[k], v[k], position, velocity, gravity, length, mass, inertia);
+            let Side { angles, rates, axis } = side(k);
+            let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
+            let segment = kernels::segment_energy(angles, rates, x, x_rate, g, length, mass, inertia);
             energies.kinetic = energies.kinetic + segment.kinetic;
             energies.gravity = energies.gravity + segment.gravity;
             if k > 0 {
-                let (previous, next) = (self.angles[k - 1], self.angles[k]);
-                let joint = kernels::joint_energy(previous, next, v[k - 1], v[k], joint_stiffness, joint_damping);
+                let joint = chart::joint_energy(side(k - 1), side(k), constants);
                 energies.spring = energies.spring + joint.spring;
                 energies.dissipation = energies.dissipation + joint.dissipation;
             }
@@ -524,9 +548,18 @@ impl<T: Real> Dynamics<T> {
     }
 }
 
-/// `sin(θ − θ'), cos(θ − θ')` from the sines and cosines of both.
-#[inline(always)]
-fn azimuth_step<T: Real>(previous: [T; 4], next: [T; 4]) -> [T; 2] {
-    let ([_, _, sin, cos], [_, _, next_sin, next_cos]) = (previous, next);
-    [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
+impl Dynamics<f64> {
+    /// Refuses coordinates at a pole of their chart, within `|sin φ| <` [`POLE`](super::POLE).
+    ///
+    /// The accelerations at a pole are not finite, or have no digit that is right: callers that take a state from
+    /// outside ask here first.
+    ///
+    /// # Errors
+    /// With the first segment that stands there.
+    pub fn check_poles(&self, q: &[[f64; 2]]) -> Result<(), PoleError> {
+        match find_pole(q) {
+            Some(k) => Err(PoleError { segment: k + 1, polar_angle: q[k][0], axis: self.charts[k] }),
+            None => Ok(()),
+        }
+    }
 }

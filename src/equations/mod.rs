@@ -2,12 +2,15 @@
 //!
 //! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
 //! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
-//! of an implicit step, each in time proportional to the number of segments.
+//! of an implicit step, each in time proportional to the number of segments. [`PolarAxis`] names the two sets of
+//! coordinates that a segment can have, so that none stands at its poles for long.
 
+mod chart;
 mod dynamics;
 pub mod linear;
 mod real;
 
+pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole};
 pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
 pub use real::Real;
 

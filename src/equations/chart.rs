@@ -1,0 +1,353 @@
+//! The charts of a segment's direction: which axis its polar angle is measured from, and where its poles are.
+//!
+//! Spherical coordinates about one axis are singular along it. Each segment has its own [`PolarAxis`]; about `x` the
+//! same kernels hold with the axes permuted, and a joint between segments of different axes has kernels of its own.
+
+use super::linear::dot;
+use super::{Real, StepWeights, kernels};
+
+/// Below this `|sin φ|` a segment stands at a pole of its coordinates, where its azimuth has no meaning.
+///
+/// The condition number of `M` grows as `1/sin² φ` towards a pole: there it is some 1e12 times what it is at the
+/// equator, and an acceleration has lost twelve of its sixteen digits.
+pub const POLE: f64 = 1e-6;
+
+/// Below this `|sin φ|` a segment is turned over to its other chart.
+///
+/// There `|sin φ|` is `√(1 − 0.3²) ≈ 0.954` or more, so that a segment that has just changed does not change back.
+pub const NEAR_POLE: f64 = 0.3;
+
+/// The axis that a segment's polar angle `φ` is measured from; it names the segment's chart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PolarAxis {
+    /// `e = (sin φ cos θ, sin φ sin θ, cos φ)`, as MODEL states it.
+    #[default]
+    Z,
+    /// `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
+    X,
+}
+
+impl PolarAxis {
+    /// The other one.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Z => Self::X,
+            Self::X => Self::Z,
+        }
+    }
+
+    /// What stands along `(x, y, z)`, in the chart's order: the polar axis last.
+    #[inline(always)]
+    pub fn from_frame<V>(self, [x, y, z]: [V; 3]) -> [V; 3] {
+        match self {
+            Self::Z => [x, y, z],
+            Self::X => [y, z, x],
+        }
+    }
+
+    /// What stands in the chart's order, along `(x, y, z)`.
+    #[inline(always)]
+    pub fn to_frame<V>(self, [first, second, polar]: [V; 3]) -> [V; 3] {
+        match self {
+            Self::Z => [first, second, polar],
+            Self::X => [polar, first, second],
+        }
+    }
+
+    /// `e`, `ė` and `ë` of a segment with the coordinates `[φ, θ]` about this axis, their rates and accelerations.
+    ///
+    /// Regular at the poles too.
+    pub fn direction(self, [q, v, acceleration]: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
+        let (angles, [v_phi, v_theta], [a_phi, a_theta]) = (trigonometry(q), v, acceleration);
+        let [sin, cos, ..] = angles;
+        let basis = Basis::at(angles);
+        // ë along e, e_φ and e_θ; the acceleration towards the polar axis is split between the first two.
+        let towards_axis = v_theta * v_theta * sin;
+        let along = [-v_phi * v_phi - towards_axis * sin, a_phi - towards_axis * cos];
+        let across = a_theta * sin + 2.0 * v_phi * v_theta * cos;
+        let bend = std::array::from_fn(|i| {
+            along[0] * basis.direction[i] + along[1] * basis.polar[i] + across * basis.azimuthal[i]
+        });
+        [basis.direction, direction_rate(angles, v), bend].map(|vector| self.to_frame(vector))
+    }
+
+    /// The coordinates `[φ, θ]` about this axis, their rates and accelerations, of a segment with `e`, `ė` and `ë`:
+    /// the inverse of [`PolarAxis::direction`], with `0 ≤ φ ≤ π`.
+    ///
+    /// Not finite at a pole.
+    pub fn coordinates(self, direction: [[f64; 3]; 3]) -> [[f64; 2]; 3] {
+        let [direction, rate, bend] = direction.map(|vector| self.from_frame(vector));
+        let [first, second, polar] = direction;
+        let q = [first.hypot(second).atan2(polar), second.atan2(first)];
+        let angles = trigonometry(q);
+        let [sin, cos, ..] = angles;
+        let basis = Basis::at(angles);
+        let v = [dot(rate, basis.polar), dot(rate, basis.azimuthal) / sin];
+        let acceleration = [
+            dot(bend, basis.polar) + v[1] * v[1] * sin * cos,
+            (dot(bend, basis.azimuthal) - 2.0 * v[0] * v[1] * cos) / sin,
+        ];
+        [q, v, acceleration]
+    }
+}
+
+impl std::fmt::Display for PolarAxis {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Z => "z",
+            Self::X => "x",
+        })
+    }
+}
+
+/// A segment that stands at a pole of its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "segment {segment} with φ = {polar_angle:?} stands at a pole (sin φ = 0) of its coordinates about {axis}, where its azimuth has no meaning"
+)]
+pub struct PoleError {
+    /// Number of the segment, counted from 1.
+    pub segment: usize,
+    /// Its polar angle in rad.
+    pub polar_angle: f64,
+    /// The axis from which that is measured.
+    pub axis: PolarAxis,
+}
+
+/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: its own `φ` tells.
+pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
+    q.iter().position(|[polar_angle, _]| polar_angle.sin().abs() < POLE)
+}
+
+fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
+    [phi.sin(), phi.cos(), theta.sin(), theta.cos()]
+}
+
+/// Unit vectors in the chart's order: `e`, and where it moves with `φ` and with `θ`.
+struct Basis {
+    direction: [f64; 3],
+    polar: [f64; 3],
+    azimuthal: [f64; 3],
+}
+
+impl Basis {
+    fn at(angles: [f64; 4]) -> Self {
+        let [sin, cos, sin_theta, cos_theta] = angles;
+        Self {
+            direction: direction(angles),
+            polar: [cos * cos_theta, cos * sin_theta, -sin],
+            azimuthal: [-sin_theta, cos_theta, 0.0],
+        }
+    }
+}
+
+/// `e` in the chart's order.
+fn direction<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4]) -> [T; 3] {
+    [sin_phi * cos_theta, sin_phi * sin_theta, cos_phi]
+}
+
+/// `ė` in the chart's order.
+fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_phi, v_theta]: [T; 2]) -> [T; 3] {
+    let (polar, azimuthal) = (v_phi * cos_phi, v_theta * sin_phi);
+    [polar * cos_theta - azimuthal * sin_theta, polar * sin_theta + azimuthal * cos_theta, -(v_phi * sin_phi)]
+}
+
+/// One side of a joint: sines and cosines of the segment's angles, their rates, and the axis that they are about.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<T> {
+    /// `sin φ, cos φ, sin θ, cos θ`
+    pub angles: [T; 4],
+    /// `φ̇, θ̇` in rad/s.
+    pub rates: [T; 2],
+    /// The segment's chart.
+    pub axis: PolarAxis,
+}
+
+/// Stiffness `c_k` in N m and damping `d_k` in N m s of a joint.
+#[derive(Clone, Copy, Debug)]
+pub struct JointConstants<T> {
+    /// `c_k`
+    pub stiffness: T,
+    /// `d_k`
+    pub damping: T,
+}
+
+/// [`kernels::segment`] in the frame, from the chart about `axis`.
+#[inline(always)]
+pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: kernels::Segment<T>) -> kernels::Segment<T> {
+    let kernels::Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias } =
+        segment;
+    kernels::Segment {
+        inertia,
+        coupling: axis.to_frame(coupling),
+        bias,
+        base_bias: axis.to_frame(base_bias),
+        reach: axis.to_frame(reach),
+        reach_rate: axis.to_frame(reach_rate),
+        reach_jacobian: axis.to_frame(reach_jacobian),
+        reach_bias: axis.to_frame(reach_bias),
+    }
+}
+
+/// [`kernels::joint`] between any two charts.
+#[inline(always)]
+pub fn joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstants<T>) -> kernels::Joint<T> {
+    if previous.axis != next.axis {
+        return crossed_joint(previous, next, constants);
+    }
+    kernels::joint(
+        [previous.angles[0], previous.angles[1]],
+        [next.angles[0], next.angles[1]],
+        azimuth_step(previous.angles, next.angles),
+        previous.rates,
+        next.rates,
+        constants.stiffness,
+        constants.damping,
+    )
+}
+
+/// [`kernels::joint_tangent`] between any two charts.
+#[inline(always)]
+pub fn joint_tangent<T: Real>(
+    previous: Side<T>,
+    next: Side<T>,
+    constants: JointConstants<T>,
+    weights: StepWeights<T>,
+) -> kernels::JointTangent<T> {
+    if previous.axis != next.axis {
+        return crossed_joint_tangent(previous, next, constants, weights);
+    }
+    kernels::joint_tangent(
+        [previous.angles[0], previous.angles[1]],
+        [next.angles[0], next.angles[1]],
+        azimuth_step(previous.angles, next.angles),
+        previous.rates,
+        next.rates,
+        constants.stiffness,
+        constants.damping,
+        weights.coordinates,
+        weights.rates,
+    )
+}
+
+/// [`kernels::joint_energy`] between any two charts.
+pub fn joint_energy<T: Real>(
+    previous: Side<T>,
+    next: Side<T>,
+    constants: JointConstants<T>,
+) -> kernels::JointEnergy<T> {
+    let JointConstants { stiffness, damping } = constants;
+    if previous.axis == next.axis {
+        return kernels::joint_energy(previous.angles, next.angles, previous.rates, next.rates, stiffness, damping);
+    }
+    // The inner segment stands for the clamp.
+    let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
+    let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
+        inner(direction(previous.angles)),
+        inner(direction_rate(previous.angles, previous.rates)),
+        next.angles,
+        next.rates,
+        stiffness,
+        damping,
+    );
+    kernels::JointEnergy { spring, dissipation }
+}
+
+#[cold]
+#[inline(never)]
+fn crossed_joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstants<T>) -> kernels::Joint<T> {
+    let previous_is_z = previous.axis == PolarAxis::Z;
+    let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
+    let kernels::CrossedJoint { z, x } =
+        kernels::crossed_joint(z.angles, x.angles, z.rates, x.rates, constants.stiffness, constants.damping);
+    let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
+    kernels::Joint { previous, next }
+}
+
+#[cold]
+#[inline(never)]
+fn crossed_joint_tangent<T: Real>(
+    previous: Side<T>,
+    next: Side<T>,
+    constants: JointConstants<T>,
+    weights: StepWeights<T>,
+) -> kernels::JointTangent<T> {
+    let previous_is_z = previous.axis == PolarAxis::Z;
+    let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
+    let kernels::CrossedJointTangent { z_z, z_x, x_z, x_x } = kernels::crossed_joint_tangent(
+        z.angles,
+        x.angles,
+        z.rates,
+        x.rates,
+        constants.stiffness,
+        constants.damping,
+        weights.coordinates,
+        weights.rates,
+    );
+    if previous_is_z {
+        kernels::JointTangent { previous_previous: z_z, previous_next: z_x, next_previous: x_z, next_next: x_x }
+    } else {
+        kernels::JointTangent { previous_previous: x_x, previous_next: x_z, next_previous: z_x, next_next: z_z }
+    }
+}
+
+/// `sin(θ − θ'), cos(θ − θ')` from the sines and cosines of both.
+#[inline(always)]
+fn azimuth_step<T: Real>(previous: [T; 4], next: [T; 4]) -> [T; 2] {
+    let ([_, _, sin, cos], [_, _, next_sin, next_cos]) = (previous, next);
+    [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_come_back_from_the_direction() {
+        for axis in [PolarAxis::Z, PolarAxis::X] {
+            for q in [[0.4, -2.0], [1.5, 0.3], [2.9, 3.0]] {
+                let motion = [q, [3.0, -40.0], [500.0, 7.0]];
+                let back = axis.coordinates(axis.direction(motion));
+                for (value, expected) in back.as_flattened().iter().zip(motion.as_flattened()) {
+                    // Products of the squared rate and 1/sin φ stand between the two.
+                    assert!((value - expected).abs() < 1e-12 * (1.0 + expected.abs() + 1e3), "{back:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rates_of_the_direction_are_its_derivatives() {
+        let size = 1e-5;
+        let at = |t: f64| {
+            PolarAxis::X.direction([
+                [1.0 + 0.3 * t + t * t, 2.0 - 0.7 * t + 0.5 * t * t],
+                [0.3 + 2.0 * t, -0.7 + t],
+                [2.0, 1.0],
+            ])
+        };
+        let (before, middle, after) = (at(-size), at(0.0), at(size));
+        for order in 0..2 {
+            for i in 0..3 {
+                let slope = (after[order][i] - before[order][i]) / (2.0 * size);
+                assert!((middle[order + 1][i] - slope).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn poles_are_found_by_their_own_angle() {
+        assert_eq!(find_pole(&[[1.0, 0.0], [std::f64::consts::PI, 0.0]]), Some(1));
+        assert_eq!(find_pole(&[[0.9e-6, 0.0]]), Some(0));
+        assert_eq!(find_pole(&[[1.1e-6, 0.0], [-0.2, 0.0]]), None);
+    }
+
+    #[test]
+    fn the_other_chart_is_far_from_its_pole() {
+        for theta in [0.0, 1.0, 2.5, -1.2] {
+            let near = [[NEAR_POLE.asin(), theta], [0.0; 2], [0.0; 2]];
+            let [[phi, _], ..] = PolarAxis::X.coordinates(PolarAxis::Z.direction(near));
+            assert!(phi.sin() > 0.95, "{phi}");
+        }
+    }
+}
