@@ -4,7 +4,7 @@ use bristle_codegen::graph::NodeId;
 use bristle_codegen::lagrange::{WholeEquations, whole_equations};
 use serde::Serialize;
 
-use crate::equations::{Chain, Clamp, Dynamics, NoLoads};
+use crate::equations::{Chain, Clamp, Dynamics, NoLoads, PoleError};
 use crate::filament;
 use crate::settings::FilamentSettings;
 use crate::tool::radial_clamp;
@@ -54,9 +54,12 @@ pub enum EvaluationError {
         /// Values in `v`.
         v: usize,
     },
+    /// A segment is parallel to the tool axis.
+    #[error(transparent)]
+    Pole(#[from] PoleError),
     /// The equations have no finite solution there.
     #[error(
-        "the equations have no finite solution at this state: is a joint folded back on itself, a segment at a pole, or a number of extreme size?"
+        "the equations have no finite solution at this state: is a joint folded back on itself, or a number of extreme size?"
     )]
     NotFinite,
 }
@@ -66,7 +69,8 @@ pub enum EvaluationError {
 /// The number of segments is that of `state`.
 ///
 /// # Errors
-/// If the state has another shape, or the equations are singular there.
+/// If the state has another shape, a segment stands at a pole of its coordinates, or the equations are singular there
+/// for another reason.
 pub fn evaluate(filament: &FilamentSettings, body_radius: f64, state: &State) -> Result<Evaluation, EvaluationError> {
     let (q, v) = (pairs(&state.q), pairs(&state.v));
     if q.is_empty() || 2 * q.len() != state.q.len() || state.q.len() != state.v.len() {
@@ -77,6 +81,7 @@ pub fn evaluate(filament: &FilamentSettings, body_radius: f64, state: &State) ->
     let clamp = radial_clamp(body_radius, state.base_angle, state.base_rate, state.base_acceleration);
 
     let mut dynamics = Dynamics::new(chain);
+    dynamics.check_poles(&q)?;
     let mut accelerations = vec![[0.0; 2]; q.len()];
     dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut accelerations);
     let whole = whole_equations(q.len());

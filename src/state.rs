@@ -3,11 +3,9 @@
 use serde::Deserialize;
 use thiserror::Error;
 
+use crate::equations::find_pole;
 use crate::evaluation::State;
 use crate::parameters::MAX_SEGMENTS;
-
-/// Below this `|sin φ|` a segment counts as standing at a pole, where its azimuth has no meaning.
-const POLE: f64 = 1e-6;
 
 /// How errors call what concerns no single key.
 const WHOLE: &str = "state";
@@ -102,8 +100,7 @@ pub fn parse_state(text: &str) -> Result<State, StateError> {
     if v.len() != q.len() {
         return Err(StateError::Lengths { q: q.len(), v: v.len() });
     }
-    let pole = q.iter().step_by(2).position(|polar_angle| polar_angle.sin().abs() < POLE);
-    if let Some(segment) = pole {
+    if let Some(segment) = find_pole(q.as_chunks().0) {
         return Err(StateError::Pole { segment: segment + 1, index: 2 * segment, polar_angle: q[2 * segment] });
     }
     Ok(State { base_angle, base_rate, base_acceleration, gravity, q, v })

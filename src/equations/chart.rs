@@ -3,6 +3,8 @@
 //! Spherical coordinates about one axis are singular along it. Each segment has its own [`PolarAxis`]; about `x` the
 //! same kernels hold with the axes permuted, and a joint between segments of different axes has kernels of its own.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::linear::dot;
 use super::{Real, StepWeights, kernels};
 
@@ -116,7 +118,17 @@ pub struct PoleError {
 
 /// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: its own `φ` tells.
 pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
-    q.iter().position(|[polar_angle, _]| polar_angle.sin().abs() < POLE)
+    q.iter().position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
+}
+
+/// True if a segment with this `φ` is to be turned over to its other chart: `|sin φ| <` [`NEAR_POLE`].
+pub fn near_pole(polar_angle: f64) -> bool {
+    sine_is_below(NEAR_POLE, polar_angle)
+}
+
+/// `|sin φ| < limit`, for limits below `cos 1`: within a radian of the equator the sine need not be computed.
+fn sine_is_below(limit: f64, polar_angle: f64) -> bool {
+    (polar_angle - FRAC_PI_2).abs() > 1.0 && polar_angle.sin().abs() < limit
 }
 
 fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
@@ -339,7 +351,11 @@ mod tests {
     fn poles_are_found_by_their_own_angle() {
         assert_eq!(find_pole(&[[1.0, 0.0], [std::f64::consts::PI, 0.0]]), Some(1));
         assert_eq!(find_pole(&[[0.9e-6, 0.0]]), Some(0));
-        assert_eq!(find_pole(&[[1.1e-6, 0.0], [-0.2, 0.0]]), None);
+        assert_eq!(find_pole(&[[1.1e-6, 0.0], [-0.2, 0.0], [f64::NAN, 0.0]]), None);
+        assert!(near_pole(0.3) && near_pole(3.0) && near_pole(-3.0) && near_pole(6.1));
+        assert!(
+            !near_pole(0.31) && !near_pole(-1.5) && !near_pole(FRAC_PI_2) && !near_pole(1.5 * std::f64::consts::PI)
+        );
     }
 
     #[test]

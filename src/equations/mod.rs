@@ -10,7 +10,7 @@ mod dynamics;
 pub mod linear;
 mod real;
 
-pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole};
+pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
 pub use real::Real;
 
