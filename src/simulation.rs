@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::contact::{Approach, Contact, ContactLaw};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{Chain, Dynamics, Energies, StepWeights};
+use crate::equations::{Chain, Dynamics, Energies, PolarAxis, StepWeights, find_pole, near_pole};
 use crate::filament;
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::{ESDIRK43, Tableau};
@@ -60,8 +60,21 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         }
     }
 
-    /// The state `(q, v)` at `time`; nodes that press on the workpiece there are closed.
-    pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
+    /// The state at `time` with the coordinates `q` about `z` and the rates `v`; nodes that press on the workpiece
+    /// there are closed.
+    ///
+    /// Segments near the poles of `z` are turned over to their other chart, and stand in it in what is returned. At a
+    /// pole itself `θ` tells the plane in which `φ` moves, and `θ̇` has no meaning.
+    pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
+        let mut charts = vec![PolarAxis::Z; q.len()];
+        for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
+            if near_pole(q[0]) {
+                let direction = axis.direction([*q, *v, [0.0; 2]]);
+                *axis = axis.other();
+                [*q, *v, _] = axis.coordinates(direction);
+            }
+        }
+        self.dynamics.set_charts(&charts);
         self.dynamics.place(&self.motion.at(time), &q, &v);
         let nodes = self.dynamics.positions().iter().zip(self.dynamics.velocities());
         let pressing = nodes.map(|(&position, &velocity)| {
@@ -75,12 +88,14 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Energies at a state.
     pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
         let clamp = self.motion.at(state.time);
+        self.dynamics.set_charts(&state.charts);
         self.dynamics.place(&clamp, &state.q, &state.v);
         self.dynamics.energies(&clamp, &state.v)
     }
 
     /// Energy stored in the closed contacts at a state, in J.
     pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
+        self.dynamics.set_charts(&state.charts);
         self.dynamics.place(&self.motion.at(state.time), &state.q, &state.v);
         self.approaches(state.time).map(|(_, approach)| self.contact.law.stored_energy(&approach)).sum()
     }
@@ -109,6 +124,7 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Position, velocity and acceleration of every node at a state.
     fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
         let mut scratch = std::mem::take(&mut self.scratch);
+        self.dynamics.set_charts(&state.charts);
         self.residual(state.time, &state.q, &state.v, &state.accelerations, &mut scratch);
         self.scratch = scratch;
         for (node, knot) in knots.iter_mut().enumerate() {
@@ -178,6 +194,18 @@ impl<M: ClampMotion, W: Workpiece> SecondOrderSystem<COUNT> for FilamentSystem<M
         }
         rates
     }
+
+    fn charts(&self) -> &[PolarAxis] {
+        self.dynamics.charts()
+    }
+
+    fn set_charts(&mut self, charts: &[PolarAxis]) {
+        self.dynamics.set_charts(charts);
+    }
+
+    fn pole(&self, q: &[[f64; 2]]) -> Option<usize> {
+        find_pole(q)
+    }
 }
 
 /// An accepted step, for whoever watches the integration.
@@ -211,7 +239,12 @@ impl Step<'_> {
         interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
     }
 
-    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`.
+    /// The polar axes of the segments' coordinates, the same at the start and at the end.
+    pub fn charts(&self) -> &[PolarAxis] {
+        &self.start.charts
+    }
+
+    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about [`Step::charts`].
     pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
         let knot = |state: &FilamentState, k: usize| Knot {
             value: state.q[k],
@@ -247,6 +280,9 @@ const INNER_POINTS: usize = 8;
 ///
 /// Steps end where a node closes or opens, located to a penetration of `1e-4 × relative tolerance × filament length`,
 /// or to less where the contact is so stiff that this would be a force above `relative tolerance × E I/l_f²`.
+///
+/// Between steps, segments that come near a pole of their coordinates are turned over to their other chart: the states
+/// that are shown and returned say which one they are in ([`State::charts`]). Nodes and energies do not depend on it.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -299,6 +335,7 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
             });
             std::mem::swap(&mut start, &mut end);
             std::mem::swap(&mut start_nodes, &mut end_nodes);
+            integrator.count_chart_changes(start.leave_poles());
         }
         if let Some(Crossing { node, .. }) = crossing {
             let closed = &mut system.contact.closed[node];
@@ -751,6 +788,7 @@ impl Sampler {
             let s = (time - step.start.time) / step.length();
             let clamp = observer.motion.at(time);
             step.coordinates(s, &mut self.q, &mut self.v);
+            self.dynamics.set_charts(step.charts());
             self.dynamics.place(&clamp, &self.q, &self.v);
             let energies = self.dynamics.energies(&clamp, &self.v);
             let integrals = step.integrals(s);

@@ -20,8 +20,16 @@ fn work_of_typical_passes() {
     ];
     for ((segments, velocity, depth), expected) in expected {
         let statistics = simulate(&common::case(segments, velocity, depth)).expect("the pass ends").statistics;
-        let Statistics { steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events } =
-            statistics;
+        let Statistics {
+            steps,
+            rejected_steps,
+            newton_iterations,
+            newton_failures,
+            factorisations,
+            contact_events,
+            chart_changes,
+        } = statistics;
+        assert_eq!(chart_changes, 0, "a round tool's filament stays away from the poles of z");
         let counts = [steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events];
         for (count, expected) in counts.into_iter().zip(expected) {
             let difference = count.abs_diff(expected) as f64;

@@ -2,13 +2,15 @@
 
 use super::tableau::Tableau;
 use super::{IntegrationError, RejectionCause, SecondOrderSystem, Statistics, Tolerances};
-use crate::equations::StepWeights;
+use crate::equations::{PolarAxis, StepWeights, near_pole};
 
 /// A point of a trajectory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<const Q: usize> {
     /// Time in s.
     pub time: f64,
+    /// The charts that the coordinates are in; none if the system has one chart only.
+    pub charts: Vec<PolarAxis>,
     /// Coordinates in rad.
     pub q: Vec<[f64; 2]>,
     /// Rates in rad/s.
@@ -22,12 +24,43 @@ pub struct State<const Q: usize> {
 }
 
 impl<const Q: usize> State<Q> {
-    /// The state `(q, v)` at `time`, with the accelerations and rates that `system` gives there.
+    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates that it gives there.
     pub fn new(system: &mut impl SecondOrderSystem<Q>, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> Self {
         let mut accelerations = vec![[0.0; 2]; q.len()];
         system.accelerations(time, &q, &v, &mut accelerations);
         let rates = system.rates(time, &q, &v, &accelerations);
-        Self { time, q, v, accelerations, integrals: [0.0; Q], rates }
+        let charts = system.charts().to_vec();
+        Self { time, charts, q, v, accelerations, integrals: [0.0; Q], rates }
+    }
+
+    /// Converts coordinates, rates and accelerations of `segment` (by index) to those about `axis`.
+    ///
+    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's direction.
+    ///
+    /// # Panics
+    /// If there is no such segment, or the system has one chart only.
+    pub fn change_chart(&mut self, segment: usize, axis: PolarAxis) {
+        if self.charts[segment] == axis {
+            return;
+        }
+        let motion = [self.q[segment], self.v[segment], self.accelerations[segment]];
+        [self.q[segment], self.v[segment], self.accelerations[segment]] =
+            axis.coordinates(self.charts[segment].direction(motion));
+        self.charts[segment] = axis;
+    }
+
+    /// Turns the segments that are near a pole of their coordinates over to their other chart; how many.
+    ///
+    /// For between steps. A segment that has just changed is far from the poles of its new chart.
+    pub fn leave_poles(&mut self) -> usize {
+        let mut changes = 0;
+        for segment in 0..self.charts.len() {
+            if near_pole(self.q[segment][0]) {
+                self.change_chart(segment, self.charts[segment].other());
+                changes += 1;
+            }
+        }
+        changes
     }
 }
 
@@ -110,6 +143,11 @@ impl<const Q: usize> Integrator<Q> {
         self.statistics.contact_events += 1;
     }
 
+    /// Counts segments turned over to their other chart.
+    pub fn count_chart_changes(&mut self, changes: usize) {
+        self.statistics.chart_changes += changes;
+    }
+
     /// Advances from `start` to `end`, by the step that the error control chooses but not past `last_time`.
     ///
     /// # Errors
@@ -121,6 +159,9 @@ impl<const Q: usize> Integrator<Q> {
         end: &mut State<Q>,
         last_time: f64,
     ) -> Result<(), IntegrationError> {
+        if let Some(pair) = system.pole(&start.q) {
+            return Err(IntegrationError::Pole { segment: pair + 1, time: start.time });
+        }
         if !finite(&start.accelerations) {
             return Err(IntegrationError::NotFinite { time: start.time });
         }
@@ -148,7 +189,10 @@ impl<const Q: usize> Integrator<Q> {
                     RejectionCause::Error
                 }
                 Err(cause) => {
-                    self.statistics.newton_failures += 1;
+                    match cause {
+                        RejectionCause::Pole { .. } => self.statistics.rejected_steps += 1,
+                        _ => self.statistics.newton_failures += 1,
+                    }
                     self.step = step * NEWTON_FACTOR;
                     cause
                 }
@@ -215,14 +259,22 @@ impl<const Q: usize> Integrator<Q> {
     ) -> Result<f64, RejectionCause> {
         let tableau = self.tableau;
         let last = tableau.stages() - 1;
+        system.set_charts(&start.charts);
         self.stage_v[0].copy_from_slice(&start.v);
         self.stage_a[0].copy_from_slice(&start.accelerations);
         self.stage_rates[0] = start.rates;
         let mut factorised = false;
         for stage in 1..=last {
-            self.solve_stage(system, start, stage, step, &mut factorised)?;
+            self.solve_stage(system, start, stage, step, &mut factorised).map_err(|cause| match cause {
+                RejectionCause::NotFinite => self.pole(system).unwrap_or(cause),
+                _ => cause,
+            })?;
+        }
+        if let Some(cause) = self.pole(system) {
+            return Err(cause);
         }
         end.time = start.time + step;
+        end.charts.clone_from(&start.charts);
         end.q.copy_from_slice(&self.q);
         end.v.copy_from_slice(&self.stage_v[last]);
         end.accelerations.copy_from_slice(&self.stage_a[last]);
@@ -235,6 +287,11 @@ impl<const Q: usize> Integrator<Q> {
         }
         let error = self.error(start, end, step);
         if error.is_finite() { Ok(error) } else { Err(RejectionCause::NotFinite) }
+    }
+
+    /// The pole that the point of the last stage stands at.
+    fn pole(&self, system: &impl SecondOrderSystem<Q>) -> Option<RejectionCause> {
+        system.pole(&self.q).map(|pair| RejectionCause::Pole { segment: pair + 1 })
     }
 
     fn solve_stage(

@@ -12,7 +12,7 @@ pub mod tableau;
 
 pub use esdirk::{Integrator, State};
 
-use crate::equations::StepWeights;
+use crate::equations::{PolarAxis, StepWeights};
 
 /// A second-order system in pairs of coordinates, with quantities to integrate beside it.
 pub trait SecondOrderSystem<const Q: usize> {
@@ -40,6 +40,22 @@ pub trait SecondOrderSystem<const Q: usize> {
 
     /// Rates of the quantities that are integrated beside the motion.
     fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> [f64; Q];
+
+    /// The charts that the coordinates are in; none if the system has one chart only.
+    fn charts(&self) -> &[PolarAxis] {
+        &[]
+    }
+
+    /// Takes coordinates in `charts` from now on: as many as [`SecondOrderSystem::charts`] gives.
+    fn set_charts(&mut self, charts: &[PolarAxis]) {
+        let _ = charts;
+    }
+
+    /// The index of a pair whose coordinates are singular at `q`. A step does not start or end there.
+    fn pole(&self, q: &[[f64; 2]]) -> Option<usize> {
+        let _ = q;
+        None
+    }
 }
 
 /// Work done by an integration.
@@ -57,6 +73,9 @@ pub struct Statistics {
     pub factorisations: usize,
     /// Located openings and closings of the contact.
     pub contact_events: usize,
+    /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
+    #[serde(skip)]
+    pub chart_changes: usize,
 }
 
 /// What an error in the solution is measured against.
@@ -99,9 +118,19 @@ pub enum IntegrationError {
     },
     /// The state at the start of a step has no finite accelerations.
     #[error(
-        "the accelerations at t = {time:.9e} s are not finite: a setting of extreme size, a joint folded back on itself, or a segment at a pole"
+        "the accelerations at t = {time:.9e} s are not finite: a setting of extreme size, or a joint folded back on itself"
     )]
     NotFinite {
+        /// Time in s.
+        time: f64,
+    },
+    /// A segment stands at a pole of its coordinates at the start of a step.
+    #[error(
+        "segment {segment} stands at a pole of its coordinates at t = {time:.9e} s, where its azimuth has no meaning"
+    )]
+    Pole {
+        /// Number of the segment, counted from 1.
+        segment: usize,
         /// Time in s.
         time: f64,
     },
@@ -116,6 +145,11 @@ pub enum RejectionCause {
     Newton,
     /// The residual is infinite or not a number.
     NotFinite,
+    /// The step meets a pole of the coordinates of a segment.
+    Pole {
+        /// Number of the segment, counted from 1.
+        segment: usize,
+    },
 }
 
 impl std::fmt::Display for RejectionCause {
@@ -123,7 +157,12 @@ impl std::fmt::Display for RejectionCause {
         formatter.write_str(match self {
             Self::Error => "the error estimate stays above the tolerance",
             Self::Newton => "Newton's method does not converge",
-            Self::NotFinite => "the equations are not finite, for a setting of extreme size, a joint folded back on itself, or a segment at a pole",
+            Self::NotFinite => {
+                "the equations are not finite, for a setting of extreme size, or a joint folded back on itself"
+            }
+            Self::Pole { segment } => {
+                return write!(formatter, "segment {segment} meets a pole of its coordinates");
+            }
         })
     }
 }
