@@ -19,9 +19,10 @@ use common::{RandomState, filament, largest, random_pairs, random_state, toleran
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+/// Charts, coordinates, rates and accelerations.
 type Charted = (Vec<PolarAxis>, Vec<[f64; 2]>, Vec<[f64; 2]>, Vec<[f64; 2]>);
 
-/// The same motion with every segment about an axis of `charts`.
+/// The same motion, with each segment about its axis of `charts`.
 fn converted(charts: Vec<PolarAxis>, state: &RandomState, accelerations: &[[f64; 2]]) -> Charted {
     let (mut q, mut v, mut a) = (state.q.clone(), state.v.clone(), accelerations.to_vec());
     for (k, axis) in charts.iter().enumerate() {
@@ -157,7 +158,7 @@ fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
 }
 
 /// The joint's energy and dissipation by the directions alone, for the crossed kernels.
-fn crossed_energies(z: [[f64; 2]; 2], x: [[f64; 2]; 2]) -> [f64; 2] {
+fn crossed_energies(z: Side, x: Side) -> [f64; 2] {
     let [e, e_rate, _] = PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]);
     let [next, next_rate, _] = PolarAxis::X.direction([x[0], x[1], [0.0; 2]]);
     let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -171,8 +172,11 @@ fn crossed_energies(z: [[f64; 2]; 2], x: [[f64; 2]; 2]) -> [f64; 2] {
     [0.5 * angle * angle, 0.5 * square(sub(cross(next, next_rate), cross(e, e_rate)))]
 }
 
-/// Coordinates and rates of a bent joint, and of a straight one that turns as a whole.
-fn crossed_sides() -> [([[f64; 2]; 2], [[f64; 2]; 2]); 2] {
+/// Coordinates and rates of one side of a joint.
+type Side = [[f64; 2]; 2];
+
+/// The sides of a bent joint, about z and about x, and of a straight one that turns as a whole.
+fn crossed_sides() -> [(Side, Side); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
     let straight = PolarAxis::X.coordinates(PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]));
     [(z, [[0.8, 1.3], [0.6, 0.3]]), (z, [straight[0], straight[1]])]
@@ -361,17 +365,22 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
     Motion { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
 }
 
+/// Energy over a whole motion: up to 1e5 steps, each to 1e-10 or somewhat above, that mostly cancel.
+const ENERGY: f64 = 1e-6;
+/// Two integrations of one motion, relative to its length: 1e5 steps to 1e-10 each, if none cancels.
+const SAME_MOTION: f64 = 1e-5;
+
 /// The whole check of a motion: its energy is kept, and it is the same motion in turned axes, where it meets no pole.
-fn check_motion(motion: &Motion, relative: f64, energy_tolerance: f64, node_tolerance: f64) -> Seen {
+fn check_motion(motion: &Motion, relative: f64) -> Seen {
     let seen = motion.integrate(relative);
-    eprintln!("energy {:.1e} visits {} {:?}", seen.energy_error, seen.visits, seen.statistics);
     let turned = motion.turned().integrate(relative);
+    assert_eq!(turned.statistics.chart_changes, 0, "in turned axes it meets no pole");
     let nodes: Vec<[f64; 3]> = turned.nodes.iter().map(|node| turned_back(*node)).collect();
     let length = motion.chain.length * motion.chain.segments as f64;
     let difference = distance(&seen.nodes, &nodes) / length;
     eprintln!("turned: energy {:.1e} {:?}; nodes {difference:.1e}", turned.energy_error, turned.statistics);
-    assert!(seen.energy_error < energy_tolerance, "{:.1e}", seen.energy_error);
-    assert!(difference < node_tolerance, "{difference:.1e}");
+    assert!(seen.energy_error < ENERGY, "{:.1e}", seen.energy_error);
+    assert!(difference < SAME_MOTION, "{difference:.1e}");
     assert!(seen.statistics.chart_changes > 0);
     seen
 }
@@ -382,7 +391,7 @@ fn spherical_pendulum_swings_through_the_pole() {
     let (sin, cos) = 0.5_f64.sin_cos();
     for lateral in [0.0, 1e-9, 1e-6, 1e-3, 0.3] {
         let motion = pendulum([sin, 0.0, -cos], [0.0, lateral, 0.0], 20.0);
-        let seen = check_motion(&motion, 1e-9, 1e-6, 1e-5);
+        let seen = check_motion(&motion, 1e-10);
         assert!(seen.visits > 20, "{}", seen.visits);
     }
 }
@@ -390,10 +399,10 @@ fn spherical_pendulum_swings_through_the_pole() {
 #[test]
 fn spherical_pendulum_tumbles_through_the_poles_of_both_charts() {
     for lateral in [0.0, 1e-7, 1e-2] {
-        let motion = pendulum([0.8, 0.0, -0.6], [6.0, lateral, 8.0], 20.0);
-        let seen = check_motion(&motion, 1e-9, 1e-6, 1e-5);
+        let motion = pendulum([0.8, 0.0, -0.6], [6.0, lateral, 8.0], 10.0);
+        let seen = check_motion(&motion, 1e-10);
         // Four changes a turn: near z, x, −z and −x.
-        assert!(seen.statistics.chart_changes > 60, "{:?}", seen.statistics);
+        assert!(seen.statistics.chart_changes > 40, "{:?}", seen.statistics);
     }
 }
 
@@ -419,11 +428,11 @@ fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f6
 #[test]
 fn axial_filament_swings_through_the_axis() {
     // As in a cup brush: every segment passes the axis twice a period.
-    for segments in [5, 25] {
-        let motion = released(&filament(segments), [0.0; 3], 1.0, 0.8, 5.0);
-        let seen = check_motion(&motion, 1e-8, 1e-6, 1e-5);
-        assert!(seen.visits > 5 * segments, "{}", seen.visits);
-        assert!(seen.statistics.chart_changes >= segments, "{:?}", seen.statistics);
+    for (segments, periods) in [(5, 2.0), (25, 1.0)] {
+        let motion = released(&filament(segments), [0.0; 3], 1.0, 0.8, periods);
+        let seen = check_motion(&motion, 1e-9);
+        assert!(seen.visits > segments, "{}", seen.visits);
+        assert!(seen.statistics.chart_changes > segments / 2, "{:?}", seen.statistics);
     }
 }
 
@@ -432,7 +441,7 @@ fn hanging_filament_swings_through_the_vertical() {
     // So soft that its weight, not its stiffness, brings it back.
     let soft = FilamentSettings { youngs_modulus_pa: 1e6, ..filament(5) };
     let motion = released(&soft, [0.0, 0.0, -9.81], -1.0, 1.3, 3.0);
-    let seen = check_motion(&motion, 1e-9, 1e-6, 1e-4);
+    let seen = check_motion(&motion, 1e-10);
     assert!(seen.visits > 15, "{}", seen.visits);
 }
 
@@ -448,7 +457,6 @@ fn history_of_a_pass_goes_on_where_charts_change() {
         let energies: Vec<f64> = simulation.history.iter().map(|sample| energies(sample)[i]).collect();
         let jumps: Vec<f64> = energies.windows(2).map(|pair| pair[1] - pair[0]).collect();
         // Coordinates read in the wrong chart would give another shape altogether.
-        eprintln!("{} {}", largest(&jumps), largest(&energies));
         assert!(largest(&jumps) < 0.05 * largest(&energies));
     }
 }
@@ -557,7 +565,6 @@ fn condition(segments: usize, sine: f64) -> f64 {
 fn condition_of_the_mass_matrix_grows_as_the_inverse_square_of_the_sine() {
     for segments in [1, 5, 25] {
         let conditions = [1.0, 0.3, 1e-1, 1e-2, 1e-3].map(|sine| condition(segments, sine));
-        eprintln!("n = {segments}: {conditions:?}");
         let order = (conditions[4] / conditions[3]).log10();
         assert!((order - 2.0).abs() < 0.01, "n = {segments}: {order}");
     }
