@@ -55,6 +55,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
+from chain_interface import chain_arguments, chain_functions
 from graph_format import (
     FormatError,
     Graph,
@@ -299,45 +300,30 @@ class Segment:
 def whole_equations(segments: int) -> list[Derived]:
     """Mass matrix, force and energies of a chain, as functions of the same arguments."""
     symbols = Symbols()
-    coordinates, rates = [], []
-    for k in range(1, segments + 1):
-        coordinates += [
-            symbols.scalar(f"phi_{k}", f"φ{k}", "rad"),
-            symbols.scalar(f"theta_{k}", f"θ{k}", "rad"),
-        ]
-    for k in range(1, segments + 1):
-        rates += [
-            symbols.scalar(f"phi_rate_{k}", f"φ̇{k}", "rad s^-1"),
-            symbols.scalar(f"theta_rate_{k}", f"θ̇{k}", "rad s^-1"),
-        ]
-    root_position = symbols.vector("root_position", "r0", "m")
-    root_velocity = symbols.vector("root_velocity", "ṙ0", "m s^-1")
-    root_acceleration = symbols.vector("root_acceleration", "r̈0", "m s^-2")
-    clamp_direction = symbols.vector("clamp_direction", "e0", "1")
-    clamp_direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1")
-    gravity = symbols.vector("gravity", "g", "m s^-2")
-    length = symbols.scalar("segment_length", "h", "m")
-    mass = symbols.scalar("segment_mass", "m", "kg")
-    inertia = symbols.scalar("segment_inertia", "J", "kg m^2")
-    root_stiffness = symbols.scalar("root_stiffness", "c1", "N m")
-    joint_stiffness = symbols.scalar("joint_stiffness", "c", "N m")
-    root_damping = symbols.scalar("root_damping", "d1", "N m s")
-    joint_damping = symbols.scalar("joint_damping", "d", "N m s")
+    variables = {
+        argument.name: casadi.vertcat(*(symbols.scalar(*symbol) for symbol in argument.symbols))
+        for argument in chain_arguments(segments)
+    }
+    q, v = variables["q"], variables["v"]
+    root_velocity, root_acceleration = variables["root_velocity"], variables["root_acceleration"]
+    length, mass = variables["segment_length"], variables["segment_mass"]
 
-    q, v = casadi.vertcat(*coordinates), casadi.vertcat(*rates)
     kinetic, spring, weight, dissipated = SX(0), SX(0), SX(0), SX(0)
-    node, node_velocity = root_position, root_velocity
-    inner = (clamp_direction, clamp_direction_rate)
+    node, node_velocity = variables["root_position"], root_velocity
+    inner = (variables["clamp_direction"], variables["clamp_direction_rate"])
     for k in range(segments):
         own = slice(2 * k, 2 * k + 2)
         outer = Segment(str(k + 1), q[own], v[own]).sides
         direction, direction_rate = outer
         centre = node + length / 2 * direction
         centre_velocity = node_velocity + length / 2 * direction_rate
-        kinetic += kinetic_energy(mass, inertia, centre_velocity, direction_rate)
-        weight += gravity_energy(mass, gravity, centre)
-        spring += spring_energy(root_stiffness if k == 0 else joint_stiffness, inner[0], direction)
-        dissipated += dissipation(root_damping if k == 0 else joint_damping, inner, outer)
+        kinetic += kinetic_energy(
+            mass, variables["segment_inertia"], centre_velocity, direction_rate
+        )
+        weight += gravity_energy(mass, variables["gravity"], centre)
+        joint = "root" if k == 0 else "joint"
+        spring += spring_energy(variables[f"{joint}_stiffness"], inner[0], direction)
+        dissipated += dissipation(variables[f"{joint}_damping"], inner, outer)
         node, node_velocity = node + length * direction, node_velocity + length * direction_rate
         inner = outer
 
@@ -355,61 +341,30 @@ def whole_equations(segments: int) -> list[Derived]:
     )
     force = casadi.substitute(force, root_velocity, SX.zeros(3))
 
+    values = {
+        "mass_matrix": mass_matrix,
+        "force": force,
+        "kinetic": kinetic,
+        "spring": spring,
+        "gravity": weight,
+        "dissipation": dissipated,
+    }
     arguments = [
-        Argument.of_symbols("q", "φ1, θ1, φ2, … in rad", q),
-        Argument.of_symbols("v", "φ̇1, θ̇1, φ̇2, … in rad/s", v),
-        Argument.of_symbols("root_position", "r0 in m", root_position),
-        Argument.of_symbols("root_velocity", "ṙ0 in m/s", root_velocity),
-        Argument.of_symbols("root_acceleration", "r̈0 in m/s²", root_acceleration),
-        Argument.of_symbols("clamp_direction", "e0", clamp_direction),
-        Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", clamp_direction_rate),
-        Argument.of_symbols("gravity", "g in m/s²", gravity),
-        Argument.of_symbols("segment_length", "h in m", length),
-        Argument.of_symbols("segment_mass", "m in kg", mass),
-        Argument.of_symbols("segment_inertia", "J in kg m²", inertia),
-        Argument.of_symbols("root_stiffness", "c1 in N m", root_stiffness),
-        Argument.of_symbols("joint_stiffness", "c in N m", joint_stiffness),
-        Argument.of_symbols("root_damping", "d1 in N m s", root_damping),
-        Argument.of_symbols("joint_damping", "d in N m s", joint_damping),
+        Argument.of_symbols(argument.name, argument.doc, variables[argument.name])
+        for argument in chain_arguments(segments)
     ]
-    chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
-    size = 2 * segments
     return [
         Derived(
-            "mass_matrix",
-            f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
+            function.name,
+            function.summary,
             symbols,
             arguments,
             [
-                Result.matrix(
-                    "mass_matrix",
-                    f"M, {size} × {size}, symmetric, in kg m²; rows and columns φ1, θ1, φ2, …",
-                    "kg m^2",
-                    mass_matrix,
-                )
+                Result(output.name, output.doc, output.unit, output.shape, values[output.name])
+                for output in function.outputs
             ],
-        ),
-        Derived(
-            "force",
-            f"Generalised force of {chain}: "
-            "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
-            "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
-            symbols,
-            arguments,
-            [Result.vector("force", "f in N m, on φ1, θ1, φ2, …", "N m", force)],
-        ),
-        Derived(
-            "energies",
-            f"Energies and dissipation function of {chain}.",
-            symbols,
-            arguments,
-            [
-                Result.scalar("kinetic", "E_kin in J", "J", kinetic),
-                Result.scalar("spring", "E_spring in J", "J", spring),
-                Result.scalar("gravity", "E_grav in J", "J", weight),
-                Result.scalar("dissipation", "D in W", "W", dissipated),
-            ],
-        ),
+        )
+        for function in chain_functions(segments)
     ]
 
 

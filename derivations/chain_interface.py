@@ -1,0 +1,102 @@
+"""Names, units and shapes of the whole equations of a chain: what every derivation of them exports.
+
+Nothing here says what the equations are: that is each derivation's own.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ChainArgument:
+    """An argument of the three functions; `symbols` has name, notation and unit of each element."""
+
+    name: str
+    doc: str
+    symbols: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class ChainOutput:
+    """A result; `shape` is empty for a scalar."""
+
+    name: str
+    doc: str
+    unit: str
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ChainFunction:
+    """One of the three functions."""
+
+    name: str
+    summary: str
+    outputs: tuple[ChainOutput, ...]
+
+
+def _scalar(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
+    return ChainArgument(name, doc, ((name, notation, unit),))
+
+
+def _vector(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
+    symbols = tuple((f"{name}_{axis}", f"{notation}{axis}", unit) for axis in "xyz")
+    return ChainArgument(name, doc, symbols)
+
+
+def chain_arguments(segments: int) -> list[ChainArgument]:
+    """The arguments that all three functions have, in order."""
+    coordinates, rates = [], []
+    for k in range(1, segments + 1):
+        coordinates += [(f"phi_{k}", f"φ{k}", "rad"), (f"theta_{k}", f"θ{k}", "rad")]
+        rates += [
+            (f"phi_rate_{k}", f"φ̇{k}", "rad s^-1"),
+            (f"theta_rate_{k}", f"θ̇{k}", "rad s^-1"),
+        ]
+    return [
+        ChainArgument("q", "φ1, θ1, φ2, … in rad", tuple(coordinates)),
+        ChainArgument("v", "φ̇1, θ̇1, φ̇2, … in rad/s", tuple(rates)),
+        _vector("root_position", "r0", "m", "r0 in m"),
+        _vector("root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
+        _vector("root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
+        _vector("clamp_direction", "e0", "1", "e0"),
+        _vector("clamp_direction_rate", "ė0", "s^-1", "ė0 in 1/s"),
+        _vector("gravity", "g", "m s^-2", "g in m/s²"),
+        _scalar("segment_length", "h", "m", "h in m"),
+        _scalar("segment_mass", "m", "kg", "m in kg"),
+        _scalar("segment_inertia", "J", "kg m^2", "J in kg m²"),
+        _scalar("root_stiffness", "c1", "N m", "c1 in N m"),
+        _scalar("joint_stiffness", "c", "N m", "c in N m"),
+        _scalar("root_damping", "d1", "N m s", "d1 in N m s"),
+        _scalar("joint_damping", "d", "N m s", "d in N m s"),
+    ]
+
+
+def chain_functions(segments: int) -> list[ChainFunction]:
+    """The functions and their results, in order."""
+    chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
+    size = 2 * segments
+    matrix_doc = f"M, {size} × {size}, symmetric, in kg m²; rows and columns φ1, θ1, φ2, …"
+    return [
+        ChainFunction(
+            "mass_matrix",
+            f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
+            (ChainOutput("mass_matrix", matrix_doc, "kg m^2", (size, size)),),
+        ),
+        ChainFunction(
+            "force",
+            f"Generalised force of {chain}: "
+            "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
+            "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
+            (ChainOutput("force", "f in N m, on φ1, θ1, φ2, …", "N m", (size,)),),
+        ),
+        ChainFunction(
+            "energies",
+            f"Energies and dissipation function of {chain}.",
+            (
+                ChainOutput("kinetic", "E_kin in J", "J", ()),
+                ChainOutput("spring", "E_spring in J", "J", ()),
+                ChainOutput("gravity", "E_grav in J", "J", ()),
+                ChainOutput("dissipation", "D in W", "W", ()),
+            ),
+        ),
+    ]
