@@ -1,0 +1,349 @@
+"""Accelerations of the spatial chain by a rigid-body library, Pinocchio.
+
+What enters: the filament of the paper's case (constants below) and a seed.
+What leaves: a JSON file of random states with their accelerations φ̈, θ̈. The Rust code is compared
+with them.
+
+No energy is differentiated here and no equation of the chain written down. Pinocchio builds the
+chain from rigid bodies and solves for the accelerations by its articulated-body algorithm
+(Featherstone 1987), in rotations and Newton-Euler equations instead of coordinates φ, θ.
+
+The chain in Pinocchio
+----------------------
+Segment k is a rod along the z axis of its body frame, whose origin is the inner node. A spherical
+joint (quaternion, relative angular velocity in the axes of the outer body) holds it at the outer
+end of segment k − 1, at (0, 0, h) of that body; the first one at the root.
+
+* Coordinates. Body k has the orientation R_k = R_z(θ_k) R_y(φ_k), which takes z to
+  e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k). The joint's quaternion is that of R_{k−1}ᵀ R_k,
+  R_0 = 1. Another turn about the rod's own axis would do as well.
+* Rates. The bodies turn without spin about their own axes, ω_k = e_k × ė_k; the joint's velocity is
+  R_kᵀ (ω_k − ω_{k−1}), where the world stands in for segment 0.
+* Accelerations. From Pinocchio's angular acceleration a_k in the world's axes follows
+  ë_k = a_k × e_k + ω_k × (ω_k × e_k), and ë_k = ∂_φ e φ̈ + ∂_θ e θ̈ + b gives φ̈_k and θ̈_k: the two
+  derivatives are orthogonal.
+* Inertia. J about the axes across the rod. About its own axis, any: a rod without spin keeps its
+  ë_k whatever turns it about its axis. Here it is J as well.
+* Springs and dampers, as joint torques in the axes of the outer body, with the reaction on the
+  inner one: −c_k α_k n − d_k (ω_k − ω_{k−1}), n along e_{k−1} × e_k. At the first joint e_0, ω_0 are
+  the clamp's; the world takes the reaction.
+* Root. In axes that move with the root but do not turn, it rests, and gravity is g − r̈_0.
+
+SI units, angles in radians.
+
+Run from the repository root:
+
+    python derivations/reference_aba.py
+    python derivations/reference_aba.py --check
+"""
+
+import argparse
+import json
+import math
+import platform
+import random
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+
+DEFAULT_OUTPUT = Path(__file__).parent.parent / "tests" / "data" / "reference_aba.json"
+
+BODY_RADIUS_M = 0.140
+LENGTH_M = 0.040
+DIAMETER_M = 1.18e-3
+DENSITY_KG_M3 = 1110.0
+DAMPING_RATIO = 0.05
+FIRST_CANTILEVER_ROOT = 1.8751040687
+
+YOUNGS_MODULUS_PA = 3.0e9
+# A millionth of it: at moderate rates inertia, gyroscopic terms, springs and dampers weigh alike.
+SOFT_YOUNGS_MODULUS_PA = 3.0e3
+
+SEGMENT_COUNTS = (2, 7, 25)
+STATES_PER_COUNT = 3
+# Distance of the segments from the poles of their coordinates.
+LEAST_POLAR_ANGLE_RAD = 0.4
+
+# Of --check, relative to the largest acceleration of a state: other processors round otherwise.
+CHECK_TOLERANCE = 1e-11
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class State:
+    """One instant of a chain, with the fields of reference_states.json."""
+
+    kind: str
+    youngs_modulus_pa: float
+    base_angle: float  # β in rad
+    base_rate: float  # ω in rad/s
+    base_acceleration: float  # β̈ in rad/s²
+    gravity: list[float]  # g in m/s², inertial frame
+    q: list[float]  # φ_1, θ_1, …, φ_n, θ_n in rad
+    v: list[float]  # their rates in rad/s
+
+
+@dataclass(frozen=True)
+class Rod:
+    """One segment's direction and rotation."""
+
+    direction: Array  # e
+    direction_rate: Array  # ė in 1/s
+
+    @property
+    def angular_velocity(self) -> Array:
+        """ω = e × ė in rad/s."""
+        return np.cross(self.direction, self.direction_rate)
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """φ, θ and their rates of one segment, with the map to e."""
+
+    phi: float
+    theta: float
+    phi_rate: float
+    theta_rate: float
+
+    @property
+    def rotation(self) -> Array:
+        """R_z(θ) R_y(φ): the body's axes in those of the world."""
+        return pinocchio.utils.rotate("z", self.theta) @ pinocchio.utils.rotate("y", self.phi)
+
+    @property
+    def derivatives(self) -> tuple[Array, Array]:
+        """∂_φ e and ∂_θ e."""
+        x_axis, y_axis = self.rotation[:, 0], self.rotation[:, 1]
+        return x_axis, math.sin(self.phi) * y_axis
+
+    @property
+    def rod(self) -> Rod:
+        """e and ė."""
+        by_phi, by_theta = self.derivatives
+        return Rod(self.rotation[:, 2], by_phi * self.phi_rate + by_theta * self.theta_rate)
+
+    def accelerations(self, direction_acceleration: Array) -> tuple[float, float]:
+        """φ̈ and θ̈ that belong to ë."""
+        by_phi, by_theta = self.derivatives
+        sine, cosine = math.sin(self.phi), math.cos(self.phi)
+        radial = np.array([math.cos(self.theta), math.sin(self.theta), 0.0])
+        # b = ∂_φφ e φ̇² + 2 ∂_φθ e φ̇ θ̇ + ∂_θθ e θ̇²
+        bias = (
+            -self.rod.direction * self.phi_rate**2
+            + 2 * (cosine / sine) * by_theta * self.phi_rate * self.theta_rate
+            - sine * radial * self.theta_rate**2
+        )
+        rest = direction_acceleration - bias
+        return float(rest @ by_phi), float(rest @ by_theta) / sine**2
+
+
+@dataclass(frozen=True)
+class ChainConstants:
+    """Constants of a chain; the lists run over the joints."""
+
+    segment_length_m: float
+    segment_mass_kg: float
+    segment_inertia_kg_m2: float
+    joint_stiffness_n_m: list[float]
+    joint_damping_n_m_s: list[float]
+
+
+def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
+    """Lengths, inertias, stiffnesses and dampings from the constants at the top of the file."""
+    area = math.pi * DIAMETER_M**2 / 4
+    bending_stiffness = youngs_modulus_pa * math.pi * DIAMETER_M**4 / 64  # E I in N m²
+    mass_per_length = DENSITY_KG_M3 * area
+    h = LENGTH_M / segments
+    mass = mass_per_length * h
+    # The clamp joint carries only half a segment's compliance.
+    stiffness = [bending_stiffness / h * (2 if joint == 0 else 1) for joint in range(segments)]
+    first_frequency = FIRST_CANTILEVER_ROOT**2 * math.sqrt(
+        bending_stiffness / (mass_per_length * LENGTH_M**4)
+    )
+    damping_time = 2 * DAMPING_RATIO / first_frequency
+    return ChainConstants(h, mass, mass * h**2 / 12, stiffness, [damping_time * c for c in stiffness])
+
+
+def chain_of_bodies(constants: ChainConstants, effective_gravity: Array) -> pinocchio.Model:
+    """The chain as Pinocchio's model."""
+    h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
+    rod = pinocchio.Inertia(
+        constants.segment_mass_kg, np.array([0.0, 0.0, h / 2]), inertia * np.eye(3)
+    )
+    model = pinocchio.Model()
+    model.gravity.linear = effective_gravity
+    parent, placement = 0, pinocchio.SE3.Identity()
+    for k in range(len(constants.joint_stiffness_n_m)):
+        joint = pinocchio.JointModelSpherical()
+        parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}")
+        model.appendBodyToJoint(parent, rod, pinocchio.SE3.Identity())
+        placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, h]))
+    return model
+
+
+def joint_torque(stiffness: float, damping: float, inner: Rod, outer: Rod) -> Array:
+    """What spring and damper do to the outer side of a bent joint, in N m, in the world's axes.
+
+    At a straight joint the axis of bending is 0/0; no state here has one.
+    """
+    across = np.cross(inner.direction, outer.direction)
+    sine = float(np.linalg.norm(across))
+    angle = math.atan2(sine, float(inner.direction @ outer.direction))
+    spring = -stiffness * angle * across / sine
+    return spring - damping * (outer.angular_velocity - inner.angular_velocity)
+
+
+def accelerations(state: State) -> list[float]:
+    """φ̈_1, θ̈_1, …, φ̈_n, θ̈_n in rad/s², by the articulated-body algorithm."""
+    chain = [
+        Coordinates(*state.q[i : i + 2], *state.v[i : i + 2]) for i in range(0, len(state.q), 2)
+    ]
+    constants = chain_constants(len(chain), state.youngs_modulus_pa)
+    radial = np.array([math.cos(state.base_angle), math.sin(state.base_angle), 0.0])
+    tangential = np.array([-radial[1], radial[0], 0.0])
+    root_acceleration = BODY_RADIUS_M * (
+        state.base_acceleration * tangential - state.base_rate**2 * radial
+    )
+    model = chain_of_bodies(constants, np.array(state.gravity) - root_acceleration)
+    data = model.createData()
+
+    positions, velocities, torques = [], [], []
+    inner, inner_rotation = Rod(radial, state.base_rate * tangential), np.eye(3)
+    inner_velocity = np.zeros(3)
+    for segment, stiffness, damping in zip(
+        chain, constants.joint_stiffness_n_m, constants.joint_damping_n_m_s, strict=True
+    ):
+        outer, rotation = segment.rod, segment.rotation
+        quaternion = pinocchio.Quaternion(inner_rotation.T @ rotation)
+        quaternion.normalize()
+        positions.append(quaternion.coeffs())
+        velocities.append(rotation.T @ (outer.angular_velocity - inner_velocity))
+        torques.append(rotation.T @ joint_torque(stiffness, damping, inner, outer))
+        inner, inner_rotation, inner_velocity = outer, rotation, outer.angular_velocity
+
+    q, v = np.concatenate(positions), np.concatenate(velocities)
+    joint_accelerations = pinocchio.aba(model, data, q, v, np.concatenate(torques))
+    pinocchio.forwardKinematics(model, data, q, v, joint_accelerations)
+    result: list[float] = []
+    for k, segment in enumerate(chain, 1):
+        turning = pinocchio.getAcceleration(
+            model, data, k, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        ).angular
+        direction, omega = segment.rod.direction, segment.rod.angular_velocity
+        direction_acceleration = np.cross(turning, direction) + np.cross(
+            omega, np.cross(omega, direction)
+        )
+        result += segment.accelerations(direction_acceleration)
+    return result
+
+
+def random_state(rng: random.Random, segments: int, soft: bool) -> State:
+    """Moving, in any gravity; φ and θ step by up to 1 rad a joint at two segments, less at more."""
+    # The soft filament moves slowly enough that every term counts.
+    base_rate, base_acceleration, gravity, rate = (
+        (5.0, 20.0, 1.0, 20.0) if soft else (200.0, 1e4, 10.0, 200.0)
+    )
+    base_angle = rng.uniform(-3.0, 3.0)
+    bend = math.sqrt(2 / segments)
+    phi, theta, q = math.pi / 2, base_angle, []
+    for _ in range(segments):
+        phi += rng.uniform(-bend, bend)
+        phi = min(max(phi, LEAST_POLAR_ANGLE_RAD), math.pi - LEAST_POLAR_ANGLE_RAD)
+        theta += rng.uniform(-bend, bend)
+        q += [phi, theta]
+    return State(
+        kind="soft" if soft else "random",
+        youngs_modulus_pa=SOFT_YOUNGS_MODULUS_PA if soft else YOUNGS_MODULUS_PA,
+        base_angle=base_angle,
+        base_rate=rng.uniform(-base_rate, base_rate),
+        base_acceleration=rng.uniform(-base_acceleration, base_acceleration),
+        gravity=[rng.uniform(-gravity, gravity) for _ in range(3)],
+        q=q,
+        v=[rng.uniform(-rate, rate) for _ in range(2 * segments)],
+    )
+
+
+def evaluated_states(seed: int) -> list[dict[str, object]]:
+    """All states of the file, in its order, with their accelerations."""
+    rng = random.Random(seed)
+    states = [
+        random_state(rng, segments, soft)
+        for segments in SEGMENT_COUNTS
+        for soft in (False, True)
+        for _ in range(STATES_PER_COUNT)
+    ]
+    return [{**asdict(state), "accelerations": accelerations(state)} for state in states]
+
+
+def reference_file(seed: int, states: list[dict[str, object]]) -> str:
+    """Text of the JSON file: the header, then one state a line."""
+    made_by = (
+        f"python derivations/reference_aba.py --seed {seed}"
+        f" (Python {platform.python_version()}, pinocchio {pinocchio.__version__}, "
+        f"numpy {np.__version__})"
+    )
+
+    # Python writes a float with the fewest digits that read back as the same double.
+    def compact(value: object) -> str:
+        return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+    lines = ",\n".join(compact(state) for state in states)
+    return f'{{"made_by": {compact(made_by)},\n"states": [\n{lines}\n]}}\n'
+
+
+def difference(path: Path, states: list[dict[str, object]]) -> str | None:
+    """What the file says otherwise than `states`, or None."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))["states"]
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        return f"{path} cannot be read: {error}"
+    if len(found) != len(states):
+        return f"{path} has {len(found)} states, not {len(states)}"
+    for i, (old, new) in enumerate(zip(found, states, strict=True), 1):
+        given = {key: value for key, value in new.items() if key != "accelerations"}
+        if any(old.get(key) != value for key, value in given.items()):
+            return f"{path}: state {i} is another one"
+        old_values, new_values = np.array(old["accelerations"]), np.array(new["accelerations"])
+        if old_values.shape != new_values.shape:
+            return f"{path}: state {i} has {old_values.size} accelerations"
+        error = float(np.max(np.abs(old_values - new_values)) / np.max(np.abs(new_values)))
+        if not error <= CHECK_TOLERANCE:
+            return f"{path}: state {i} differs by {error:.1e}, more than {CHECK_TOLERANCE}"
+    return None
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description="Write accelerations of random spatial states, by Pinocchio."
+    )
+    parser.add_argument("--seed", type=int, default=20211, help="of the random states")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=DEFAULT_OUTPUT,
+        help="JSON file to write (default: tests/data/reference_aba.json)",
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="write nothing; exit with 1 if the file has other states, or accelerations that "
+        f"differ by more than {CHECK_TOLERANCE} of the largest",
+    )
+    arguments = parser.parse_args()
+    states = evaluated_states(arguments.seed)
+    if arguments.check:
+        if reason := difference(arguments.output, states):
+            sys.exit(reason)
+        return
+    arguments.output.parent.mkdir(parents=True, exist_ok=True)
+    text = reference_file(arguments.seed, states)
+    arguments.output.write_text(text, encoding="utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    main()
