@@ -12,8 +12,9 @@ use std::process::{Command, ExitCode};
 use bristle_codegen::kernels::{Kernel, kernels};
 use bristle_codegen::{compare, emit, exchange};
 
-/// The derivation in CasADi, and the packages that it needs.
+/// The derivation in CasADi, the module that it writes its graph with, and the packages that it needs.
 const SCRIPT: &str = "derivations/segment_chain.py";
+const FORMAT: &str = "derivations/graph_format.py";
 const REQUIREMENTS: &str = "derivations/requirements.txt";
 
 fn main() -> ExitCode {
@@ -55,13 +56,13 @@ fn generate() -> Result<(), Box<dyn Error>> {
 ///
 /// The graph is kept under a hash of all that it depends on, so that an unchanged derivation is not run again.
 fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Error>> {
-    for input in [SCRIPT, REQUIREMENTS] {
+    for input in [SCRIPT, FORMAT, REQUIREMENTS] {
         println!("cargo::rerun-if-changed={input}");
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
     let python = env::var("BRISTLE_PYTHON").ok().filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
     let read = |path| fs::read(path).map_err(|error| format!("cannot read {path}: {error}"));
-    let inputs = [read(SCRIPT)?, read(REQUIREMENTS)?, python.clone().into_bytes()];
+    let inputs = [read(SCRIPT)?, read(FORMAT)?, read(REQUIREMENTS)?, python.clone().into_bytes()];
     let graph = directory.join(format!("casadi-{}.json", exchange::digest(&inputs.join(&0))));
     let cached = fs::read_to_string(&graph).ok().and_then(|text| exchange::from_json(&text).ok());
     let file = match cached {
