@@ -12,10 +12,12 @@ use std::process::{Command, ExitCode};
 use bristle_codegen::kernels::{Kernel, kernels};
 use bristle_codegen::{compare, emit, exchange};
 
-/// The derivation in CasADi, the module that it writes its graph with, and the packages that it needs.
+/// The derivation in CasADi.
 const SCRIPT: &str = "derivations/segment_chain.py";
-const FORMAT: &str = "derivations/graph_format.py";
+/// The packages that it needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
+/// All that its graph depends on, Python itself apart.
+const SOURCES: [&str; 4] = [SCRIPT, "derivations/chain_interface.py", "derivations/graph_format.py", REQUIREMENTS];
 
 fn main() -> ExitCode {
     match generate() {
@@ -56,14 +58,16 @@ fn generate() -> Result<(), Box<dyn Error>> {
 ///
 /// The graph is kept under a hash of all that it depends on, so that an unchanged derivation is not run again.
 fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Error>> {
-    for input in [SCRIPT, FORMAT, REQUIREMENTS] {
+    for input in SOURCES {
         println!("cargo::rerun-if-changed={input}");
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
     let python = env::var("BRISTLE_PYTHON").ok().filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
-    let read = |path| fs::read(path).map_err(|error| format!("cannot read {path}: {error}"));
-    let inputs = [read(SCRIPT)?, read(FORMAT)?, read(REQUIREMENTS)?, python.clone().into_bytes()];
-    let graph = directory.join(format!("casadi-{}.json", exchange::digest(&inputs.join(&0))));
+    let mut inputs = python.clone().into_bytes();
+    for path in SOURCES {
+        inputs.extend(fs::read(path).map_err(|error| format!("cannot read {path}: {error}"))?);
+    }
+    let graph = directory.join(format!("casadi-{}.json", exchange::digest(&inputs)));
     let cached = fs::read_to_string(&graph).ok().and_then(|text| exchange::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,

@@ -427,33 +427,33 @@ def segment_kernel() -> Derived:
     inertia, momentum = casadi.hessian(free.kinetic, v)
     bias = casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q)
     results = [
-        Result.matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2, in kg m²", "kg m^2", inertia),
+        Result.matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2", "kg m^2", inertia),
         Result.matrix(
             "coupling",
-            "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2, in kg m",
+            "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2",
             "kg m",
             casadi.jacobian(base_momentum, v),
         ),
         Result.vector(
             "bias",
-            "τ_0 in N m: d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0",
+            "τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0",
             "N m",
             free.at_rest(bias),
         ),
         Result.vector(
             "base_bias",
-            "p_0 in N: d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0",
+            "p_0 = d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0",
             "N",
             casadi.jtimes(base_momentum, q, v),
         ),
-        Result.vector("reach", "h e in m: outer end less inner end", "m", reach),
-        Result.vector("reach_rate", "h ė in m/s", "m s^-1", reach_rate),
+        Result.vector("reach", "h e, outer end less inner end", "m", reach),
+        Result.vector("reach_rate", "h ė", "m s^-1", reach_rate),
         Result.matrix(
-            "reach_jacobian", "G = ∂(h e)/∂q, 3 × 2, in m", "m", casadi.jacobian(reach, q)
+            "reach_jacobian", "G = ∂(h e)/∂q, 3 × 2", "m", casadi.jacobian(reach, q)
         ),
         Result.vector(
             "reach_bias",
-            "b in m/s²: h ë for q̈ = 0",
+            "b = h ë for q̈ = 0",
             "m s^-2",
             casadi.jtimes(reach_rate, q, v),
         ),
@@ -538,10 +538,10 @@ def segment_tangent_kernel() -> Derived:
         return along_step(free.at_rest(expression), step, 2)
 
     results = [
-        Result.matrix("torque", "∂τ/∂q̈, 2 × 2, in kg m²", "kg m^2", tangent(torque)),
-        Result.matrix("base_force", "∂p/∂q̈, 3 × 2, in kg m", "kg m", tangent(base_force)),
+        Result.matrix("torque", "∂τ/∂q̈, 2 × 2", "kg m^2", tangent(torque)),
+        Result.matrix("base_force", "∂p/∂q̈, 3 × 2", "kg m", tangent(base_force)),
         Result.matrix(
-            "outer_acceleration", "∂ẍ'/∂q̈, 3 × 2, in m", "m", tangent(outer_acceleration)
+            "outer_acceleration", "∂ẍ'/∂q̈, 3 × 2", "m", tangent(outer_acceleration)
         ),
     ]
     arguments = [
@@ -569,8 +569,8 @@ def segment_energy_kernel() -> Derived:
     centre = base_position + free.length / 2 * free.segment.sides[0]
     kinetic = casadi.substitute(free.kinetic, free.base_velocity, base_velocity)
     results = [
-        Result.scalar("kinetic", "E_kin in J", "J", kinetic),
-        Result.scalar("gravity", "E_grav in J", "J", gravity_energy(free.mass, gravity, centre)),
+        Result.scalar("kinetic", "E_kin", "J", kinetic),
+        Result.scalar("gravity", "E_grav", "J", gravity_energy(free.mass, gravity, centre)),
     ]
     arguments = [
         free.segment.trigonometry("angles"),
@@ -629,8 +629,8 @@ class Joint:
     def energies(self) -> list[Result]:
         """E_spring and D."""
         return [
-            Result.scalar("spring", "E_spring in J", "J", self.spring),
-            Result.scalar("dissipation", "D in W", "W", self.dissipation),
+            Result.scalar("spring", "E_spring", "J", self.spring),
+            Result.scalar("dissipation", "D", "W", self.dissipation),
         ]
 
     def _in_frame(self, expression: SX) -> SX:
@@ -764,7 +764,7 @@ def torques_kernel(
     results = [
         Result.vector(
             side,
-            f"torques on (φ, θ) of the {words} in N m",
+            f"torques on (φ, θ) of the {words}",
             "N m",
             torques[2 * i : 2 * i + 2],
         )
@@ -783,7 +783,7 @@ def tangent_kernel(
     results = [
         Result.matrix(
             block,
-            f"torques on the {words}; N m s²",
+            f"torques on the {words}",
             "N m s^2",
             tangent[
                 2 * (i // sides) : 2 * (i // sides) + 2, 2 * (i % sides) : 2 * (i % sides) + 2
@@ -859,7 +859,7 @@ def clamp_kernels() -> list[Derived]:
                 *energy.energies(),
                 Result.scalar(
                     "power",
-                    "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0 in W: what the turning clamp puts in",
+                    "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0, what the turning clamp puts in",
                     "W",
                     power,
                 ),
