@@ -69,6 +69,9 @@ const NEWTON_TOLERANCE: f64 = 0.02;
 const MAX_NEWTON_ITERATIONS: usize = 8;
 /// Above this ratio of successive corrections the matrix is made anew, or the step given up.
 const MAX_CONTRACTION: f64 = 0.5;
+/// The estimate of the contraction falls by no more than this at a time, as in CVODE: with a new matrix one ratio of
+/// corrections can be near zero, and the stages that share the matrix converge by far not as fast.
+const SLOWEST_DECLINE: f64 = 0.3;
 /// Bounds on the change of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
 const MAX_FACTOR: f64 = 5.0;
@@ -358,7 +361,7 @@ impl<const Q: usize> Integrator<Q> {
                     previous_norm = None;
                     continue;
                 }
-                self.contraction = contraction.max(f64::EPSILON);
+                self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
             } else if iteration == 0 {
                 // Hairer and Wanner II, section IV.8: trust the last contraction, but not wholly.
                 self.contraction = self.contraction.max(f64::EPSILON).powf(0.8);
