@@ -1,5 +1,6 @@
 //! Sums of products over atoms: expanded, reduced by identities between terms, and factored again.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::Constant;
@@ -74,11 +75,20 @@ pub const SUM_RULES: &[SumRule] = &[
 ];
 
 fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
-    let mut product: BTreeMap<NodeId, i32> = a.iter().copied().collect();
-    for &(atom, exponent) in b {
-        *product.entry(atom).or_insert(0) += exponent;
+    let mut product = Monomial::with_capacity(a.len() + b.len());
+    let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
+    // Both are sorted by atom; so is what is merged of them.
+    while let (Some(&x), Some(&y)) = (a.peek(), b.peek()) {
+        let factor = match x.0.cmp(&y.0) {
+            Ordering::Less => a.next(),
+            Ordering::Greater => b.next(),
+            Ordering::Equal => a.next().zip(b.next()).map(|((atom, j), (_, k))| (atom, j + k)),
+        };
+        product.extend(factor.filter(|&(_, exponent)| exponent != 0));
     }
-    product.into_iter().filter(|&(_, exponent)| exponent != 0).collect()
+    product.extend(a);
+    product.extend(b);
+    product
 }
 
 fn divide(monomial: &Monomial, atoms: &[NodeId]) -> Monomial {
