@@ -286,14 +286,14 @@ fn segment() -> Result<Kernel, DimensionError> {
     let reach_jacobian = jacobian(g, &free.reach, &coordinates);
     let reach_bias = directional_derivative(g, &free.reach_rate, &motion);
     let outputs = vec![
-        Output::matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2", INERTIA, inertia),
-        Output::matrix("coupling", "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2", MASS_LENGTH, coupling),
-        Output::vector("bias", "τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0", TORQUE, bias),
-        Output::vector("base_bias", "p_0 = d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0", Unit::NEWTON, base_bias),
-        Output::vector("reach", "h e, outer end less inner end", Unit::METRE, free.reach.to_vec()),
-        Output::vector("reach_rate", "h ė", VELOCITY, free.reach_rate.to_vec()),
-        Output::matrix("reach_jacobian", "G = ∂(h e)/∂q, 3 × 2", Unit::METRE, reach_jacobian),
-        Output::vector("reach_bias", "b = h ë for q̈ = 0", ACCELERATION, reach_bias),
+        Output::matrix("inertia", "`I = ∂²E_kin/∂q̇²`, 2 × 2", INERTIA, inertia),
+        Output::matrix("coupling", "`C = ∂²E_kin/∂ẋ∂q̇`, 3 × 2", MASS_LENGTH, coupling),
+        Output::vector("bias", "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`", TORQUE, bias),
+        Output::vector("base_bias", "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`", Unit::NEWTON, base_bias),
+        Output::vector("reach", "`h e`, outer end less inner end", Unit::METRE, free.reach.to_vec()),
+        Output::vector("reach_rate", "`h ė`", VELOCITY, free.reach_rate.to_vec()),
+        Output::matrix("reach_jacobian", "`G = ∂(h e)/∂q`, 3 × 2", Unit::METRE, reach_jacobian),
+        Output::vector("reach_bias", "`b = h ë` for `q̈ = 0`", ACCELERATION, reach_bias),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
     let summary = "Kinematics and inertia of one segment, seen from its inner end `x`:\n\
@@ -349,9 +349,9 @@ fn segment_tangent() -> Result<Kernel, DimensionError> {
         transpose(&columns)
     };
     let outputs = vec![
-        Output::matrix("torque", "∂τ/∂q̈, 2 × 2", INERTIA, along_step(&torque)),
-        Output::matrix("base_force", "∂p/∂q̈, 3 × 2", MASS_LENGTH, along_step(&base_force)),
-        Output::matrix("outer_acceleration", "∂ẍ'/∂q̈, 3 × 2", Unit::METRE, along_step(&reach_acceleration)),
+        Output::matrix("torque", "`∂τ/∂q̈`, 2 × 2", INERTIA, along_step(&torque)),
+        Output::matrix("base_force", "`∂p/∂q̈`, 3 × 2", MASS_LENGTH, along_step(&base_force)),
+        Output::matrix("outer_acceleration", "`∂ẍ'/∂q̈`, 3 × 2", Unit::METRE, along_step(&reach_acceleration)),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
     let summary = "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`segment`] change with its own `q̈` when\n\
@@ -377,10 +377,10 @@ fn segment_energy() -> Result<Kernel, DimensionError> {
     let direction = free.segment.direction(&mut graph);
     let gravity = chain::gravity_energy(&mut graph, &free.parameters, base, direction);
     let outputs = vec![
-        Output::scalar("kinetic", "E_kin", Unit::JOULE, free.kinetic_energy),
-        Output::scalar("gravity", "E_grav", Unit::JOULE, gravity),
+        Output::scalar("kinetic", "`E_kin`", Unit::JOULE, free.kinetic_energy),
+        Output::scalar("gravity", "`E_grav`", Unit::JOULE, gravity),
     ];
-    let summary = "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`.";
+    let summary = "Energies of one segment: `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `E_grav = −m g·(x + ½ h e)`.";
     Derivation { graph, outputs }.kernel("segment_energy", summary, None, |graph| {
         let mut inputs = vec![
             trigonometry(graph, "angles", ""),
@@ -526,8 +526,8 @@ fn joint() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments();
     let torques = joint.torques();
     let outputs = vec![
-        Output::vector("previous", "torques on (φ, θ) of the previous segment", TORQUE, torques[..2].to_vec()),
-        Output::vector("next", "torques on (φ, θ) of the next segment", TORQUE, torques[2..].to_vec()),
+        Output::vector("previous", "torques on `(φ, θ)` of the previous segment", TORQUE, torques[..2].to_vec()),
+        Output::vector("next", "torques on `(φ, θ)` of the next segment", TORQUE, torques[2..].to_vec()),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n\
@@ -541,23 +541,23 @@ fn joint_tangent() -> Result<Kernel, DimensionError> {
     let outputs = vec![
         Output::matrix(
             "previous_previous",
-            "torques on the previous segment along its q̈",
+            "torques on the previous segment along its `q̈`",
             TORQUE_SLOPE,
             block(&rows, 0, 0),
         ),
         Output::matrix(
             "previous_next",
-            "torques on the previous segment along the next one's q̈",
+            "torques on the previous segment along the next one's `q̈`",
             TORQUE_SLOPE,
             block(&rows, 0, 2),
         ),
         Output::matrix(
             "next_previous",
-            "torques on the next segment along the previous one's q̈",
+            "torques on the next segment along the previous one's `q̈`",
             TORQUE_SLOPE,
             block(&rows, 2, 0),
         ),
-        Output::matrix("next_next", "torques on the next segment along its q̈", TORQUE_SLOPE, block(&rows, 2, 2)),
+        Output::matrix("next_next", "torques on the next segment along its `q̈`", TORQUE_SLOPE, block(&rows, 2, 2)),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n\
@@ -571,15 +571,15 @@ fn joint_tangent() -> Result<Kernel, DimensionError> {
 
 fn energies(joint: &Joint) -> Vec<Output> {
     vec![
-        Output::scalar("spring", "E_spring", Unit::JOULE, joint.spring_energy),
-        Output::scalar("dissipation", "D", Unit::WATT, joint.dissipation),
+        Output::scalar("spring", "`E_spring`", Unit::JOULE, joint.spring_energy),
+        Output::scalar("dissipation", "`D`", Unit::WATT, joint.dissipation),
     ]
 }
 
 fn joint_energy() -> Result<Kernel, DimensionError> {
     let joint = Joint::between_segments();
     let derivation = Derivation { outputs: energies(&joint), graph: joint.graph };
-    let summary = "Energy and dissipation function of a joint: `c S(½|e' − e|²)` and `½ d |ω' − ω|²`.";
+    let summary = "Energy and dissipation function of a joint: `E_spring = c S(½|e' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė`.";
     derivation.kernel("joint_energy", summary, None, |graph| {
         let mut inputs = vec![
             trigonometry(graph, "previous", "previous"),
@@ -607,8 +607,8 @@ fn crossed_joint() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::crossed();
     let torques = joint.torques();
     let outputs = vec![
-        Output::vector("z", "torques on (φ, θ) of the segment with polar axis z", TORQUE, torques[..2].to_vec()),
-        Output::vector("x", "torques on (φ, θ) of the segment with polar axis x", TORQUE, torques[2..].to_vec()),
+        Output::vector("z", "torques on `(φ, θ)` of the segment with polar axis z", TORQUE, torques[..2].to_vec()),
+        Output::vector("x", "torques on `(φ, θ)` of the segment with polar axis x", TORQUE, torques[2..].to_vec()),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
@@ -620,20 +620,30 @@ fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::crossed();
     let rows = joint.tangent();
     let outputs = vec![
-        Output::matrix("z_z", "torques on the segment with polar axis z along its q̈", TORQUE_SLOPE, block(&rows, 0, 0)),
+        Output::matrix(
+            "z_z",
+            "torques on the segment with polar axis z along its `q̈`",
+            TORQUE_SLOPE,
+            block(&rows, 0, 0),
+        ),
         Output::matrix(
             "z_x",
-            "torques on the segment with polar axis z along the other's q̈",
+            "torques on the segment with polar axis z along the other's `q̈`",
             TORQUE_SLOPE,
             block(&rows, 0, 2),
         ),
         Output::matrix(
             "x_z",
-            "torques on the segment with polar axis x along the other's q̈",
+            "torques on the segment with polar axis x along the other's `q̈`",
             TORQUE_SLOPE,
             block(&rows, 2, 0),
         ),
-        Output::matrix("x_x", "torques on the segment with polar axis x along its q̈", TORQUE_SLOPE, block(&rows, 2, 2)),
+        Output::matrix(
+            "x_x",
+            "torques on the segment with polar axis x along its `q̈`",
+            TORQUE_SLOPE,
+            block(&rows, 2, 2),
+        ),
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
@@ -659,7 +669,7 @@ fn clamp_inputs(graph: &mut Graph) -> Vec<Input> {
 fn clamp() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp();
     let torques = joint.torques();
-    let outputs = vec![Output::vector("next", "torques on (φ, θ) of the first segment", TORQUE, torques)];
+    let outputs = vec![Output::vector("next", "torques on `(φ, θ)` of the first segment", TORQUE, torques)];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`joint`], with\n\
                    the clamp's `e0` and `ω0 = e0 × ė0` on the inner side.";
@@ -669,7 +679,7 @@ fn clamp() -> Result<Kernel, DimensionError> {
 fn clamp_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp();
     let outputs =
-        vec![Output::matrix("next_next", "torques on the first segment along its q̈", TORQUE_SLOPE, joint.tangent())];
+        vec![Output::matrix("next_next", "torques on the first segment along its `q̈`", TORQUE_SLOPE, joint.tangent())];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of the clamp joint: minus the derivative of the torques of [`clamp`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`.";
@@ -690,12 +700,13 @@ fn clamp_energy() -> Result<Kernel, DimensionError> {
     let mut outputs = energies(&joint);
     outputs.push(Output::scalar(
         "power",
-        "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0, what the turning clamp puts in",
+        "`(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`, what the turning clamp puts in",
         Unit::WATT,
         power,
     ));
     let derivation = Derivation { graph: joint.graph, outputs };
-    let summary = "Energy and dissipation function of the clamp joint, and the power of its turning.";
+    let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − e0|²)` and `½ d |ω' − ω0|²`, and the power of\n\
+                   its turning, `(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`.";
     derivation.kernel("clamp_energy", summary, None, clamp_inputs)
 }
 

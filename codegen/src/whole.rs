@@ -31,16 +31,16 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, D
     let size = 2 * segments;
     let mass_matrix = Output::matrix(
         "mass_matrix",
-        &format!("M, {size} × {size}, symmetric, rows and columns φ1, θ1, φ2, …"),
+        &format!("`M`, {size} × {size}, symmetric, rows and columns `φ1, θ1, φ2, …`"),
         INERTIA,
         whole.mass_matrix.clone(),
     );
-    let force = Output::vector("force", "f of M q̈ = f + Q, without contact", STIFFNESS, whole.force.clone());
+    let force = Output::vector("force", "`f` of `M q̈ = f + Q`, without contact", STIFFNESS, whole.force.clone());
     let energies = vec![
-        Output::scalar("kinetic", "E_kin", Unit::JOULE, whole.kinetic_energy),
-        Output::scalar("spring", "E_spring", Unit::JOULE, whole.spring_energy),
-        Output::scalar("gravity", "E_grav", Unit::JOULE, whole.gravity_energy),
-        Output::scalar("dissipation", "D", Unit::WATT, whole.dissipation),
+        Output::scalar("kinetic", "`E_kin`", Unit::JOULE, whole.kinetic_energy),
+        Output::scalar("spring", "`E_spring`", Unit::JOULE, whole.spring_energy),
+        Output::scalar("gravity", "`E_grav`", Unit::JOULE, whole.gravity_energy),
+        Output::scalar("dissipation", "`D`", Unit::WATT, whole.dissipation),
     ];
     let plural = if segments == 1 { "" } else { "s" };
     let chain = format!("of a chain of {segments} segment{plural}");
@@ -54,7 +54,14 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, D
             ),
             vec![force],
         ),
-        ("energies", format!("Energies and dissipation function {chain}."), energies),
+        (
+            "energies",
+            format!(
+                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`,\n\
+                 `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
+            ),
+            energies,
+        ),
     ]
     .into_iter()
     .map(|(name, summary, outputs)| kernel(&whole, purpose, name, summary, outputs))
