@@ -8,7 +8,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use bristle_codegen::emit::{count_operations, emit};
+use bristle_codegen::MAKER;
+use bristle_codegen::emit::{Origin, count_operations, emit};
 use bristle_codegen::kernels::{Kernel, kernels};
 use bristle_codegen::whole::{Purpose, whole_kernels};
 
@@ -48,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn report(name: &str, kernels: &[Kernel]) -> Result<(), Box<dyn Error>> {
-    let emitted = emit(kernels, "")?;
+    let emitted = emit(kernels, Origin { title: "A benchmark.", maker: MAKER, again: "cargo bench" })?;
     let operations: usize = kernels.iter().map(|kernel| count_operations(kernel).total()).sum();
     let seconds = compile(&format!("{PRELUDE}{emitted}{}", instances(kernels)))?;
     println!("{name:24} {operations:10} {:9} {seconds:8.2} s", emitted.len());

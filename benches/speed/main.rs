@@ -18,10 +18,13 @@ use bristle::filament;
 use bristle::settings::Settings;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_codegen::emit::emit;
+use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::kernels::kernels;
 use bristle_codegen::whole::{Purpose, whole_kernels};
 use criterion::{Criterion, criterion_group, criterion_main};
+
+/// Of the source that the benchmarks emit.
+const ORIGIN: Origin<'_> = Origin { title: "A benchmark.", maker: bristle_codegen::MAKER, again: "cargo bench" };
 
 const SEGMENT_COUNTS: [usize; 2] = [25, 100];
 
@@ -151,7 +154,8 @@ fn derivation(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("kernels, derived", |bencher| bencher.iter(kernels));
     group.bench_function("kernels, derived and emitted", |bencher| {
-        bencher.iter(|| emit(&kernels().expect("the derivation is sound"), "").expect("the kernels can be emitted"));
+        bencher
+            .iter(|| emit(&kernels().expect("the derivation is sound"), ORIGIN).expect("the kernels can be emitted"));
     });
     for (name, purpose) in [("to read", Purpose::Reading), ("to compute", Purpose::Computing)] {
         group.bench_function(format!("whole equations n=25 {name}, derived"), |bencher| {
@@ -159,7 +163,7 @@ fn derivation(criterion: &mut Criterion) {
         });
         group.bench_function(format!("whole equations n=25 {name}, derived and emitted"), |bencher| {
             bencher.iter(|| {
-                emit(&whole_kernels(black_box(25), purpose).expect("the derivation is sound"), "")
+                emit(&whole_kernels(black_box(25), purpose).expect("the derivation is sound"), ORIGIN)
                     .expect("they can be emitted")
             });
         });

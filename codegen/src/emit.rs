@@ -10,6 +10,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 use syn::Ident;
 
+use crate::exchange::fingerprint;
 use crate::graph::{Graph, Node, NodeId};
 use crate::kernels::{Input, Kernel, Output, Shape, computed_operands};
 use crate::unit::Unit;
@@ -33,6 +34,9 @@ pub enum EmitError {
         /// The constant.
         value: String,
     },
+    /// The expressions cannot be written as JSON, by which they are told apart.
+    #[error("the expressions have no fingerprint: {0}")]
+    Fingerprint(String),
     /// The tokens are no Rust: a defect of the emitter.
     #[error("the emitted code does not parse: {0}")]
     Syntax(String),
@@ -104,20 +108,43 @@ fn given(kernel: &Kernel) -> BTreeMap<NodeId, Ident> {
     elements.map(|(name, node)| (*node, format_ident!("{name}"))).collect()
 }
 
-/// The Rust source of `kernels`, formatted, below `header` (lines of comment, without the slashes).
+/// What the header of emitted source says about where it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Origin<'a> {
+    /// What the source computes, in one line.
+    pub title: &'a str,
+    /// What made the expressions: an engine with its version, and what it derived them from.
+    pub maker: &'a str,
+    /// The command that makes the source again.
+    pub again: &'a str,
+}
+
+/// The header: origin, fingerprint of the expressions, and operations.
+fn header(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+    let fingerprint = fingerprint(kernels).map_err(|error| EmitError::Fingerprint(error.to_string()))?;
+    let operations: usize = kernels.iter().map(|kernel| count_operations(kernel).total()).sum();
+    let Origin { title, maker, again } = origin;
+    let lines = format!(
+        "{title}\nMade by {maker}; do not edit.\nSHA-256 of the expressions: {fingerprint}\n\
+         To make it again: {again}\nOperations: {operations}."
+    );
+    Ok(lines.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect())
+}
+
+/// The Rust source of `kernels`, formatted, below a header that tells its `origin`.
 ///
 /// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's runtime
 /// defines it.
 ///
 /// # Errors
 /// [`EmitError`] says which kernel cannot be written, and why.
-pub fn emit(kernels: &[Kernel], header: &str) -> Result<String, EmitError> {
-    let mut text: String = header.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect();
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+    let mut functions = String::new();
     for kernel in kernels {
-        text.push('\n');
-        text.push_str(&emit_kernel(kernel)?);
+        functions.push('\n');
+        functions.push_str(&emit_kernel(kernel)?);
     }
-    Ok(text)
+    Ok(header(kernels, origin)? + &functions)
 }
 
 /// `tokens` as formatted source.

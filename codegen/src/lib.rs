@@ -10,6 +10,10 @@
 //!    compute accelerations and implicit steps in O(n);
 //! 5. [`emit`] writes either form as Rust, [`print`](mod@print) as mathematics, [`exchange`] as JSON.
 
+/// What this engine is called where its derivations say what made them.
+pub const MAKER: &str =
+    concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"), " from the energies in codegen/src/chain.rs");
+
 pub mod calculus;
 pub mod chain;
 pub mod compare;

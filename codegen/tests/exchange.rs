@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use bristle_codegen::emit::emit;
+use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::exchange::{self, ExchangeError, KernelError, from_json, to_json};
 use bristle_codegen::kernels::{Kernel, kernels};
 use bristle_codegen::whole::{Purpose, whole_kernels};
@@ -16,6 +16,10 @@ use serde_json::{Value, json};
 const EXAMPLE: &str = include_str!("../../docs/graph-format.example.json");
 const PAGE: &str = include_str!("../../docs/graph-format.md");
 const SCHEMA: &str = include_str!("../../docs/graph-format.schema.json");
+
+fn origin(maker: &str) -> Origin<'_> {
+    Origin { title: "A test.", maker, again: "cargo test" }
+}
 
 fn example() -> Value {
     serde_json::from_str(EXAMPLE).expect("the example is JSON")
@@ -65,7 +69,7 @@ fn what_is_written_is_read_with_its_values_and_written_again_with_its_bytes() {
             assert_eq!(read.graph.validate(), Ok(()));
             assert_eq!(values(read), values(original), "{}", read.name);
         }
-        let source = |kernels: &[Kernel]| emit(kernels, "").expect("the kernels can be emitted");
+        let source = |kernels: &[Kernel]| emit(kernels, origin("a test")).expect("the kernels can be emitted");
         assert_eq!(source(&file.kernels), source(&set));
     }
 }
@@ -83,7 +87,7 @@ fn the_example_of_the_page_is_read() {
     for (value, expected) in [(at(0, 0), -9.81), (at(1, 0), 1.0), (at(1, 1), expected)] {
         assert!((value - expected).abs() < 1e-14, "{value} {expected}");
     }
-    let source = emit(&file.kernels, &file.generator).expect("it can be emitted");
+    let source = emit(&file.kernels, origin(&file.generator)).expect("it can be emitted");
     assert!(source.contains("pub fn pendulum<T: Real>(state: [T; 2], gravity: T, length: T, mass: T)"), "{source}");
 }
 
@@ -290,7 +294,7 @@ fn long_chains_need_no_stack() {
         assert_eq!(refused(&chain(exchange::MAX_DEPTH + 1)), expected);
 
         let file = from_json(&chain(10_000)).expect("it is shorter");
-        emit(&file.kernels, "").expect("it can be emitted");
+        emit(&file.kernels, origin("a test")).expect("it can be emitted");
     });
 }
 
@@ -339,7 +343,7 @@ fn texts_stay_texts() {
             ("/kernels/0/outputs/0/doc", json!(text)),
         ]);
         let file = from_json(&file).expect("the texts can be shown");
-        let source = emit(&file.kernels, &file.generator).expect("it can be emitted");
+        let source = emit(&file.kernels, origin(&file.generator)).expect("it can be emitted");
         let items = syn::parse_file(&source).expect("it is Rust").items;
         assert_eq!(items.len(), 2, "{source}");
         let code = |line: &&str| !line.trim_start().starts_with("//");
@@ -348,7 +352,7 @@ fn texts_stay_texts() {
     // The reader refuses this one, but a kernel need not come from a file.
     let mut kernel = from_json(EXAMPLE).expect("it is right").kernels.remove(0);
     kernel.summary = place.into();
-    let source = emit(&[kernel], "").expect("it can be emitted");
+    let source = emit(&[kernel], origin("a test")).expect("it can be emitted");
     assert!(source.contains("let t0"), "{source}");
     assert!(!source.lines().any(|line| line == place), "{source}");
 }
@@ -358,7 +362,7 @@ fn the_zeroth_power_is_one() {
     let text = file_of(["[\"powi\",0,0]".to_string()].into_iter());
     let file = from_json(&text).expect("it is right");
     assert_eq!(values(&file.kernels[0]), [1.0]);
-    let source = emit(&file.kernels, "").expect("it can be emitted");
+    let source = emit(&file.kernels, origin("a test")).expect("it can be emitted");
     assert!(source.contains("y: T::from_f64(1.0)"), "{source}");
 }
 
@@ -375,7 +379,7 @@ fn check_any(text: &str) {
             let written = to_json(&file.kernels, &file.generator).expect("its constants are finite");
             let again = from_json(&written).expect("what is written can be read");
             assert_eq!(to_json(&again.kernels, &again.generator).expect("see above"), written);
-            let source = emit(&file.kernels, &file.generator).expect("what is read can be emitted");
+            let source = emit(&file.kernels, origin(&file.generator)).expect("what is read can be emitted");
             syn::parse_file(&source).expect("what is emitted is Rust");
         }
     }

@@ -4,12 +4,19 @@
 
 use std::fmt::Write;
 
-use bristle_codegen::emit::{count_operations, emit};
+use bristle_codegen::emit::{Origin, count_operations, emit};
 use bristle_codegen::exchange::to_json;
 use bristle_codegen::kernels::{Kernel, kernels as derived_kernels};
 use bristle_codegen::print::equations;
 use bristle_codegen::simplify::{RULES, SUM_RULES};
 use bristle_codegen::whole::{Purpose, whole_kernels};
+
+/// What the sources say makes them again.
+const AGAIN: &str = "cargo test -p bristle-codegen";
+
+fn origin(title: &str) -> Origin<'_> {
+    Origin { title, maker: "a test of bristle-codegen", again: AGAIN }
+}
 
 fn whole(segments: usize, purpose: Purpose) -> Vec<Kernel> {
     whole_kernels(segments, purpose).expect("the derivation is sound")
@@ -29,13 +36,13 @@ fn readable_equations() {
 
 #[test]
 fn emitted_kernels() {
-    let source = emit(&kernels(), "Emitted by the test of bristle-codegen.").expect("the kernels can be emitted");
+    let source = emit(&kernels(), origin("Kernels of the solver.")).expect("the kernels can be emitted");
     insta::assert_snapshot!("kernels", source);
 }
 
 #[test]
 fn emitted_whole_equations() {
-    let source = emit(&whole(1, Purpose::Computing), "One segment.").expect("the equations can be emitted");
+    let source = emit(&whole(1, Purpose::Computing), origin("One segment.")).expect("the equations can be emitted");
     insta::assert_snapshot!("whole_1", source);
 }
 
@@ -61,7 +68,7 @@ fn operation_counts() {
 
 #[test]
 fn same_input_gives_the_same_bytes() {
-    let text = || emit(&whole(4, Purpose::Computing), "").expect("the equations can be emitted");
+    let text = || emit(&whole(4, Purpose::Computing), origin("Four segments.")).expect("the equations can be emitted");
     assert_eq!(text(), text());
     let text = || equations(4, &whole(4, Purpose::Reading));
     assert_eq!(text(), text());

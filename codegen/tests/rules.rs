@@ -3,7 +3,7 @@
 mod expressions;
 
 use bristle_codegen::constant::Constant;
-use bristle_codegen::emit::{EmitError, emit};
+use bristle_codegen::emit::{EmitError, Origin, emit};
 use bristle_codegen::graph::{Graph, Node, NodeId};
 use bristle_codegen::kernels::{Input, Kernel, Output, Shape, kernels};
 use bristle_codegen::lagrange::whole_equations;
@@ -198,17 +198,19 @@ fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
     Kernel { name: "example".into(), summary: "An example.".into(), graph, inputs, outputs: vec![output] }
 }
 
+const ORIGIN: Origin<'_> = Origin { title: "An example.", maker: "a test", again: "cargo test" };
+
 #[test]
 fn emission_says_what_is_missing() {
     let mut graph = Graph::raw();
     let x = graph.symbol("x", "x", Unit::ONE);
     let unbound = kernel(graph, Vec::new(), x);
     let expected = EmitError::UnboundSymbol { kernel: "example".into(), symbol: "x".into() };
-    assert_eq!(emit(&[unbound], ""), Err(expected));
+    assert_eq!(emit(&[unbound], ORIGIN), Err(expected));
 
     let mut graph = Graph::raw();
     let infinite = graph.constant(Constant::Float(f64::INFINITY));
-    let error = emit(&[kernel(graph, Vec::new(), infinite)], "");
+    let error = emit(&[kernel(graph, Vec::new(), infinite)], ORIGIN);
     assert!(matches!(error, Err(EmitError::NonFiniteConstant { .. })), "{error:?}");
 }
 
@@ -226,6 +228,6 @@ fn emission_keeps_precedence_and_constants() {
         doc: String::new(),
         elements: vec![(name.into(), graph.find_symbol(name).expect("it is a symbol"))],
     });
-    let source = emit(&[kernel(graph, names.into(), scaled)], "").expect("it can be emitted");
+    let source = emit(&[kernel(graph, names.into(), scaled)], ORIGIN).expect("it can be emitted");
     assert!(source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"), "{source}");
 }

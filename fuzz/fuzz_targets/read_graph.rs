@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use bristle_codegen::emit::emit;
+use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::exchange::{from_json, to_json};
 use libfuzzer_sys::fuzz_target;
 
@@ -25,6 +25,7 @@ fuzz_target!(|text: &str| {
     let again = from_json(&written).expect("what is written can be read");
     let rewritten = to_json(&again.kernels, &again.generator).expect("it was written before");
     assert_eq!(written, rewritten);
-    let source = emit(&file.kernels, &file.generator).expect("what is read can be emitted");
+    let origin = Origin { title: "A file.", maker: &file.generator, again: "cargo fuzz" };
+    let source = emit(&file.kernels, origin).expect("what is read can be emitted");
     syn::parse_file(&source).expect("what is emitted is Rust");
 });
