@@ -72,10 +72,7 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
     let rates: Vec<NodeId> = segments.iter().flat_map(Segment::rates).collect();
     let momenta = gradient(g, kinetic_energy, &rates);
     let mass_matrix = jacobian(g, &momenta, &rates);
-    // d/dt of the momenta with q̈ = 0: what remains depends on q, q̇ and the motion of the clamp.
-    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.iter().copied().zip(rates.iter().copied()).collect();
-    motion.extend(clamp.velocity.into_iter().zip(clamp.acceleration));
-    let momentum_rates = directional_derivative(g, &momenta, &motion);
+    let momentum_rates = directional_derivative(g, &momenta, &free_motion(&segments, &clamp));
     let kinetic_gradient = gradient(g, kinetic_energy, &coordinates);
     let potential = g.add(spring_energy, gravity_energy);
     let potential_gradient = gradient(g, potential, &coordinates);
@@ -98,5 +95,72 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
         gravity_energy,
         dissipation,
         tip: position,
+    }
+}
+
+/// How everything that varies moves while `q̈ = 0`: what remains of `d/dt` depends on `q`, `q̇` and the motion of the
+/// clamp.
+fn free_motion(segments: &[Segment], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
+    let coordinates = segments.iter().flat_map(Segment::coordinates);
+    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.zip(segments.iter().flat_map(Segment::rates)).collect();
+    motion.extend(clamp.velocity.into_iter().zip(clamp.acceleration));
+    motion
+}
+
+/// The momenta and the parts of `f`, each in the order of the coordinates.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// `∂E_kin/∂q̇`
+    pub momenta: Vec<NodeId>,
+    /// `∂E_kin/∂q − d/dt(∂E_kin/∂q̇)` for `q̈ = 0`
+    pub inertial: Vec<NodeId>,
+    /// `−∂E_spring/∂q`
+    pub spring: Vec<NodeId>,
+    /// `−∂E_grav/∂q`
+    pub gravity: Vec<NodeId>,
+    /// `−∂D/∂q̇`
+    pub damping: Vec<NodeId>,
+}
+
+impl WholeEquations {
+    /// Derives the momenta and the parts whose sum is [`WholeEquations::force`].
+    pub fn parts(&mut self) -> Parts {
+        let coordinates: Vec<NodeId> = self.segments.iter().flat_map(Segment::coordinates).collect();
+        let rates: Vec<NodeId> = self.segments.iter().flat_map(Segment::rates).collect();
+        let motion = free_motion(&self.segments, &self.clamp);
+        let g = &mut self.graph;
+        let momenta = gradient(g, self.kinetic_energy, &rates);
+        let momentum_rates = directional_derivative(g, &momenta, &motion);
+        let kinetic_gradient = gradient(g, self.kinetic_energy, &coordinates);
+        let inertial = kinetic_gradient.into_iter().zip(momentum_rates).map(|(a, b)| g.sub(a, b)).collect();
+        let mut negative_gradient = |energy, variables: &[NodeId]| -> Vec<NodeId> {
+            let gradient = gradient(g, energy, variables);
+            gradient.into_iter().map(|slope| g.neg(slope)).collect()
+        };
+        let spring = negative_gradient(self.spring_energy, &coordinates);
+        let gravity = negative_gradient(self.gravity_energy, &coordinates);
+        let damping = negative_gradient(self.dissipation, &rates);
+        Parts { momenta, inertial, spring, gravity, damping }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_sum_to_the_force() {
+        // Sums of some tens of terms of size one.
+        const TOLERANCE: f64 = 1e-12;
+        let mut whole = whole_equations(3);
+        let parts = whole.parts();
+        let point: Vec<f64> = (0..whole.graph.symbols().len()).map(|i| 0.3 + 0.1 * (i as f64).sin()).collect();
+        let values = whole.graph.evaluate(&point);
+        let at = |node: NodeId| values[node.index()];
+        for (i, &force) in whole.force.iter().enumerate() {
+            let sum: f64 =
+                [&parts.inertial, &parts.spring, &parts.gravity, &parts.damping].map(|part| at(part[i])).iter().sum();
+            assert!((sum - at(force)).abs() < TOLERANCE, "{i}: {sum} {}", at(force));
+        }
     }
 }
