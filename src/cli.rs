@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use thiserror::Error;
 
 use bristle::comparison::{ComparisonError, compare_graph};
-use bristle::derive::{DeriveError, DeriveFormat, derive};
+use bristle::derive::{DeriveError, DeriveFormat, Equations, derive};
 use bristle::document::Document;
 use bristle::evaluation::{EvaluationError, evaluate};
 use bristle::input_error::InputError;
@@ -147,13 +147,14 @@ struct EvaluateArgs {
     state: PathBuf,
 }
 
-/// Show the whole equations of motion of a filament
+/// Show the equations of motion of a filament
+///
+/// Either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
 #[derive(Args)]
 struct DeriveArgs {
-    /// Number of segments, 1 to 400
-    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
-    segments: usize,
-    /// Form of the equations; math is for reading, and takes minutes beyond 100 segments
+    #[command(flatten)]
+    equations: EquationsArgs,
+    /// Form of the equations; math, latex and markdown are for reading, and take minutes beyond 100 segments
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
     /// File to write instead of stdout
@@ -182,10 +183,32 @@ struct CompareArgs {
     bent: bool,
 }
 
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct EquationsArgs {
+    /// The whole equations of N segments, 1 to 400
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
+    segments: Option<usize>,
+    /// The kernels of the solver
+    #[arg(long)]
+    kernels: bool,
+}
+
+impl From<&EquationsArgs> for Equations {
+    fn from(arguments: &EquationsArgs) -> Self {
+        // clap lets exactly one of the two pass.
+        arguments.segments.map_or(Self::Kernels, Self::Whole)
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Format {
-    /// Readable mathematics
+    /// Readable mathematics, as text
     Math,
+    /// A LaTeX document
+    Latex,
+    /// A page with formulas; of whole equations, the way from the energies to them
+    Markdown,
     /// Rust source
     Rust,
     /// The expression graph
@@ -196,6 +219,8 @@ impl From<Format> for DeriveFormat {
     fn from(format: Format) -> Self {
         match format {
             Format::Math => Self::Math,
+            Format::Latex => Self::Latex,
+            Format::Markdown => Self::Markdown,
             Format::Rust => Self::Rust,
             Format::Json => Self::Json,
         }
@@ -322,7 +347,7 @@ fn evaluate_state(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
 }
 
 fn derive_equations(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    let equations = derive(arguments.segments, arguments.format.into())?;
+    let equations = derive((&arguments.equations).into(), arguments.format.into())?;
     match &arguments.out {
         None => print(&equations),
         Some(path) => {

@@ -1,24 +1,65 @@
-//! The whole equations of motion, in a form to read or to pass on.
+//! The equations of motion, whole or as the kernels of the solver, in a form to read or to pass on.
 
 use bristle_codegen::MAKER;
 use bristle_codegen::dimension::DimensionError;
 use bristle_codegen::emit::{EmitError, Origin, emit};
 use bristle_codegen::exchange::to_json;
-use bristle_codegen::print::equations;
+use bristle_codegen::kernels::kernels;
+use bristle_codegen::print::{self, Form};
 use bristle_codegen::whole::{Purpose, whole_kernels};
 
 /// What an exchanged graph says made it.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
 
+/// Title of the kernels.
+const KERNELS: &str = "Kernels of the solver";
+
+/// What is derived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Equations {
+    /// The whole equations of a chain of so many segments.
+    Whole(usize),
+    /// The kernels of one segment and one joint, which the solver loops over.
+    Kernels,
+}
+
+impl Equations {
+    /// The command that derives them.
+    fn command(self, format: DeriveFormat) -> String {
+        let format = format.name();
+        match self {
+            Self::Whole(segments) => format!("bristle derive --segments {segments} --format {format}"),
+            Self::Kernels => format!("bristle derive --kernels --format {format}"),
+        }
+    }
+}
+
 /// The form of the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeriveFormat {
-    /// Readable mathematics.
+    /// Readable mathematics, as text.
     Math,
+    /// A LaTeX document.
+    Latex,
+    /// Markdown with formulas; of whole equations, the way to them step by step.
+    Markdown,
     /// Rust source.
     Rust,
     /// The expression graph.
     Json,
+}
+
+impl DeriveFormat {
+    /// The name on the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Math => "math",
+            Self::Latex => "latex",
+            Self::Markdown => "markdown",
+            Self::Rust => "rust",
+            Self::Json => "json",
+        }
+    }
 }
 
 /// Why the equations cannot be shown.
@@ -38,27 +79,43 @@ pub enum DeriveError {
     Json(#[from] serde_json::Error),
 }
 
-/// Derives the whole equations of a chain of `segments` segments and writes them in `format`.
+/// Derives `equations` and writes them in `format`.
 ///
 /// # Errors
 /// If there are no segments.
-pub fn derive(segments: usize, format: DeriveFormat) -> Result<String, DeriveError> {
-    if segments == 0 {
+pub fn derive(equations: Equations, format: DeriveFormat) -> Result<String, DeriveError> {
+    if equations == Equations::Whole(0) {
         return Err(DeriveError::NoSegments);
     }
-    match format {
-        DeriveFormat::Math => Ok(equations(segments, &whole_kernels(segments, Purpose::Reading)?)),
-        DeriveFormat::Json => Ok(to_json(&whole_kernels(segments, Purpose::Computing)?, GENERATOR)?),
-        DeriveFormat::Rust => {
-            let plural = if segments == 1 { "" } else { "s" };
-            let origin = Origin {
-                title: &format!("Equations of motion of a filament of {segments} segment{plural}."),
-                maker: MAKER,
-                again: &format!("bristle derive --segments {segments} --format rust"),
-            };
-            let source = emit(&whole_kernels(segments, Purpose::Computing)?, origin)?;
-            // Below the header, which ends at the first empty line.
-            Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
+    let again = equations.command(format);
+    let form = match format {
+        DeriveFormat::Math => Form::Text,
+        DeriveFormat::Latex => Form::Latex,
+        DeriveFormat::Markdown => Form::Markdown,
+        DeriveFormat::Rust | DeriveFormat::Json => return written_for_programs(equations, format, &again),
+    };
+    Ok(match equations {
+        Equations::Kernels => print::kernels(form, KERNELS, &kernels()?, &again),
+        Equations::Whole(segments) if form == Form::Markdown => print::walkthrough(segments, &again)?,
+        Equations::Whole(segments) => {
+            print::equations(form, segments, &whole_kernels(segments, Purpose::Reading)?, &again)
         }
+    })
+}
+
+fn written_for_programs(equations: Equations, format: DeriveFormat, again: &str) -> Result<String, DeriveError> {
+    let (title, kernels) = match equations {
+        Equations::Whole(segments) => {
+            let plural = if segments == 1 { "" } else { "s" };
+            let title = format!("Equations of motion of a filament of {segments} segment{plural}.");
+            (title, whole_kernels(segments, Purpose::Computing)?)
+        }
+        Equations::Kernels => (format!("{KERNELS}."), kernels()?),
+    };
+    if format == DeriveFormat::Json {
+        return Ok(to_json(&kernels, GENERATOR)?);
     }
+    let source = emit(&kernels, Origin { title: &title, maker: MAKER, again })?;
+    // Below the header, which ends at the first empty line.
+    Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
 }

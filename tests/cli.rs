@@ -272,16 +272,70 @@ fn evaluate_prints_the_equations_at_a_state() {
     }
 }
 
+/// All that `derive` takes for `--format`.
+const FORMATS: [&str; 5] = ["math", "latex", "markdown", "rust", "json"];
+
 #[test]
 fn derive_prints_or_writes() {
     let workspace = Workspace::new();
-    for format in ["math", "rust", "json"] {
-        let arguments = format!("derive --segments 1 --format {format}");
-        let printed = workspace.bristle(&arguments).assert().success();
-        assert!(!printed.get_output().stdout.is_empty());
-        workspace.bristle(&format!("{arguments} --out {format}.txt")).assert().success().stdout("");
-        assert_eq!(workspace.read(&format!("{format}.txt")).as_bytes(), printed.get_output().stdout);
+    for equations in ["--segments 1", "--kernels"] {
+        for format in FORMATS {
+            let arguments = format!("derive {equations} --format {format}");
+            let printed = workspace.bristle(&arguments).assert().success();
+            assert!(!printed.get_output().stdout.is_empty());
+            workspace.bristle(&format!("{arguments} --out {format}.txt")).assert().success().stdout("");
+            assert_eq!(workspace.read(&format!("{format}.txt")).as_bytes(), printed.get_output().stdout);
+        }
     }
+}
+
+#[test]
+fn derive_gives_the_same_bytes_in_every_process() {
+    let workspace = Workspace::new();
+    for equations in ["--segments 3", "--kernels"] {
+        for format in FORMATS {
+            let run = || workspace.bristle(&format!("derive {equations} --format {format}")).assert().success();
+            assert_eq!(run().get_output().stdout, run().get_output().stdout, "{equations} {format}");
+        }
+    }
+}
+
+#[test]
+fn derived_source_says_where_it_comes_from() {
+    let workspace = Workspace::new();
+    for equations in ["--segments 2", "--kernels"] {
+        let command = format!("derive {equations} --format rust");
+        let assert = workspace.bristle(&command).assert().success();
+        let source = String::from_utf8(assert.get_output().stdout.clone()).expect("source in UTF-8");
+        let header: Vec<&str> = source.lines().take_while(|line| line.starts_with("//")).collect();
+        assert_eq!(header.len(), 5, "{header:?}");
+        assert!(header[1].contains("bristle-codegen"));
+        let fingerprint = header[2].rsplit(' ').next().expect("a word");
+        assert!(fingerprint.len() == 64 && fingerprint.chars().all(|digit| digit.is_ascii_hexdigit()));
+        assert!(header[3].ends_with(&format!("bristle {command}")));
+        assert!(source.contains("\nuse bristle::equations::Real;\n"));
+    }
+}
+
+#[test]
+fn exactly_one_kind_of_equations_is_derived() {
+    let workspace = Workspace::new();
+    let neither = workspace.refuse("derive --format math");
+    assert!(neither.contains("--segments") && neither.contains("--kernels"), "{neither}");
+    let both = workspace.refuse("derive --segments 2 --kernels");
+    assert!(both.contains("cannot be used with"), "{both}");
+}
+
+#[test]
+fn the_page_of_the_equations_is_up_to_date() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/equations.md")).expect("the page");
+    let derived =
+        bristle::derive::derive(bristle::derive::Equations::Whole(2), bristle::derive::DeriveFormat::Markdown);
+    assert!(
+        page == derived.expect("the derivation is sound"),
+        "docs/equations.md is stale; make it again: \
+         cargo run --release -- derive --segments 2 --format markdown --out docs/equations.md"
+    );
 }
 
 #[test]

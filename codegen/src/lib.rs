@@ -8,7 +8,7 @@
 //!    that people read, snapshot and compare ([`whole`] puts names to it);
 //! 4. [`kernels::kernels`] forms the derivatives of one segment and one joint, from which the solver's loops
 //!    compute accelerations and implicit steps in O(n);
-//! 5. [`emit`] writes either form as Rust, [`print`](mod@print) as mathematics, [`exchange`] as JSON.
+//! 5. [`emit`] writes either form as Rust, [`print`](mod@print) as text, LaTeX or Markdown, [`exchange`] as JSON.
 
 /// What this engine is called where its derivations say what made them.
 pub const MAKER: &str =

@@ -7,11 +7,11 @@ use std::fmt::Write;
 use bristle_codegen::emit::{Origin, count_operations, emit};
 use bristle_codegen::exchange::to_json;
 use bristle_codegen::kernels::{Kernel, kernels as derived_kernels};
-use bristle_codegen::print::equations;
+use bristle_codegen::print::{self, Form, equations};
 use bristle_codegen::simplify::{RULES, SUM_RULES};
 use bristle_codegen::whole::{Purpose, whole_kernels};
 
-/// What the sources say makes them again.
+/// What the pages and sources say makes them again.
 const AGAIN: &str = "cargo test -p bristle-codegen";
 
 fn origin(title: &str) -> Origin<'_> {
@@ -29,9 +29,28 @@ fn kernels() -> Vec<Kernel> {
 #[test]
 fn readable_equations() {
     for segments in [1, 2, 3] {
-        let text = equations(segments, &whole(segments, Purpose::Reading));
+        let text = equations(Form::Text, segments, &whole(segments, Purpose::Reading), AGAIN);
         insta::assert_snapshot!(format!("equations_{segments}"), text);
     }
+    for segments in [1, 2] {
+        let text = equations(Form::Latex, segments, &whole(segments, Purpose::Reading), AGAIN);
+        insta::assert_snapshot!(format!("equations_{segments}_latex"), text);
+    }
+}
+
+#[test]
+fn readable_kernels() {
+    for (name, form) in [("kernels_math", Form::Text), ("kernels_latex", Form::Latex)] {
+        insta::assert_snapshot!(name, print::kernels(form, "Kernels of the solver", &kernels(), AGAIN));
+    }
+}
+
+#[test]
+fn latex_is_ascii() {
+    for segments in [1, 2, 3, 5] {
+        assert!(equations(Form::Latex, segments, &whole(segments, Purpose::Reading), AGAIN).is_ascii());
+    }
+    assert!(print::kernels(Form::Latex, "Kernels – of “the” solver", &kernels(), AGAIN).is_ascii());
 }
 
 #[test]
@@ -70,7 +89,7 @@ fn operation_counts() {
 fn same_input_gives_the_same_bytes() {
     let text = || emit(&whole(4, Purpose::Computing), origin("Four segments.")).expect("the equations can be emitted");
     assert_eq!(text(), text());
-    let text = || equations(4, &whole(4, Purpose::Reading));
+    let text = || equations(Form::Text, 4, &whole(4, Purpose::Reading), AGAIN);
     assert_eq!(text(), text());
 }
 
