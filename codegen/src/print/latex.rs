@@ -78,7 +78,8 @@ const SIGNS: [(char, &str); 26] = [
     ('⅔', "\\tfrac{2}{3}"),
     ('⅛', "\\tfrac{1}{8}"),
     ('#', "\\text{\\#}"),
-    ('$', "\\text{\\$}"),
+    // Markdown ends a formula at any dollar.
+    ('$', "\\text{U+0024}"),
     ('%', "\\text{\\%}"),
     ('&', "\\text{\\&}"),
     ('~', "\\sim"),
@@ -396,7 +397,7 @@ mod tests {
             ("S″", "S''"),
             ("", "\\text{?}"),
             ("\\input{x}", "\\backslash_{\\mathrm{input}\\lbrace x\\rbrace}"),
-            ("a%$#&~^", "a_{\\text{\\%}\\text{\\$}\\text{\\#}\\text{\\&}\\sim\\wedge}"),
+            ("a%$#&~^", "a_{\\text{\\%}\\text{U+0024}\\text{\\#}\\text{\\&}\\sim\\wedge}"),
             ("漢", "\\text{U+6F22}"),
         ] {
             assert_eq!(symbol(notation), expected, "{notation}");
