@@ -75,7 +75,7 @@ def chain_functions(segments: int) -> list[ChainFunction]:
     """The functions and their results, in order."""
     chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
     size = 2 * segments
-    matrix_doc = f"M, {size} × {size}, symmetric, rows and columns φ1, θ1, φ2, …"
+    matrix_doc = f"`M`, {size} × {size}, symmetric, rows and columns `φ1, θ1, φ2, …`"
     return [
         ChainFunction(
             "mass_matrix",
@@ -87,16 +87,16 @@ def chain_functions(segments: int) -> list[ChainFunction]:
             f"Generalised force of {chain}: "
             "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
             "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
-            (ChainOutput("force", "f of M q̈ = f + Q, without contact", "N m", (size,)),),
+            (ChainOutput("force", "`f` of `M q̈ = f + Q`, without contact", "N m", (size,)),),
         ),
         ChainFunction(
             "energies",
             f"Energies and dissipation function of {chain}.",
             (
-                ChainOutput("kinetic", "E_kin", "J", ()),
-                ChainOutput("spring", "E_spring", "J", ()),
-                ChainOutput("gravity", "E_grav", "J", ()),
-                ChainOutput("dissipation", "D", "W", ()),
+                ChainOutput("kinetic", "`E_kin`", "J", ()),
+                ChainOutput("spring", "`E_spring`", "J", ()),
+                ChainOutput("gravity", "`E_grav`", "J", ()),
+                ChainOutput("dissipation", "`D`", "W", ()),
             ),
         ),
     ]

@@ -427,33 +427,33 @@ def segment_kernel() -> Derived:
     inertia, momentum = casadi.hessian(free.kinetic, v)
     bias = casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q)
     results = [
-        Result.matrix("inertia", "I = ∂²E_kin/∂q̇², 2 × 2", "kg m^2", inertia),
+        Result.matrix("inertia", "`I = ∂²E_kin/∂q̇²`, 2 × 2", "kg m^2", inertia),
         Result.matrix(
             "coupling",
-            "C = ∂²E_kin/∂ẋ∂q̇, 3 × 2",
+            "`C = ∂²E_kin/∂ẋ∂q̇`, 3 × 2",
             "kg m",
             casadi.jacobian(base_momentum, v),
         ),
         Result.vector(
             "bias",
-            "τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q for ẍ = 0, q̈ = 0",
+            "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`",
             "N m",
             free.at_rest(bias),
         ),
         Result.vector(
             "base_bias",
-            "p_0 = d/dt(∂E_kin/∂ẋ) for ẍ = 0, q̈ = 0",
+            "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`",
             "N",
             casadi.jtimes(base_momentum, q, v),
         ),
-        Result.vector("reach", "h e, outer end less inner end", "m", reach),
-        Result.vector("reach_rate", "h ė", "m s^-1", reach_rate),
+        Result.vector("reach", "`h e`, outer end less inner end", "m", reach),
+        Result.vector("reach_rate", "`h ė`", "m s^-1", reach_rate),
         Result.matrix(
-            "reach_jacobian", "G = ∂(h e)/∂q, 3 × 2", "m", casadi.jacobian(reach, q)
+            "reach_jacobian", "`G = ∂(h e)/∂q`, 3 × 2", "m", casadi.jacobian(reach, q)
         ),
         Result.vector(
             "reach_bias",
-            "b = h ë for q̈ = 0",
+            "`b = h ë` for `q̈ = 0`",
             "m s^-2",
             casadi.jtimes(reach_rate, q, v),
         ),
@@ -538,10 +538,10 @@ def segment_tangent_kernel() -> Derived:
         return along_step(free.at_rest(expression), step, 2)
 
     results = [
-        Result.matrix("torque", "∂τ/∂q̈, 2 × 2", "kg m^2", tangent(torque)),
-        Result.matrix("base_force", "∂p/∂q̈, 3 × 2", "kg m", tangent(base_force)),
+        Result.matrix("torque", "`∂τ/∂q̈`, 2 × 2", "kg m^2", tangent(torque)),
+        Result.matrix("base_force", "`∂p/∂q̈`, 3 × 2", "kg m", tangent(base_force)),
         Result.matrix(
-            "outer_acceleration", "∂ẍ'/∂q̈, 3 × 2", "m", tangent(outer_acceleration)
+            "outer_acceleration", "`∂ẍ'/∂q̈`, 3 × 2", "m", tangent(outer_acceleration)
         ),
     ]
     arguments = [
@@ -569,8 +569,8 @@ def segment_energy_kernel() -> Derived:
     centre = base_position + free.length / 2 * free.segment.sides[0]
     kinetic = casadi.substitute(free.kinetic, free.base_velocity, base_velocity)
     results = [
-        Result.scalar("kinetic", "E_kin", "J", kinetic),
-        Result.scalar("gravity", "E_grav", "J", gravity_energy(free.mass, gravity, centre)),
+        Result.scalar("kinetic", "`E_kin`", "J", kinetic),
+        Result.scalar("gravity", "`E_grav`", "J", gravity_energy(free.mass, gravity, centre)),
     ]
     arguments = [
         free.segment.trigonometry("angles"),
@@ -629,8 +629,8 @@ class Joint:
     def energies(self) -> list[Result]:
         """E_spring and D."""
         return [
-            Result.scalar("spring", "E_spring", "J", self.spring),
-            Result.scalar("dissipation", "D", "W", self.dissipation),
+            Result.scalar("spring", "`E_spring`", "J", self.spring),
+            Result.scalar("dissipation", "`D`", "W", self.dissipation),
         ]
 
     def _in_frame(self, expression: SX) -> SX:
@@ -764,7 +764,7 @@ def torques_kernel(
     results = [
         Result.vector(
             side,
-            f"torques on (φ, θ) of the {words}",
+            f"torques on `(φ, θ)` of the {words}",
             "N m",
             torques[2 * i : 2 * i + 2],
         )
@@ -813,10 +813,10 @@ def joint_kernels() -> list[Derived]:
             "`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
             joint_in_turned_frame(),
             [
-                ("previous_previous", "previous segment, along its q̈"),
-                ("previous_next", "previous segment, along the next one's q̈"),
-                ("next_previous", "next segment, along the previous one's q̈"),
-                ("next_next", "next segment, along its q̈"),
+                ("previous_previous", "previous segment along its `q̈`"),
+                ("previous_next", "previous segment along the next one's `q̈`"),
+                ("next_previous", "next segment along the previous one's `q̈`"),
+                ("next_next", "next segment along its `q̈`"),
             ],
         ),
         Derived(
@@ -848,7 +848,7 @@ def clamp_kernels() -> list[Derived]:
             "Tangent of the clamp joint: minus the derivative of the torques of [`clamp`] along "
             "`q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
             clamp_joint()[0],
-            [("next_next", "first segment, along its q̈")],
+            [("next_next", "first segment along its `q̈`")],
         ),
         Derived(
             "clamp_energy",
@@ -859,7 +859,7 @@ def clamp_kernels() -> list[Derived]:
                 *energy.energies(),
                 Result.scalar(
                     "power",
-                    "(∂E_spring/∂e0 + ∂D/∂ė0)·ė0, what the turning clamp puts in",
+                    "`(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`, what the turning clamp puts in",
                     "W",
                     power,
                 ),
@@ -885,10 +885,10 @@ def crossed_joint_kernels() -> list[Derived]:
             "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
             crossed_joint(),
             [
-                ("z_z", "segment about z, along its q̈"),
-                ("z_x", "segment about z, along the other one's q̈"),
-                ("x_z", "segment about x, along the other one's q̈"),
-                ("x_x", "segment about x, along its q̈"),
+                ("z_z", "segment about z along its `q̈`"),
+                ("z_x", "segment about z along the other one's `q̈`"),
+                ("x_z", "segment about x along the other one's `q̈`"),
+                ("x_x", "segment about x along its `q̈`"),
             ],
         ),
     ]
