@@ -17,9 +17,11 @@ pub(super) struct Row {
 }
 
 /// The families of symbols: the name without segment and axis, and the meaning. The unit is that of the symbol.
-const FAMILIES: [(&str, &str); 31] = [
+const FAMILIES: [(&str, &str); 33] = [
     ("phi", "polar angle of a segment from `+z`"),
     ("theta", "azimuth of a segment about `z`"),
+    ("phi_x", "polar angle of a segment in the second chart, from `+x`"),
+    ("theta_x", "azimuth of a segment in the second chart, about `x`"),
     ("phi_rate", "rate of the polar angle"),
     ("theta_rate", "rate of the azimuth"),
     ("phi_acceleration", "second derivative of the polar angle"),
