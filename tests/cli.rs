@@ -339,6 +339,54 @@ fn the_page_of_the_equations_is_up_to_date() {
 }
 
 #[test]
+fn compare_tells_agreement_and_deviation() {
+    let workspace = Workspace::new();
+    let graph = |name: &str| format!("{}/derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR"));
+    for (name, outputs) in
+        [("chain_2.json", ["mass_matrix", "energies.dissipation"]), ("kernels.json", ["joint.next", "clamp"])]
+    {
+        let agreement = workspace.bristle("compare").args([&graph(name), "--states", "50"]).assert().success();
+        let table = String::from_utf8(agreement.get_output().stdout.clone()).expect("the table is text");
+        assert!(table.contains("all agree to 1e-12") && table.contains("CasADi"), "{table}");
+        assert!(outputs.iter().all(|output| table.contains(output)), "{table}");
+    }
+
+    // Another sign in the energies. (One of a velocity would not show in the force, from which velocities of nodes cancel.)
+    let text = fs::read_to_string(graph("chain_2.json")).expect("the graph is there");
+    let energies = text.find("\"energies\"").expect("it has energies");
+    let (before, after) = text.split_at(energies);
+    workspace.write("wrong.json", format!("{before}{}", after.replacen("[\"sub\",", "[\"add\",", 1)));
+    workspace
+        .bristle("compare wrong.json --states 50")
+        .assert()
+        .code(1)
+        .stdout(contains("DEVIATES").and(contains("NOT all agree")));
+}
+
+#[test]
+fn graphs_that_cannot_be_compared_are_refused() {
+    let workspace = Workspace::new();
+    let graph = |name: &str| fs::read_to_string(format!("{}/derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR")));
+    let chain = graph("chain_1.json").expect("the graph is there");
+    for (text, expected) in [
+        (String::new(), "line 1"),
+        ("{}".into(), "missing field `format`"),
+        (chain.replace("\"version\":2", "\"version\":1"), "version"),
+        (chain.replace("[\"sin\",0]", "[\"sinh\",0]"), "unknown operator `sinh`"),
+        (chain.replace("[\"sin\",0]", "[\"sin\",4000]"), "uses operation 4000"),
+        (chain.replace("\"q\"", "\"coordinates\""), "the kernels are"),
+        (chain.replace("\"energies\"", "\"energy\""), "the kernels are"),
+    ] {
+        workspace.write("graph.json", &text);
+        let message = workspace.refuse("compare graph.json");
+        assert!(message.contains("graph.json") && message.contains(expected), "{expected}: {message}");
+    }
+    let message = workspace.refuse("compare absent.json");
+    assert!(message.contains("absent.json"), "{message}");
+    workspace.refuse("compare graph.json --states 0");
+}
+
+#[test]
 fn schema_prints_a_schema() {
     let assert = Workspace::new().bristle("schema").assert().success();
     let schema: Value = serde_json::from_slice(&assert.get_output().stdout).expect("JSON");
@@ -354,7 +402,7 @@ fn help_states_examples_units_and_exit_statuses() {
         .assert()
         .success()
         .stdout(contains("Examples").and(contains("SI")).and(contains("Exit status")));
-    for command in ["study", "simulate", "evaluate", "derive", "schema"] {
+    for command in ["study", "simulate", "evaluate", "derive", "compare", "schema"] {
         workspace.bristle(&format!("{command} --help")).assert().success();
     }
 }
