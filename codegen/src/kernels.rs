@@ -479,9 +479,14 @@ fn along_x([x, y, z]: Vec3) -> Vec3 {
     [z, x, y]
 }
 
-/// The 2 × 2 block of a matrix from `row` and `column` on.
-fn block(rows: &[Vec<NodeId>], row: usize, column: usize) -> Vec<Vec<NodeId>> {
-    rows[row..row + 2].iter().map(|row| row[column..column + 2].to_vec()).collect()
+/// The 4 × 4 tangent of a joint as its 2 × 2 blocks, row by row, under their names and descriptions.
+fn tangent_blocks(rows: &[Vec<NodeId>], blocks: [(&str, &str); 4]) -> Vec<Output> {
+    let block = |(i, (name, doc)): (usize, (&str, &str))| {
+        let (row, column) = (2 * (i / 2), 2 * (i % 2));
+        let block = rows[row..row + 2].iter().map(|row| row[column..column + 2].to_vec()).collect();
+        Output::matrix(name, doc, TORQUE_SLOPE, block)
+    };
+    blocks.into_iter().enumerate().map(block).collect()
 }
 
 fn joint_constants(graph: &Graph) -> Vec<Input> {
@@ -538,27 +543,15 @@ fn joint() -> Result<Kernel, DimensionError> {
 fn joint_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments();
     let rows = joint.tangent();
-    let outputs = vec![
-        Output::matrix(
-            "previous_previous",
-            "torques on the previous segment along its `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 0, 0),
-        ),
-        Output::matrix(
-            "previous_next",
-            "torques on the previous segment along the next one's `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 0, 2),
-        ),
-        Output::matrix(
-            "next_previous",
-            "torques on the next segment along the previous one's `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 2, 0),
-        ),
-        Output::matrix("next_next", "torques on the next segment along its `q̈`", TORQUE_SLOPE, block(&rows, 2, 2)),
-    ];
+    let outputs = tangent_blocks(
+        &rows,
+        [
+            ("previous_previous", "torques on the previous segment along its `q̈`"),
+            ("previous_next", "torques on the previous segment along the next one's `q̈`"),
+            ("next_previous", "torques on the next segment along the previous one's `q̈`"),
+            ("next_next", "torques on the next segment along its `q̈`"),
+        ],
+    );
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
@@ -619,32 +612,15 @@ fn crossed_joint() -> Result<Kernel, DimensionError> {
 fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
     let mut joint = Joint::crossed();
     let rows = joint.tangent();
-    let outputs = vec![
-        Output::matrix(
-            "z_z",
-            "torques on the segment with polar axis z along its `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 0, 0),
-        ),
-        Output::matrix(
-            "z_x",
-            "torques on the segment with polar axis z along the other's `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 0, 2),
-        ),
-        Output::matrix(
-            "x_z",
-            "torques on the segment with polar axis x along the other's `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 2, 0),
-        ),
-        Output::matrix(
-            "x_x",
-            "torques on the segment with polar axis x along its `q̈`",
-            TORQUE_SLOPE,
-            block(&rows, 2, 2),
-        ),
-    ];
+    let outputs = tangent_blocks(
+        &rows,
+        [
+            ("z_z", "torques on the segment with polar axis z along its `q̈`"),
+            ("z_x", "torques on the segment with polar axis z along the other's `q̈`"),
+            ("x_z", "torques on the segment with polar axis x along the other's `q̈`"),
+            ("x_x", "torques on the segment with polar axis x along its `q̈`"),
+        ],
+    );
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
                    along `q̈`, when `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
