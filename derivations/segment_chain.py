@@ -49,6 +49,8 @@ Run from the repository root:
 
 import argparse
 import math
+import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -69,7 +71,10 @@ from graph_format import (
 
 # As pinned in requirements.txt; another version may order the operations otherwise.
 CASADI_VERSION = "3.8.2"
-INSTALL_COMMAND = f"{Path(sys.executable).name} -m pip install casadi=={CASADI_VERSION}"
+REQUIREMENTS = Path(__file__).with_name("requirements.txt")
+INSTALL_COMMAND = (
+    f"{shlex.quote(sys.executable)} -m pip install -r {shlex.quote(os.path.relpath(REQUIREMENTS))}"
+)
 
 try:
     import casadi

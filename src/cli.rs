@@ -41,7 +41,7 @@ const HISTORY: &str = "history.csv";
 /// Most threads that a study may ask for.
 const MAX_THREADS: u64 = 1024;
 /// Most states that a comparison may ask for.
-const MAX_STATES: u64 = 1_000_000;
+const MAX_STATES: u64 = 100_000;
 /// Most failed cases that a study prints; the others stand in its file.
 const MAX_FAILURES_SHOWN: usize = 5;
 
@@ -166,7 +166,7 @@ struct DeriveArgs {
 ///
 /// GRAPH.json holds the whole equations of some number of segments, or the kernels of the solver; derivations/ has
 /// such graphs and what makes them, docs/graph-format.md the format. The table shows the largest deviation of each
-/// output relative to its largest element. The exit status is 1 if one deviates by more than 1e-12.
+/// output relative to its size. The exit status is 1 if one deviates by more than 1e-12.
 #[derive(Args)]
 struct CompareArgs {
     /// The graph

@@ -74,7 +74,8 @@ impl Display for Comparison {
             Some(segments) => format!("whole equations of {segments} segments"),
             None => "kernels of the solver".to_owned(),
         };
-        writeln!(formatter, "{what}, by {}", self.generator)?;
+        let generator: String = self.generator.chars().take(200).collect();
+        writeln!(formatter, "{what}, by {generator}")?;
         writeln!(formatter, "against the built-in derivation at {} random states\n", self.states)?;
         let name = |deviation: &Deviation| match deviation.kernel == deviation.output {
             true => deviation.kernel.clone(),
@@ -88,6 +89,6 @@ impl Display for Comparison {
             writeln!(formatter, "{:width$}  {elements:8}  {largest:.1e}{mark}", name(deviation))?;
         }
         let verdict = if self.agrees() { "all agree" } else { "NOT all agree" };
-        writeln!(formatter, "\n{verdict} to {:e} of the largest element of each output", compare::TOLERANCE)
+        writeln!(formatter, "\n{verdict} to {:e} of the size of each output", compare::TOLERANCE)
     }
 }

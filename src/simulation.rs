@@ -299,7 +299,9 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
     let mut integrator = Integrator::new(tableau, tolerances, n, 1e-3 * (end_time - start.time));
     let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
     let (mut start_nodes, mut end_nodes) = (vec![none; n], vec![none; n]);
-    let (mut start, mut end) = (start.clone(), start);
+    let mut start = start;
+    integrator.count_chart_changes(start.leave_poles());
+    let mut end = start.clone();
     system.track(&start, &mut start_nodes);
     while start.time < end_time {
         let steps = integrator.statistics().steps;

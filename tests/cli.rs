@@ -374,8 +374,12 @@ fn graphs_that_cannot_be_compared_are_refused() {
         (chain.replace("\"version\":2", "\"version\":1"), "version"),
         (chain.replace("[\"sin\",0]", "[\"sinh\",0]"), "unknown operator `sinh`"),
         (chain.replace("[\"sin\",0]", "[\"sin\",4000]"), "uses operation 4000"),
-        (chain.replace("\"q\"", "\"coordinates\""), "the kernels are"),
-        (chain.replace("\"energies\"", "\"energy\""), "the kernels are"),
+        (chain.replace("\"q\"", "\"coordinates\""), "input 1 is `coordinates`"),
+        (chain.replace("\"energies\"", "\"energy\""), "kernel 1 is `mass_matrix`"),
+        (
+            chain.replace("\"phi_1\",0", "\"phi_1\",1").replace("\"theta_1\",1", "\"theta_1\",0"),
+            "stands for another quantity",
+        ),
     ] {
         workspace.write("graph.json", &text);
         let message = workspace.refuse("compare graph.json");

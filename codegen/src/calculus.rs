@@ -151,7 +151,7 @@ mod tests {
     use super::*;
     use crate::unit::Unit;
 
-    /// `f(x, y) = sin(x y) / (y² + 1) − √(x + S(y/4))`, with every differentiable operator.
+    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` has every operator by itself.
     fn example(graph: &mut Graph) -> (NodeId, [NodeId; 2]) {
         let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
         let product = graph.mul(x, y);

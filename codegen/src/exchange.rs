@@ -499,7 +499,7 @@ fn shortened(text: &str) -> String {
     shown(text, 40)
 }
 
-fn shown(text: &str, most: usize) -> String {
+pub(crate) fn shown(text: &str, most: usize) -> String {
     let mut shown = String::new();
     for letter in text.chars().take(most) {
         if is_invisible(letter) {

@@ -5,6 +5,7 @@
 
 use bristle_codegen::emit::{Origin, count_operations, emit};
 use bristle_codegen::kernels::kernels;
+use bristle_codegen::lagrange::whole_equations;
 use bristle_codegen::whole::{Purpose, whole_kernels};
 
 const ORIGIN: Origin<'_> = Origin { title: "A test.", maker: "a test", again: "cargo test" };
@@ -33,9 +34,26 @@ const WHOLE: [(usize, [usize; 3]); 2] = [(5, [960, 1_220, 530]), (25, [20_700, 6
 /// Bytes of the emitted whole equations for 25 segments.
 const WHOLE_BYTES: usize = 590_000;
 
+/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, those included that simplification
+/// drops again: in the form to read, and in the form to compute. Time goes with them.
+const WORK: [(Purpose, [usize; 2]); 2] = [(Purpose::Reading, [22_600, 81_000]), (Purpose::Computing, [21_400, 70_300])];
+
+#[test]
+fn the_derivation_stays_within_its_budget() {
+    for (purpose, limits) in WORK {
+        for (segments, limit) in [12, 25].into_iter().zip(limits) {
+            let kernels = whole_kernels(segments, purpose).expect("the derivation is sound");
+            let derived = whole_equations(segments).graph.nodes().len();
+            let nodes = derived + kernels.iter().map(|kernel| kernel.graph.nodes().len()).sum::<usize>();
+            assert!(nodes <= limit, "n = {segments}, {purpose:?}: {nodes} nodes, the budget is {limit}");
+        }
+    }
+}
+
 #[test]
 fn kernels_stay_within_their_budgets() {
     let kernels = kernels().expect("the derivation is sound");
+    assert_eq!(kernels.len(), OPERATIONS.len(), "each kernel has a budget");
     for (kernel, (name, limit)) in kernels.iter().zip(OPERATIONS) {
         let operations = count_operations(kernel).total();
         assert_eq!(kernel.name, name);
@@ -49,6 +67,7 @@ fn kernels_stay_within_their_budgets() {
 fn whole_equations_stay_within_their_budgets() {
     for (segments, limits) in WHOLE {
         let kernels = whole_kernels(segments, Purpose::Computing).expect("the derivation is sound");
+        assert_eq!(kernels.len(), limits.len(), "each kernel has a budget");
         for (kernel, limit) in kernels.iter().zip(limits) {
             let operations = count_operations(kernel).total();
             let name = &kernel.name;

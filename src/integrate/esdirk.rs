@@ -187,19 +187,15 @@ impl<const Q: usize> Integrator<Q> {
                     return Ok(());
                 }
                 Ok(error) => {
-                    self.statistics.rejected_steps += 1;
                     self.step = step * self.factor(error).min(1.0);
                     RejectionCause::Error
                 }
                 Err(cause) => {
-                    match cause {
-                        RejectionCause::Pole { .. } => self.statistics.rejected_steps += 1,
-                        _ => self.statistics.newton_failures += 1,
-                    }
                     self.step = step * NEWTON_FACTOR;
                     cause
                 }
             };
+            self.count_failure(cause);
             self.check_step(start.time, remaining, cause)?;
         }
     }
@@ -232,9 +228,16 @@ impl<const Q: usize> Integrator<Q> {
     /// # Errors
     /// If it would be too short to advance the time.
     pub fn retreat(&mut self, time: f64, step: f64, cause: RejectionCause) -> Result<(), IntegrationError> {
-        self.statistics.newton_failures += 1;
+        self.count_failure(cause);
         self.step = NEWTON_FACTOR * step;
         self.check_step(time, step, cause)
+    }
+
+    fn count_failure(&mut self, cause: RejectionCause) {
+        match cause {
+            RejectionCause::Error | RejectionCause::Pole { .. } => self.statistics.rejected_steps += 1,
+            RejectionCause::Newton | RejectionCause::NotFinite => self.statistics.newton_failures += 1,
+        }
     }
 
     fn accept(&mut self, step: f64, error: f64, limited: bool) {

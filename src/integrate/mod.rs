@@ -63,11 +63,11 @@ pub trait SecondOrderSystem<const Q: usize> {
 pub struct Statistics {
     /// Accepted steps.
     pub steps: usize,
-    /// Steps repeated because the error estimate was too large.
+    /// Steps repeated because the error estimate was too large, or the step met a pole of a segment's coordinates.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.
     pub newton_iterations: usize,
-    /// Steps repeated because Newton's method did not converge.
+    /// Steps repeated because Newton's method did not converge, or met values that are not finite.
     pub newton_failures: usize,
     /// Factorisations of the step matrix.
     pub factorisations: usize,
