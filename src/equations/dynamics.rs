@@ -8,7 +8,7 @@
 
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::linear::{
-    add, add_matrices, dot, invert, mul, mul_transposed, product, scale, sub, sub_matrices, transposed_product, zero,
+    add, add_matrices, invert, mul, mul_transposed, product, scale, sub, sub_matrices, transposed_product, zero,
     zero_matrix,
 };
 use super::{Real, kernels};
@@ -241,6 +241,7 @@ impl<T: Real> Dynamics<T> {
     }
 
     /// Angles, positions and velocities, root to tip.
+    #[inline(always)]
     fn kinematics(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
         let n = self.chain.segments;
         let Chain { length, mass, inertia, .. } = self.chain;
@@ -248,7 +249,8 @@ impl<T: Real> Dynamics<T> {
         let arrays = self.angles[..n].iter_mut().zip(&mut self.segments[..n]).zip(&self.charts[..n]);
         let nodes = self.positions[..n].iter_mut().zip(&mut self.velocities[..n]);
         for ((((angles, segment), axis), nodes), (q, v)) in arrays.zip(nodes).zip(q[..n].iter().zip(&v[..n])) {
-            *angles = [q[0].sin(), q[0].cos(), q[1].sin(), q[1].cos()];
+            let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (q[0].sin_cos(), q[1].sin_cos());
+            *angles = [sin_phi, cos_phi, sin_theta, cos_theta];
             *segment = kernels::segment(*angles, *v, length, mass, inertia);
             if *axis != PolarAxis::Z {
                 *segment = chart::segment_to_frame(*axis, *segment);
@@ -260,6 +262,7 @@ impl<T: Real> Dynamics<T> {
     }
 
     /// Torques of springs and dampers on each segment.
+    #[inline(always)]
     fn joint_torques(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) {
         let n = self.chain.segments;
         let (angles, torques, v) = (&self.angles[..n], &mut self.torques[..n], &v[..n]);
@@ -284,6 +287,8 @@ impl<T: Real> Dynamics<T> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
+    // Inlined, as all that it calls, into the function that has the instructions for its lanes (`batch.rs`).
+    #[inline(always)]
     pub fn accelerations(
         &mut self,
         clamp: &Clamp<T>,
@@ -313,18 +318,21 @@ impl<T: Real> Dynamics<T> {
             let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
             let torque = sub(sub(torques[k], segment.bias), mul_transposed(jacobian, outer));
             // (Uᵀ premultiplied by the pivot, which is symmetric here.)
-            let response: [[T; 3]; 2] =
-                std::array::from_fn(|row| std::array::from_fn(|column| dot(pivot[row], coupling[column])));
+            let mut response = zero_matrix::<T, 2, 3>();
+            for row in 0..2 {
+                response[row] = mul(&coupling, pivot[row]);
+            }
             let own = mul(&pivot, torque);
             let correction = product(&coupling, &response);
-            a = std::array::from_fn(|row| {
-                std::array::from_fn(|column| {
-                    // One half is computed and mirrored.
-                    let (low, high) = (row.min(column), row.max(column));
-                    let entry = a[low][high] - correction[low][high];
-                    if row == column { mass + entry } else { entry }
-                })
-            });
+            // One half is computed and mirrored.
+            for row in 0..3 {
+                for column in row..3 {
+                    let entry = a[row][column] - correction[row][column];
+                    a[row][column] = entry;
+                    a[column][row] = entry;
+                }
+                a[row][row] = mass + a[row][row];
+            }
             b = add(add(segment.base_bias, outer), mul(&coupling, own));
             partial[k] = own;
             from_node[k] = response;

@@ -1,25 +1,38 @@
 //! Products of the small fixed-size vectors and matrices that the recursions carry.
 //!
-//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows.
+//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows. Plain loops too: the
+//! closure of an iterator may be compiled apart, and then without the instructions of the function that it serves.
 
 use super::Real;
 
 /// `a + b`
 #[inline(always)]
 pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] + b[i])
+    let mut result = a;
+    for i in 0..N {
+        result[i] = a[i] + b[i];
+    }
+    result
 }
 
 /// `a − b`
 #[inline(always)]
 pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] - b[i])
+    let mut result = a;
+    for i in 0..N {
+        result[i] = a[i] - b[i];
+    }
+    result
 }
 
 /// `factor × a`
 #[inline(always)]
 pub fn scale<T: Real, const N: usize>(factor: T, a: [T; N]) -> [T; N] {
-    a.map(|component| factor * component)
+    let mut result = a;
+    for i in 0..N {
+        result[i] = factor * a[i];
+    }
+    result
 }
 
 /// `a · b`
@@ -35,13 +48,25 @@ pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
 /// `M x`
 #[inline(always)]
 pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; C]) -> [T; R] {
-    std::array::from_fn(|row| dot(matrix[row], x))
+    let mut result = zero();
+    for row in 0..R {
+        result[row] = dot(matrix[row], x);
+    }
+    result
 }
 
 /// `Mᵀ x`
 #[inline(always)]
 pub fn mul_transposed<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; R]) -> [T; C] {
-    std::array::from_fn(|column| dot(matrix.map(|row| row[column]), x))
+    let mut result = zero();
+    for column in 0..C {
+        let mut sum = matrix[0][column] * x[0];
+        for row in 1..R {
+            sum = sum + matrix[row][column] * x[row];
+        }
+        result[column] = sum;
+    }
+    result
 }
 
 /// `A B`
@@ -50,7 +75,11 @@ pub fn product<T: Real, const R: usize, const K: usize, const C: usize>(
     a: &[[T; K]; R],
     b: &[[T; C]; K],
 ) -> [[T; C]; R] {
-    std::array::from_fn(|row| mul_transposed(b, a[row]))
+    let mut result = zero_matrix();
+    for row in 0..R {
+        result[row] = mul_transposed(b, a[row]);
+    }
+    result
 }
 
 /// `Aᵀ B`
@@ -59,19 +88,37 @@ pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usiz
     a: &[[T; R]; K],
     b: &[[T; C]; K],
 ) -> [[T; C]; R] {
-    std::array::from_fn(|row| mul_transposed(b, a.map(|line| line[row])))
+    let mut result = zero_matrix();
+    for row in 0..R {
+        for column in 0..C {
+            let mut sum = b[0][column] * a[0][row];
+            for k in 1..K {
+                sum = sum + b[k][column] * a[k][row];
+            }
+            result[row][column] = sum;
+        }
+    }
+    result
 }
 
 /// `A + B`
 #[inline(always)]
 pub fn add_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
-    std::array::from_fn(|row| add(a[row], b[row]))
+    let mut result = *a;
+    for row in 0..R {
+        result[row] = add(a[row], b[row]);
+    }
+    result
 }
 
 /// `A − B`
 #[inline(always)]
 pub fn sub_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
-    std::array::from_fn(|row| sub(a[row], b[row]))
+    let mut result = *a;
+    for row in 0..R {
+        result[row] = sub(a[row], b[row]);
+    }
+    result
 }
 
 /// `M⁻¹` of a 2 × 2 matrix; not finite if it is singular.

@@ -24,6 +24,12 @@ pub trait Real:
     /// The cosine, argument in rad.
     fn cos(self) -> Self;
 
+    /// Sine and cosine, argument in rad.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+
     /// The arc sine, in rad.
     fn asin(self) -> Self;
 
