@@ -24,7 +24,7 @@ pub const SERIES_LIMIT: f64 = 1.0 / 16.0;
 pub const MAX_ORDER: u8 = 3;
 
 /// Terms that bring the truncated series below one rounding error for `|u| ≤ SERIES_LIMIT`, for every order.
-const TERMS: usize = 14;
+pub const TERMS: usize = 14;
 
 const fn series(order: usize) -> [f64; TERMS] {
     // a_{j+1} = a_j j² / ((j+1)(2j+1)), a_1 = 1; the derivative multiplies by j (j−1) ….
@@ -48,7 +48,7 @@ const fn series(order: usize) -> [f64; TERMS] {
 }
 
 /// Power series of `S`, `S′`, `S″`, `S‴`, lowest power first.
-const SERIES: [[f64; TERMS]; MAX_ORDER as usize + 1] = [series(0), series(1), series(2), series(3)];
+pub const SERIES: [[f64; TERMS]; MAX_ORDER as usize + 1] = [series(0), series(1), series(2), series(3)];
 
 /// The `order`-th derivative of `S(u) = ½ arccos²(1 − u)`, for `u < 2`.
 ///

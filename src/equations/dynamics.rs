@@ -205,6 +205,11 @@ impl<T: Real> Dynamics<T> {
         &self.chain
     }
 
+    /// Other constants from now on, of as many segments.
+    pub(super) fn set_chain(&mut self, chain: Chain<T>) {
+        self.chain = chain;
+    }
+
     /// The polar axis of each segment's coordinates.
     pub fn charts(&self) -> &[PolarAxis] {
         &self.charts

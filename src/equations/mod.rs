@@ -3,15 +3,20 @@
 //! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
 //! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
 //! of an implicit step, each in time proportional to the number of segments. [`PolarAxis`] names the two sets of
-//! coordinates that a segment can have, so that none stands at its poles for long.
+//! coordinates that a segment can have, so that none stands at its poles for long. [`Batch`] has the accelerations of
+//! many chains side by side, by the same loops on [`Lanes`].
 
+mod batch;
 mod chart;
 mod dynamics;
+mod lanes;
 pub mod linear;
 mod real;
 
+pub use batch::{Batch, BatchError, LANES, Member};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
+pub use lanes::{Lanes, TRIGONOMETRIC_LIMIT};
 pub use real::Real;
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.

@@ -1,0 +1,189 @@
+//! Accelerations of many filaments side by side, in the lanes of the machine's vector units.
+//!
+//! In: states of chains of one number of segments, each with its own constants and clamp. Out: their `q̈`. It is the
+//! source of [`Dynamics`] on [`Lanes`], [`LANES`] states at a time; at run time the widest instructions that the machine
+//! has are chosen (AVX-512, AVX2, else those of the build's target, as NEON on aarch64).
+//!
+//! A state's result is the same to the bit wherever it stands in a batch, whatever stands beside it, and whichever
+//! instructions compute it, while its angles are below [`TRIGONOMETRIC_LIMIT`](super::TRIGONOMETRIC_LIMIT). It differs
+//! from that of `Dynamics<f64>` by rounding, as the sines do in their last digit.
+//!
+//! All coordinates are about `z`, and nodes carry no loads.
+
+use multiversion::multiversion;
+
+use super::{Chain, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, linear::zero};
+
+/// States that are computed together.
+///
+/// Eight fill one AVX-512 register, two of AVX2 and four of SSE2 or NEON.
+pub const LANES: usize = 8;
+
+type Lane = Lanes<LANES>;
+
+/// One filament of a batch: its constants, its clamp and its state about `z`.
+#[derive(Clone, Copy, Debug)]
+pub struct Member<'a> {
+    /// The constants.
+    pub chain: &'a Chain<f64>,
+    /// The clamp's motion.
+    pub clamp: &'a Clamp<f64>,
+    /// `[φ, θ]` of each segment in rad, about `z`.
+    pub q: &'a [[f64; 2]],
+    /// Their rates in rad/s.
+    pub v: &'a [[f64; 2]],
+}
+
+/// A member of a batch whose accelerations have no meaning.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("state {member} of the batch: {pole}")]
+pub struct BatchError {
+    /// Its number, counted from 1.
+    pub member: usize,
+    /// The segment at a pole of its coordinates about `z`.
+    #[source]
+    pub pole: PoleError,
+}
+
+/// The memory in which batches of chains of one number of segments are computed.
+///
+/// ```
+/// use bristle::equations::{Batch, Chain, Clamp, Member};
+///
+/// let chain = Chain {
+///     segments: 2,
+///     length: 0.02,
+///     mass: 2.4e-5,
+///     inertia: 8.1e-10,
+///     root_stiffness: 0.03,
+///     joint_stiffness: 0.015,
+///     root_damping: 3e-5,
+///     joint_damping: 1.5e-5,
+///     gravity: [0.0, 0.0, -9.81],
+/// };
+/// let clamp = Clamp {
+///     position: [0.0; 3],
+///     velocity: [0.0; 3],
+///     acceleration: [0.0; 3],
+///     direction: [1.0, 0.0, 0.0],
+///     direction_rate: [0.0; 3],
+/// };
+/// let (bends, rates) = ([0.1, 0.2, 0.3].map(|bend| [[1.5, 0.0], [1.5, bend]]), [[0.0; 2]; 2]);
+/// let members = bends.each_ref().map(|q| Member { chain: &chain, clamp: &clamp, q, v: &rates });
+/// let mut accelerations = [[0.0; 2]; 3 * 2];
+/// Batch::new(2).accelerations(&members, &mut accelerations)?;
+/// // The outer segment springs back, the more the more it is bent.
+/// assert!(accelerations[1][1] < 0.0 && accelerations[5][1] < accelerations[3][1]);
+/// # Ok::<(), bristle::equations::BatchError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Batch {
+    segments: usize,
+    /// Made with the constants of the first states, changed with those of all others.
+    dynamics: Option<Dynamics<Lane>>,
+    q: Vec<[Lane; 2]>,
+    v: Vec<[Lane; 2]>,
+    accelerations: Vec<[Lane; 2]>,
+}
+
+impl Batch {
+    /// Memory for chains of `segments` segments.
+    ///
+    /// # Panics
+    /// If `segments` is 0.
+    pub fn new(segments: usize) -> Self {
+        assert!(segments > 0, "a chain has at least one segment");
+        let none = vec![zero(); segments];
+        Self { segments, dynamics: None, q: none.clone(), v: none.clone(), accelerations: none }
+    }
+
+    /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the second, and so on.
+    ///
+    /// # Errors
+    /// If a segment stands at a pole of its coordinates, as [`Dynamics::check_poles`] tells. Nothing is computed then.
+    ///
+    /// # Panics
+    /// If a chain has another number of segments than the batch, or if a slice is shorter than that.
+    pub fn accelerations(&mut self, members: &[Member<'_>], accelerations: &mut [[f64; 2]]) -> Result<(), BatchError> {
+        let n = self.segments;
+        assert!(accelerations.len() >= n * members.len(), "the result has room for every segment of every member");
+        for (i, member) in members.iter().enumerate() {
+            assert_eq!(member.chain.segments, n, "all chains of a batch have its number of segments");
+            if let Some(k) = find_pole(&member.q[..n]) {
+                let pole = PoleError { segment: k + 1, polar_angle: member.q[k][0], axis: PolarAxis::Z };
+                return Err(BatchError { member: i + 1, pole });
+            }
+        }
+        for (group, results) in members.chunks(LANES).zip(accelerations.chunks_mut(LANES * n)) {
+            self.compute(group, results);
+        }
+        Ok(())
+    }
+
+    /// Up to [`LANES`] states at once. Lanes without one repeat the last, so that nothing in them takes another way.
+    fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
+        let n = self.segments;
+        let members: [&Member<'_>; LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
+        let chain = gather_chain(members.map(|member| member.chain));
+        let clamp = gather_clamp(members.map(|member| member.clamp));
+        for (lane, member) in members.into_iter().enumerate() {
+            gather(lane, &member.q[..n], &mut self.q);
+            gather(lane, &member.v[..n], &mut self.v);
+        }
+        let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(chain));
+        dynamics.set_chain(chain);
+        accelerations(dynamics, &clamp, &self.q, &self.v, &mut self.accelerations);
+        for (lane, results) in results.chunks_exact_mut(n).take(group.len()).enumerate() {
+            for (result, accelerations) in results.iter_mut().zip(&self.accelerations) {
+                *result = [accelerations[0].0[lane], accelerations[1].0[lane]];
+            }
+        }
+    }
+}
+
+/// [`Dynamics::accelerations`], compiled for each set of instructions; the machine's is chosen when it is called.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn accelerations(
+    dynamics: &mut Dynamics<Lane>,
+    clamp: &Clamp<Lane>,
+    q: &[[Lane; 2]],
+    v: &[[Lane; 2]],
+    accelerations: &mut [[Lane; 2]],
+) {
+    dynamics.accelerations(clamp, q, v, &NoLoads, accelerations);
+}
+
+fn gather(lane: usize, values: &[[f64; 2]], lanes: &mut [[Lane; 2]]) {
+    for (lanes, values) in lanes.iter_mut().zip(values) {
+        lanes[0].0[lane] = values[0];
+        lanes[1].0[lane] = values[1];
+    }
+}
+
+fn gather_chain(chains: [&Chain<f64>; LANES]) -> Chain<Lane> {
+    let lanes = |value: fn(&Chain<f64>) -> f64| Lanes(chains.map(value));
+    Chain {
+        segments: chains[0].segments,
+        length: lanes(|chain| chain.length),
+        mass: lanes(|chain| chain.mass),
+        inertia: lanes(|chain| chain.inertia),
+        root_stiffness: lanes(|chain| chain.root_stiffness),
+        joint_stiffness: lanes(|chain| chain.joint_stiffness),
+        root_damping: lanes(|chain| chain.root_damping),
+        joint_damping: lanes(|chain| chain.joint_damping),
+        gravity: [lanes(|chain| chain.gravity[0]), lanes(|chain| chain.gravity[1]), lanes(|chain| chain.gravity[2])],
+    }
+}
+
+fn gather_clamp(clamps: [&Clamp<f64>; LANES]) -> Clamp<Lane> {
+    let lanes = |vector: fn(&Clamp<f64>) -> &[f64; 3]| {
+        [0, 1, 2].map(|component| Lanes(clamps.map(|clamp| vector(clamp)[component])))
+    };
+    Clamp {
+        position: lanes(|clamp| &clamp.position),
+        velocity: lanes(|clamp| &clamp.velocity),
+        acceleration: lanes(|clamp| &clamp.acceleration),
+        direction: lanes(|clamp| &clamp.direction),
+        direction_rate: lanes(|clamp| &clamp.direction_rate),
+    }
+}
