@@ -11,9 +11,10 @@
 mod fixed_size;
 
 use std::hint::black_box;
+use std::time::Instant;
 
 use bristle::document::Document;
-use bristle::equations::{Clamp, Dynamics, NoLoads, StepWeights};
+use bristle::equations::{Batch, Clamp, Dynamics, Member, NoLoads, StepWeights};
 use bristle::filament;
 use bristle::settings::Settings;
 use bristle::simulation::simulate;
@@ -82,10 +83,36 @@ fn accelerations(criterion: &mut Criterion) {
             });
         });
     }
+    for segments in SEGMENT_COUNTS {
+        batched_accelerations(&mut group, segments);
+    }
     // The same loops with the number of segments known to the compiler: what a build for one n could gain.
     fixed_size_accelerations::<25>(&mut group);
     fixed_size_accelerations::<100>(&mut group);
     group.finish();
+}
+
+/// Many states side by side; the time is that of one.
+fn batched_accelerations(group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>, segments: usize) {
+    const STATES: usize = 64;
+    let states: Vec<State> = (0..STATES).map(|_| State::new(segments)).collect();
+    let members: Vec<Member<'_>> = states
+        .iter()
+        .map(|State { clamp, dynamics, q, v, .. }| Member { chain: dynamics.chain(), clamp, q, v })
+        .collect();
+    let mut batch = Batch::new(segments);
+    let mut accelerations = vec![[0.0; 2]; STATES * segments];
+    group.bench_function(format!("n={segments}, per state in a batch"), |bencher| {
+        bencher.iter_custom(|iterations| {
+            let batches = iterations.div_ceil(STATES as u64);
+            let start = Instant::now();
+            for _ in 0..batches {
+                batch.accelerations(black_box(&members), &mut accelerations).expect("no state is at a pole");
+                black_box(&accelerations);
+            }
+            start.elapsed().mul_f64(iterations as f64 / (batches * STATES as u64) as f64)
+        });
+    });
 }
 
 fn fixed_size_accelerations<const N: usize>(
