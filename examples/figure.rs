@@ -12,7 +12,7 @@ use std::ops::Range;
 use bristle::document::Document;
 use bristle::metrics::NominalContact;
 use bristle::settings::Settings;
-use bristle::simulation::{Pass, simulate};
+use bristle::simulation::Pass;
 use bristle::study::{CaseResult, Study, run_study};
 use bristle::tool::ClampMotion;
 use plotters::coord::Shift;
@@ -56,7 +56,7 @@ fn main() -> Result<()> {
     settings.process.penetration_depth_m = DEPTH_M;
     let contact = Contact::simulate(&settings)?;
     let study = document.study()?;
-    let results = run_study(&study, None, || {}, simulate)?;
+    let results = run_study(&study, None, || {})?;
 
     let mut svg = String::new();
     {

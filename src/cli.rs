@@ -19,7 +19,7 @@ use bristle::input_error::InputError;
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
 use bristle::schema::input_schema;
-use bristle::simulation::{SimulationError, simulate, simulate_with_history};
+use bristle::simulation::{SimulationError, simulate_with_history};
 use bristle::state::{StateError, parse_state};
 use bristle::study::run_study;
 use bristle::tables::study_tables;
@@ -254,7 +254,7 @@ enum CliError {
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
     #[error("cannot start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads(io::Error),
     #[error("cannot write to stdout: {0}")]
     Stdout(#[from] io::Error),
 }
@@ -290,7 +290,7 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let bar = ProgressBar::new(study.case_count() as u64).with_style(progress_style());
     let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
-    let results = run_study(&study, threads, || bar.inc(1), simulate)?;
+    let results = run_study(&study, threads, || bar.inc(1)).map_err(CliError::Threads)?;
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 

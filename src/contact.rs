@@ -1,7 +1,7 @@
 //! Contact of the nodes with the workpiece: normal force, friction, and which nodes are closed.
 
+use crate::equations::NodeTangent;
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::equations::{NodeLoads, NodeTangent};
 use crate::settings::ContactSettings;
 use crate::workpiece::Workpiece;
 
@@ -107,6 +107,14 @@ impl ContactLaw {
         approach.penetration.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
+    /// [`ContactLaw::pressing`] of a node, without more of its approach than that takes.
+    pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
+        if self.damping == 0.0 {
+            return self.radius - workpiece.surface(position, time).gap;
+        }
+        self.pressing(&self.approach(workpiece, position, velocity, time))
+    }
+
     /// The normal force of a closed node in N.
     pub fn normal_force(&self, approach: &Approach) -> f64 {
         self.elastic(approach.penetration) * self.rate_factor(approach.penetration_rate)
@@ -167,59 +175,5 @@ impl ContactLaw {
             })
         });
         NodeTangent { position, velocity }
-    }
-}
-
-/// A contact: the law, the workpiece, and which nodes are closed.
-#[derive(Clone, Debug)]
-pub struct Contact<W> {
-    /// The law.
-    pub law: ContactLaw,
-    /// The workpiece.
-    pub workpiece: W,
-    /// Which nodes are closed.
-    pub closed: Vec<bool>,
-}
-
-impl<W: Workpiece> Contact<W> {
-    /// A contact of `nodes` nodes, all of them open.
-    pub fn new(law: ContactLaw, workpiece: W, nodes: usize) -> Self {
-        Self { law, workpiece, closed: vec![false; nodes] }
-    }
-
-    /// A node at `position` with `velocity`, relative to the workpiece at `time`.
-    pub fn approach(&self, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
-        self.law.approach(&self.workpiece, position, velocity, time)
-    }
-
-    /// The loads at `time` (s).
-    pub fn loads(&self, time: f64) -> ContactLoads<'_, W> {
-        ContactLoads { contact: self, time }
-    }
-}
-
-/// The loads of a contact at one instant: those of the closed nodes.
-#[derive(Clone, Copy, Debug)]
-pub struct ContactLoads<'a, W> {
-    contact: &'a Contact<W>,
-    /// Time in s.
-    time: f64,
-}
-
-impl<W: Workpiece> ContactLoads<'_, W> {
-    /// The approach of a closed node; none for an open one.
-    pub fn approach(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<Approach> {
-        self.contact.closed[node].then(|| self.contact.approach(position, velocity, self.time))
-    }
-}
-
-impl<W: Workpiece> NodeLoads<f64> for ContactLoads<'_, W> {
-    fn force(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> {
-        let approach = self.approach(node, position, velocity)?;
-        Some(self.contact.law.force(&approach).total(&approach))
-    }
-
-    fn tangent(&self, node: usize, position: [f64; 3], velocity: [f64; 3]) -> Option<NodeTangent<f64>> {
-        Some(self.contact.law.tangent(&self.approach(node, position, velocity)?))
     }
 }

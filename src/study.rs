@@ -5,15 +5,16 @@
 
 use std::fmt::Display;
 use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::{io, thread};
 
-use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
-use crate::simulation::Simulation;
+use crate::simulation::{Case, Kind, Pass, Simulation, simulate_side_by_side};
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
@@ -236,25 +237,71 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
 ///
-/// Without a number, there are as many threads as cores. `on_case_done` is called after each case, from any thread. An
-/// error of `simulate` ends its case only; that the threads cannot be started is the only error of the whole.
-pub fn run_study<E: Display>(
+/// Without a number, there are as many threads as cores; each simulates [`LANES`](crate::equations::LANES) cases at a
+/// time. `on_case_done` is called after each case, from any thread. A simulation's error ends its case only.
+///
+/// # Errors
+/// If the threads cannot be started.
+pub fn run_study(
     study: &Study,
     threads: Option<NonZeroUsize>,
     on_case_done: impl Fn() + Sync,
-    simulate: impl Fn(&Settings) -> Result<Simulation, E> + Sync,
-) -> Result<Vec<CaseResult>, rayon::ThreadPoolBuildError> {
-    let run_case = |case| {
-        let result = simulate(&study.settings(case))
+) -> io::Result<Vec<CaseResult>> {
+    run_cases(study, threads, on_case_done, |take, done| simulate_side_by_side(take, done))
+}
+
+/// [`run_study`] with a function that simulates the cases that it takes until there is none.
+fn run_cases<E: Display>(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    on_case_done: impl Fn() + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+) -> io::Result<Vec<CaseResult>> {
+    let queue = Mutex::new(in_order_of_work(study));
+    let results = Mutex::new(vec![None; study.case_count]);
+    let take = |kind: Option<Kind>| {
+        let mut queue = queue.lock().expect("nothing panics with the queue in hand");
+        let (next, number) = queue.pop()?;
+        if kind.is_some_and(|kind| kind != next) {
+            queue.push((next, number));
+            return None;
+        }
+        Some(Case { number, settings: study.settings(number) })
+    };
+    let done = |number: usize, result: Result<Simulation, E>| {
+        let result = result
             .map(|Simulation { metrics, statistics, .. }| CaseSummary { metrics, statistics })
             .map_err(|error| error.to_string());
+        results.lock().expect("nothing panics with the results in hand")[number] = Some(result);
         on_case_done();
-        result
     };
-    // Rayon takes 0 for one thread a core.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, NonZeroUsize::get)).build()?;
-    // Cases differ in cost, and each is worth a task of its own.
-    Ok(pool.install(|| (0..study.case_count).into_par_iter().with_max_len(1).map(run_case).collect()))
+    let threads = match threads {
+        Some(threads) => threads.get(),
+        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads.min(study.case_count) {
+            thread::Builder::new().spawn_scoped(scope, || simulate(&take, &done))?;
+        }
+        simulate(&take, &done);
+        Ok::<_, io::Error>(())
+    })?;
+    let results = results.into_inner().expect("nothing panics with the results in hand");
+    Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
+}
+
+/// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
+/// threads and lanes end at the same time.
+fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
+    let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count)
+        .map(|number| {
+            let settings = study.settings(number);
+            let [_, _, duration] = Pass::new(&settings).times();
+            (Kind::of(&settings), duration, number)
+        })
+        .collect();
+    cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
+    cases.into_iter().map(|(kind, _, number)| (kind, number)).collect()
 }
 
 #[cfg(test)]
@@ -358,14 +405,17 @@ mod tests {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
         let done = AtomicUsize::new(0);
-        let simulate = |settings: &Settings| match settings.process.brushing_velocity_m_s {
-            7.0 => Err("seven"),
-            velocity => Ok(simulation(velocity)),
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Case { number, settings }) = take(None) {
+                let velocity = settings.process.brushing_velocity_m_s;
+                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
+            }
         };
         let on_case_done = || {
             done.fetch_add(1, Ordering::Relaxed);
         };
-        let results = run_study(&study, NonZeroUsize::new(3), on_case_done, simulate).expect("the threads start");
+        let results = run_cases(&study, NonZeroUsize::new(3), on_case_done, simulate).expect("the threads start");
         assert_eq!(done.into_inner(), 20);
         for (velocity, result) in velocities.into_iter().zip(results) {
             match result {
@@ -373,6 +423,27 @@ mod tests {
                 Err(message) => assert_eq!((velocity, message.as_str()), (7.0, "seven")),
             }
         }
+    }
+
+    #[test]
+    fn cases_of_one_kind_are_taken_together_and_the_longest_first() {
+        let axes = || {
+            let segments = list("filament.segments", &[3.0, 4.0]);
+            let friction = list("contact.friction_coefficient", &[0.0, 0.2]);
+            vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
+        };
+        let study = Study::new(base(), axes()).expect("the study is right");
+        let mut order = in_order_of_work(&study);
+        order.reverse();
+        let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
+        for group in settings.chunks(3) {
+            assert!(group.iter().all(|settings| Kind::of(settings) == Kind::of(&group[0])));
+            let velocities = group.iter().map(|settings| settings.process.brushing_velocity_m_s);
+            assert_eq!(velocities.collect::<Vec<_>>(), [5.0, 10.0, 20.0]);
+        }
+        let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
     }
 
     fn simulation(contact_time_s: f64) -> Simulation {

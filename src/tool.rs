@@ -1,7 +1,7 @@
 //! The motion that a tool prescribes to the clamp of a filament.
 
-use crate::equations::Clamp;
 use crate::equations::linear::{add, scale};
+use crate::equations::{Clamp, sin_cos};
 
 /// How the clamp moves. Another mounting changes this, and nothing else.
 pub trait ClampMotion {
@@ -36,7 +36,7 @@ impl ClampMotion for RoundTool {
 /// The clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle `β` (rad), rate `β̇` and
 /// acceleration `β̈` of the body.
 pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) -> Clamp<f64> {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = sin_cos(angle);
     let (radial, tangential) = ([cos, sin, 0.0], [-sin, cos, 0.0]);
     let direction_rate = scale(rate, tangential);
     let direction_acceleration = add(scale(acceleration, tangential), scale(-rate * rate, radial));

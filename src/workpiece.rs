@@ -58,6 +58,7 @@ impl Plane {
 }
 
 impl Workpiece for Plane {
+    #[inline]
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let offset = sub(position, self.point);
         let gap = dot(self.normal, offset) - time * dot(self.normal, self.velocity);

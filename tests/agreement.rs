@@ -2,15 +2,20 @@
 
 mod common;
 
-use bristle::contact::{Approach, Contact, ContactLaw};
+use bristle::contact::{Approach, ContactLaw};
 use bristle::equations::linear::add;
-use bristle::equations::{Dynamics, NoLoads, NodeLoads, StepWeights, kernels};
+use bristle::equations::{Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
 use bristle::evaluation::symbol_values;
+use bristle::simulation::FilamentSystem;
+use bristle::tool::RoundTool;
 use bristle::workpiece::{Plane, Workpiece};
 use bristle_codegen::graph::NodeId;
 use bristle_codegen::lagrange::whole_equations;
 use common::{RandomState, largest, random_pairs, random_state, residual, tolerance};
 use fastrand::Rng;
+
+/// What a system has, too; loads do not depend on it.
+const TOOL: RoundTool = RoundTool { body_radius: 0.14, rate: 0.0, initial_angle: 0.0 };
 
 /// `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {
@@ -136,7 +141,7 @@ fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl Nod
         let mut dynamics = Dynamics::new(state.chain);
         let mut residual = vec![[0.0; 2]; segments];
         dynamics.residual(&state.clamp, &state.q, &state.v, accelerations, loads, &mut residual);
-        dynamics.factorise(&state.clamp, &state.v, accelerations, loads, weights);
+        dynamics.factorise(&state.clamp, &state.v, accelerations, loads, weights, LaneSet::first(1));
         dynamics.solve(&mut solution);
         for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
             let error = (solution - expected).abs();
@@ -177,9 +182,9 @@ fn factorised_step_matrix_with_contact_matches_differences() {
         let normal = workpiece.surface(tip, 0.0).normal;
         let point = normal.map(|component| (gap - 5e-4) * component);
         let workpiece = Plane::new(point, normal, [0.1, 0.0, 0.05]);
-        let mut contact = Contact::new(law(), workpiece, segments);
-        contact.closed[segments - 1] = true;
-        let loads = contact.loads(0.0);
+        let mut system = FilamentSystem::new(state.chain, TOOL, law(), workpiece, false);
+        system.set_closed(0, segments - 1, true);
+        let loads = system.loads(0.0);
         assert!(loads.force(segments - 1, tip, state.clamp.velocity).is_some());
         check_solve(&state, &vec![[0.0; 2]; segments], &loads, &mut rng);
     }
@@ -189,9 +194,9 @@ fn factorised_step_matrix_with_contact_matches_differences() {
 fn contact_tangents_match_differences() {
     let mut rng = Rng::with_seed(6);
     let workpiece = Plane::new([0.0; 3], [0.3, 1.0, -0.2], [0.1, 0.0, 0.05]);
-    let mut contact = Contact::new(law(), workpiece, 1);
-    contact.closed[0] = true;
-    let loads = contact.loads(0.1);
+    let mut system = FilamentSystem::new(random_state(&mut rng, 1).chain, TOOL, law(), workpiece, false);
+    system.set_closed(0, 0, true);
+    let loads = system.loads(0.1);
     for _ in 0..20 {
         let mut random = |size: f64| [0; 3].map(|_| size * (2.0 * rng.f64() - 1.0));
         let (position, velocity) = (random(2e-4), random(0.3));
@@ -205,7 +210,7 @@ fn contact_tangents_match_differences() {
             for row in 0..3 {
                 let by_position = (force(step, 0.0)[row] - force(-step, 0.0)[row]) / (2.0 * step);
                 let by_velocity = (force(0.0, rate_step)[row] - force(0.0, -rate_step)[row]) / (2.0 * rate_step);
-                let (position_scale, velocity_scale) = (contact.law.stiffness * 0.03, 1000.0);
+                let (position_scale, velocity_scale) = (law().stiffness * 0.03, 1000.0);
                 assert!((tangent.position[row][column] - by_position).abs() < 1e-6 * position_scale);
                 assert!((tangent.velocity[row][column] - by_velocity).abs() < 1e-6 * velocity_scale);
             }

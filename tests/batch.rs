@@ -1,14 +1,13 @@
-//! Is it right? Batches in vector lanes against single states, and the lanes against each other.
+//! Is it right? What is computed side by side in vector lanes has the bits that it has alone.
 
 mod common;
 
-use bristle::equations::{Batch, Dynamics, LANES, Lanes, Member, NoLoads, PolarAxis, Real, kernels};
+use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
 use bristle::filament;
-use common::{RandomState, filament as paper_filament, largest, random_state};
+use bristle::settings::Settings;
+use bristle::simulation::{Case, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
+use common::{RandomState, case, filament as paper_filament, random_state};
 use fastrand::Rng;
-
-/// Sines differ by one rounding, 1.1e-16, and the stiff joints of a bent chain carry that to all accelerations alike.
-const LANES_AGREE: f64 = 1e-13;
 
 /// Chains of different constants, bent and straight, some of the joints far beyond the power series.
 fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
@@ -50,28 +49,18 @@ fn single(state: &RandomState) -> Vec<[f64; 2]> {
     accelerations
 }
 
-/// Largest difference over the largest acceleration.
-fn difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    let differences: Vec<f64> = a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b).collect();
-    assert!(a.as_flattened().iter().all(|value| value.is_finite()));
-    largest(&differences) / largest(b.as_flattened())
-}
-
 #[test]
 fn a_batch_gives_what_its_states_give_alone() {
     let mut rng = Rng::with_seed(21);
-    let mut worst = 0.0_f64;
     for segments in [1, 2, 25, 100] {
         for count in [1, 7, 8, 9, 24, 29] {
             let states = states(&mut rng, segments, count);
             for (i, (accelerations, state)) in batch(&states).iter().zip(&states).enumerate() {
-                let difference = difference(accelerations, &single(state));
-                assert!(difference < LANES_AGREE, "n = {segments}, {i} of {count}: {difference:.1e}");
-                worst = worst.max(difference);
+                assert!(accelerations.as_flattened().iter().all(|value| value.is_finite()));
+                assert_eq!(*accelerations, single(state), "n = {segments}, {i} of {count}");
             }
         }
     }
-    println!("largest difference: {worst:.1e}");
 }
 
 #[test]
@@ -86,46 +75,6 @@ fn a_state_gives_the_same_bits_at_every_place_of_every_batch() {
         states.rotate_left(5);
         let rotated = batch(&states);
         assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
-    }
-}
-
-/// What the machine's widest instructions compute, against those that every machine has, and against fewer lanes.
-#[test]
-fn instructions_and_number_of_lanes_change_no_bit() {
-    fn narrow<const N: usize>(state: &RandomState) -> Vec<[f64; 2]> {
-        let lanes = |values: &[[f64; 2]]| values.iter().map(|pair| pair.map(Lanes::<N>::from_f64)).collect::<Vec<_>>();
-        let all = |vector: [f64; 3]| vector.map(Lanes::<N>::from_f64);
-        let (chain, clamp) = (&state.chain, &state.clamp);
-        let chain = bristle::equations::Chain {
-            segments: chain.segments,
-            length: Lanes::from_f64(chain.length),
-            mass: Lanes::from_f64(chain.mass),
-            inertia: Lanes::from_f64(chain.inertia),
-            root_stiffness: Lanes::from_f64(chain.root_stiffness),
-            joint_stiffness: Lanes::from_f64(chain.joint_stiffness),
-            root_damping: Lanes::from_f64(chain.root_damping),
-            joint_damping: Lanes::from_f64(chain.joint_damping),
-            gravity: all(chain.gravity),
-        };
-        let clamp = bristle::equations::Clamp {
-            position: all(clamp.position),
-            velocity: all(clamp.velocity),
-            acceleration: all(clamp.acceleration),
-            direction: all(clamp.direction),
-            direction_rate: all(clamp.direction_rate),
-        };
-        let mut accelerations = lanes(&state.v);
-        Dynamics::new(chain).accelerations(&clamp, &lanes(&state.q), &lanes(&state.v), &NoLoads, &mut accelerations);
-        accelerations.into_iter().map(|pair| pair.map(|lanes| lanes.0[N - 1])).collect()
-    }
-    let mut rng = Rng::with_seed(23);
-    for segments in [1, 2, 25] {
-        let states = states(&mut rng, segments, LANES);
-        for (state, accelerations) in states.iter().zip(batch(&states)) {
-            assert_eq!(narrow::<1>(state), accelerations);
-            assert_eq!(narrow::<4>(state), accelerations);
-            assert_eq!(narrow::<8>(state), accelerations);
-        }
     }
 }
 
@@ -147,22 +96,64 @@ fn a_state_at_a_pole_is_refused_by_its_number() {
     Batch::new(4).accelerations(&[], &mut []).expect("nothing to refuse");
 }
 
-/// The kernels that no batch uses yet, and their functions, compile for lanes and agree with `f64`.
-#[test]
-fn tangents_in_lanes_are_those_of_one_lane() {
-    let pairs: [[f64; 2]; 5] = [[0.9, 0.4], [0.8, 0.6], [0.3, 0.95], [20.0, -3.0], [5.0, 70.0]];
-    fn tangent<T: Real>(pairs: [[f64; 2]; 5]) -> kernels::JointTangent<T> {
-        let [a, b, c, d, e] = pairs.map(|pair| pair.map(T::from_f64));
-        let [stiffness, damping, coordinates, rates] = [0.7, 0.3, 1e-3, 0.1].map(T::from_f64);
-        kernels::joint_tangent(a, b, c, d, e, stiffness, damping, coordinates, rates)
-    }
-    let (lanes, alone) = (tangent::<Lanes<4>>(pairs), tangent::<f64>(pairs));
-    for row in 0..2 {
-        for column in 0..2 {
-            let expected = alone.previous_next[row][column];
-            for value in lanes.previous_next[row][column].0 {
-                assert!((value - expected).abs() < LANES_AGREE * expected.abs(), "{value} {expected}");
-            }
+/// A study in small: passes of different length, stiffness and depth, more than there are lanes.
+fn passes(friction: f64) -> Vec<Settings> {
+    let mut passes = Vec::new();
+    for (i, velocity) in [30.0, 7.5, 20.0, 12.5].into_iter().enumerate() {
+        for depth in [5e-3, 0.5e-3, 2.5e-3] {
+            let mut settings = case(7, velocity, depth);
+            settings.contact.friction_coefficient = friction;
+            settings.contact.stiffness_n_m *= 1.0 + i as f64;
+            settings.solver.relative_tolerance = 1e-5;
+            passes.push(settings);
         }
+    }
+    passes
+}
+
+fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
+    let mut queue: Vec<usize> = (0..passes.len()).rev().collect();
+    let mut results = vec![None; passes.len()];
+    let take = |kind: Option<Kind>| {
+        let &number = queue.last()?;
+        if kind.is_some_and(|kind| kind != Kind::of(&passes[number])) {
+            return None;
+        }
+        queue.pop();
+        Some(Case { number, settings: passes[number].clone() })
+    };
+    simulate_side_by_side(take, |number, result| {
+        assert!(results[number].replace(result).is_none(), "a case is reported once");
+    });
+    results.into_iter().map(|result| result.expect("every case is reported")).collect()
+}
+
+#[test]
+fn passes_side_by_side_have_the_bits_that_they_have_alone() {
+    for friction in [0.0, 0.3] {
+        let mut passes = passes(friction);
+        // Out of the plane: some lanes leave their charts, and go on alone.
+        passes[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
+        let together = side_by_side(&passes);
+        for (settings, result) in passes.iter().zip(&together) {
+            assert_eq!(*result, simulate(settings), "{settings:?}");
+        }
+        let changes = together.iter().map(|result| result.as_ref().map_or(0, |pass| pass.statistics.chart_changes));
+        assert!(changes.sum::<usize>() > 0, "no lane has left its charts");
+        passes.rotate_left(5);
+        let rotated = side_by_side(&passes);
+        assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
+    }
+}
+
+#[test]
+fn kinds_do_not_mix_and_errors_end_their_case_only() {
+    let mut passes = [passes(0.0), passes(0.2)].concat();
+    passes[3].filament.segments = 9;
+    passes[7].filament.youngs_modulus_pa = 1e300;
+    let results = side_by_side(&passes);
+    for (i, (settings, result)) in passes.iter().zip(&results).enumerate() {
+        assert_eq!(*result, simulate(settings));
+        assert_eq!(result.is_err(), i == 7, "{i}: {result:?}");
     }
 }

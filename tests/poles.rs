@@ -6,11 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
-use bristle::equations::{Chain, Clamp, Dynamics, NoLoads, POLE, PolarAxis, StepWeights, kernels};
+use bristle::equations::{Chain, Clamp, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
 use bristle::evaluation::{EvaluationError, State, evaluate};
 use bristle::filament::{chain, first_natural_frequency};
-use bristle::integrate::tableau::ESDIRK43;
-use bristle::integrate::{IntegrationError, Integrator, RejectionCause, Statistics, Tolerances};
+use bristle::integrate::tableau::ESDIRK54;
+use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Statistics, Tolerances};
 use bristle::settings::{ContactSettings, FilamentSettings};
 use bristle::simulation::{FilamentState, FilamentSystem, Sample, integrate, simulate_with_history};
 use bristle::tool::ClampMotion;
@@ -87,7 +87,7 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
             let energies = dynamics.energies(&state.clamp, &v);
             let nodes: Vec<f64> = (0..segments)
                 .flat_map(|k| {
-                    let acceleration = dynamics.node_acceleration(k, &a);
+                    let acceleration = dynamics.node_acceleration(k);
                     [dynamics.positions()[k], dynamics.velocities()[k], acceleration].concat()
                 })
                 .collect();
@@ -142,7 +142,7 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
                 at(0.0);
                 let mut solution: Vec<[f64; 2]> =
                     above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
-                dynamics.factorise(&state.clamp, &v, &a, &NoLoads, weights);
+                dynamics.factorise(&state.clamp, &v, &a, &NoLoads, weights, LaneSet::first(1));
                 dynamics.solve(&mut solution);
                 for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
                     let error = (solution - expected).abs();
@@ -339,7 +339,7 @@ impl Motion {
                 *near = is_near;
             }
         };
-        let (_, statistics) = integrate(&mut system, start, self.duration, &ESDIRK43, tolerances, observe)
+        let (_, statistics) = integrate(&mut system, start, self.duration, &ESDIRK54, tolerances, observe)
             .unwrap_or_else(|error| panic!("{error}"));
         Seen { nodes, statistics, energy_error: change / kinetic, visits }
     }
@@ -502,7 +502,7 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
     assert_eq!(start.charts, [PolarAxis::Z]);
     let mut end = start.clone();
     let tolerances = Tolerances { relative: 1e-6, angle_scale: 1.0, rate_scale: 1.0 };
-    let mut integrator = Integrator::new(&ESDIRK43, tolerances, 1, 0.1);
+    let mut integrator = Integrator::new(&ESDIRK54, StageSolution::Once, tolerances, 1, 0.1);
     let error = loop {
         match integrator.advance(&mut system, &start, &mut end, motion.duration) {
             Ok(()) => std::mem::swap(&mut start, &mut end),

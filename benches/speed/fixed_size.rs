@@ -6,7 +6,7 @@
 use bristle::equations::linear::{
     add, add_matrices, dot, invert, mul, mul_transposed, product, sub, transposed_product, zero, zero_matrix,
 };
-use bristle::equations::{Chain, Clamp, kernels};
+use bristle::equations::{Chain, Clamp, kernels, sin_cos};
 
 /// `sin φ, cos φ, sin θ, cos θ`
 type Angles = [f64; 4];
@@ -26,7 +26,8 @@ pub fn accelerations<const N: usize>(
 ) {
     let angles: [Angles; N] = std::array::from_fn(|k| {
         let [phi, theta] = q[k];
-        [phi.sin(), phi.cos(), theta.sin(), theta.cos()]
+        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (sin_cos(phi), sin_cos(theta));
+        [sin_phi, cos_phi, sin_theta, cos_theta]
     });
     let segments: [kernels::Segment<f64>; N] =
         std::array::from_fn(|k| kernels::segment(angles[k], v[k], chain.length, chain.mass, chain.inertia));

@@ -10,9 +10,9 @@
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
-use multiversion::multiversion;
-
-use super::{Chain, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, linear::zero};
+use super::{
+    Chain, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled, linear::zero,
+};
 
 /// States that are computed together.
 ///
@@ -114,6 +114,12 @@ impl Batch {
                 return Err(BatchError { member: i + 1, pole });
             }
         }
+        if !lanes_are_compiled() {
+            for (member, results) in members.iter().zip(accelerations.chunks_mut(n)) {
+                Dynamics::new(*member.chain).accelerations(member.clamp, member.q, member.v, &NoLoads, results);
+            }
+            return Ok(());
+        }
         for (group, results) in members.chunks(LANES).zip(accelerations.chunks_mut(LANES * n)) {
             self.compute(group, results);
         }
@@ -124,15 +130,15 @@ impl Batch {
     fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
         let n = self.segments;
         let members: [&Member<'_>; LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
-        let chain = gather_chain(members.map(|member| member.chain));
-        let clamp = gather_clamp(members.map(|member| member.clamp));
+        let chain = Chain::from_lanes(|lane| members[lane].chain);
+        let clamp = Clamp::from_lanes(|lane| *members[lane].clamp);
         for (lane, member) in members.into_iter().enumerate() {
             gather(lane, &member.q[..n], &mut self.q);
             gather(lane, &member.v[..n], &mut self.v);
         }
         let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(chain));
         dynamics.set_chain(chain);
-        accelerations(dynamics, &clamp, &self.q, &self.v, &mut self.accelerations);
+        dynamics.accelerations(&clamp, &self.q, &self.v, &NoLoads, &mut self.accelerations);
         for (lane, results) in results.chunks_exact_mut(n).take(group.len()).enumerate() {
             for (result, accelerations) in results.iter_mut().zip(&self.accelerations) {
                 *result = [accelerations[0].0[lane], accelerations[1].0[lane]];
@@ -141,49 +147,9 @@ impl Batch {
     }
 }
 
-/// [`Dynamics::accelerations`], compiled for each set of instructions; the machine's is chosen when it is called.
-#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn accelerations(
-    dynamics: &mut Dynamics<Lane>,
-    clamp: &Clamp<Lane>,
-    q: &[[Lane; 2]],
-    v: &[[Lane; 2]],
-    accelerations: &mut [[Lane; 2]],
-) {
-    dynamics.accelerations(clamp, q, v, &NoLoads, accelerations);
-}
-
 fn gather(lane: usize, values: &[[f64; 2]], lanes: &mut [[Lane; 2]]) {
     for (lanes, values) in lanes.iter_mut().zip(values) {
         lanes[0].0[lane] = values[0];
         lanes[1].0[lane] = values[1];
-    }
-}
-
-fn gather_chain(chains: [&Chain<f64>; LANES]) -> Chain<Lane> {
-    let lanes = |value: fn(&Chain<f64>) -> f64| Lanes(chains.map(value));
-    Chain {
-        segments: chains[0].segments,
-        length: lanes(|chain| chain.length),
-        mass: lanes(|chain| chain.mass),
-        inertia: lanes(|chain| chain.inertia),
-        root_stiffness: lanes(|chain| chain.root_stiffness),
-        joint_stiffness: lanes(|chain| chain.joint_stiffness),
-        root_damping: lanes(|chain| chain.root_damping),
-        joint_damping: lanes(|chain| chain.joint_damping),
-        gravity: [lanes(|chain| chain.gravity[0]), lanes(|chain| chain.gravity[1]), lanes(|chain| chain.gravity[2])],
-    }
-}
-
-fn gather_clamp(clamps: [&Clamp<f64>; LANES]) -> Clamp<Lane> {
-    let lanes = |vector: fn(&Clamp<f64>) -> &[f64; 3]| {
-        [0, 1, 2].map(|component| Lanes(clamps.map(|clamp| vector(clamp)[component])))
-    };
-    Clamp {
-        position: lanes(|clamp| &clamp.position),
-        velocity: lanes(|clamp| &clamp.velocity),
-        acceleration: lanes(|clamp| &clamp.acceleration),
-        direction: lanes(|clamp| &clamp.direction),
-        direction_rate: lanes(|clamp| &clamp.direction_rate),
     }
 }

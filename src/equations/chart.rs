@@ -166,11 +166,11 @@ fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_
 
 /// One side of a joint: sines and cosines of the segment's angles, their rates, and the axis that they are about.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<T> {
+pub struct Side<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
-    pub angles: [T; 4],
+    pub angles: &'a [T; 4],
     /// `φ̇, θ̇` in rad/s.
-    pub rates: [T; 2],
+    pub rates: &'a [T; 2],
     /// The segment's chart.
     pub axis: PolarAxis,
 }
@@ -203,7 +203,7 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: kernels::Segment<T>) 
 
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstants<T>) -> kernels::Joint<T> {
+pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, constants: JointConstants<T>) -> kernels::Joint<T> {
     if previous.axis != next.axis {
         return crossed_joint(previous, next, constants);
     }
@@ -211,8 +211,8 @@ pub fn joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstant
         [previous.angles[0], previous.angles[1]],
         [next.angles[0], next.angles[1]],
         azimuth_step(previous.angles, next.angles),
-        previous.rates,
-        next.rates,
+        *previous.rates,
+        *next.rates,
         constants.stiffness,
         constants.damping,
     )
@@ -221,8 +221,8 @@ pub fn joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstant
 /// [`kernels::joint_tangent`] between any two charts.
 #[inline(always)]
 pub fn joint_tangent<T: Real>(
-    previous: Side<T>,
-    next: Side<T>,
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
     constants: JointConstants<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
@@ -233,8 +233,8 @@ pub fn joint_tangent<T: Real>(
         [previous.angles[0], previous.angles[1]],
         [next.angles[0], next.angles[1]],
         azimuth_step(previous.angles, next.angles),
-        previous.rates,
-        next.rates,
+        *previous.rates,
+        *next.rates,
         constants.stiffness,
         constants.damping,
         weights.coordinates,
@@ -244,21 +244,21 @@ pub fn joint_tangent<T: Real>(
 
 /// [`kernels::joint_energy`] between any two charts.
 pub fn joint_energy<T: Real>(
-    previous: Side<T>,
-    next: Side<T>,
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
     constants: JointConstants<T>,
 ) -> kernels::JointEnergy<T> {
     let JointConstants { stiffness, damping } = constants;
     if previous.axis == next.axis {
-        return kernels::joint_energy(previous.angles, next.angles, previous.rates, next.rates, stiffness, damping);
+        return kernels::joint_energy(*previous.angles, *next.angles, *previous.rates, *next.rates, stiffness, damping);
     }
     // The inner segment stands for the clamp.
     let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
     let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
-        inner(direction(previous.angles)),
-        inner(direction_rate(previous.angles, previous.rates)),
-        next.angles,
-        next.rates,
+        inner(direction(*previous.angles)),
+        inner(direction_rate(*previous.angles, *previous.rates)),
+        *next.angles,
+        *next.rates,
         stiffness,
         damping,
     );
@@ -267,11 +267,11 @@ pub fn joint_energy<T: Real>(
 
 #[cold]
 #[inline(never)]
-fn crossed_joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointConstants<T>) -> kernels::Joint<T> {
+fn crossed_joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, constants: JointConstants<T>) -> kernels::Joint<T> {
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
     let kernels::CrossedJoint { z, x } =
-        kernels::crossed_joint(z.angles, x.angles, z.rates, x.rates, constants.stiffness, constants.damping);
+        kernels::crossed_joint(*z.angles, *x.angles, *z.rates, *x.rates, constants.stiffness, constants.damping);
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
     kernels::Joint { previous, next }
 }
@@ -279,18 +279,18 @@ fn crossed_joint<T: Real>(previous: Side<T>, next: Side<T>, constants: JointCons
 #[cold]
 #[inline(never)]
 fn crossed_joint_tangent<T: Real>(
-    previous: Side<T>,
-    next: Side<T>,
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
     constants: JointConstants<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
     let kernels::CrossedJointTangent { z_z, z_x, x_z, x_x } = kernels::crossed_joint_tangent(
-        z.angles,
-        x.angles,
-        z.rates,
-        x.rates,
+        *z.angles,
+        *x.angles,
+        *z.rates,
+        *x.rates,
         constants.stiffness,
         constants.damping,
         weights.coordinates,
@@ -305,8 +305,8 @@ fn crossed_joint_tangent<T: Real>(
 
 /// `sin(θ − θ'), cos(θ − θ')` from the sines and cosines of both.
 #[inline(always)]
-fn azimuth_step<T: Real>(previous: [T; 4], next: [T; 4]) -> [T; 2] {
-    let ([_, _, sin, cos], [_, _, next_sin, next_cos]) = (previous, next);
+fn azimuth_step<T: Real>(previous: &[T; 4], next: &[T; 4]) -> [T; 2] {
+    let ([_, _, sin, cos], [_, _, next_sin, next_cos]) = (*previous, *next);
     [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
 }
 

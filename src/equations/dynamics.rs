@@ -6,12 +6,14 @@
 //! implicit step couples neighbours through the joints as well, which widens the block to five: the three
 //! components of the node and the two coordinates of the segment inside it.
 
+use multiversion::{multiversion, target::match_target};
+
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::linear::{
-    add, add_matrices, invert, mul, mul_transposed, product, scale, sub, sub_matrices, transposed_product, zero,
-    zero_matrix,
+    add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
+    transposed_product, unrolled, zero, zero_matrix,
 };
-use super::{Real, kernels};
+use super::{LANES, LaneSet, Lanes, Lanewise, Real, kernels};
 
 /// The constants of a chain (MODEL's symbols in the descriptions).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +48,29 @@ impl<T: Real> Chain<T> {
     }
 }
 
+impl<T: Lanewise> Chain<T> {
+    /// The constants of several chains of one number of segments, one a lane.
+    ///
+    /// # Panics
+    /// If their numbers of segments differ.
+    pub fn from_lanes<'a>(chain: impl Fn(usize) -> &'a Chain<f64>) -> Self {
+        let segments = chain(0).segments;
+        assert!((0..T::LANES).all(|lane| chain(lane).segments == segments), "all lanes have one number of segments");
+        let lanes = |value: fn(&Chain<f64>) -> f64| T::from_lanes(|lane| value(chain(lane)));
+        Self {
+            segments,
+            length: lanes(|chain| chain.length),
+            mass: lanes(|chain| chain.mass),
+            inertia: lanes(|chain| chain.inertia),
+            root_stiffness: lanes(|chain| chain.root_stiffness),
+            joint_stiffness: lanes(|chain| chain.joint_stiffness),
+            root_damping: lanes(|chain| chain.root_damping),
+            joint_damping: lanes(|chain| chain.joint_damping),
+            gravity: std::array::from_fn(|i| T::from_lanes(|lane| chain(lane).gravity[i])),
+        }
+    }
+}
+
 /// The prescribed motion of the clamp at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp<T> {
@@ -69,6 +94,26 @@ impl<T: Real> Clamp<T> {
     }
 }
 
+impl<T: Lanewise> Clamp<T> {
+    /// The motion of several clamps, one a lane.
+    pub fn from_lanes(clamp: impl Fn(usize) -> Clamp<f64>) -> Self {
+        let none = zero();
+        let mut result =
+            Self { position: none, velocity: none, acceleration: none, direction: none, direction_rate: none };
+        for lane in 0..T::LANES {
+            let clamp = clamp(lane);
+            for i in 0..3 {
+                result.position[i].set_lane(lane, clamp.position[i]);
+                result.velocity[i].set_lane(lane, clamp.velocity[i]);
+                result.acceleration[i].set_lane(lane, clamp.acceleration[i]);
+                result.direction[i].set_lane(lane, clamp.direction[i]);
+                result.direction_rate[i].set_lane(lane, clamp.direction_rate[i]);
+            }
+        }
+        result
+    }
+}
+
 /// How the load on a node changes with its position and velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeTangent<T> {
@@ -80,6 +125,11 @@ pub struct NodeTangent<T> {
 
 /// External forces on the nodes `r_1 … r_n` of a chain (index 0 is `r_1`).
 pub trait NodeLoads<T> {
+    /// True if no node carries a load.
+    fn is_empty(&self) -> bool {
+        false
+    }
+
     /// The force on a node in N, or none.
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]>;
 
@@ -92,6 +142,10 @@ pub trait NodeLoads<T> {
 pub struct NoLoads;
 
 impl<T> NodeLoads<T> for NoLoads {
+    fn is_empty(&self) -> bool {
+        true
+    }
+
     fn force(&self, _: usize, _: [T; 3], _: [T; 3]) -> Option<[T; 3]> {
         None
     }
@@ -140,29 +194,59 @@ struct Elimination<T> {
     outer: [[T; 2]; 3],
 }
 
-/// Equations of motion of one chain, with the memory that their recursions need.
+impl<T: Lanewise> Elimination<T> {
+    /// This one in `lanes`, `other` elsewhere.
+    #[inline(always)]
+    fn select(&self, lanes: LaneSet, other: &Self) -> Self {
+        Self {
+            pivot: select(lanes, &self.pivot, &other.pivot),
+            force: select(lanes, &self.force, &other.force),
+            torque: select(lanes, &self.torque, &other.torque),
+            from_node: select(lanes, &self.from_node, &other.from_node),
+            from_neighbour: select(lanes, &self.from_neighbour, &other.from_neighbour),
+            outer: select(lanes, &self.outer, &other.outer),
+        }
+    }
+}
+
+/// What elimination from the tip leaves of one segment, for the accelerations.
+#[derive(Clone, Copy, Debug)]
+struct Response<T> {
+    /// `q̈` with the inner node at rest.
+    own: [T; 2],
+    /// What the inner node's acceleration does to `q̈`.
+    from_node: [[T; 3]; 2],
+    /// `G` and `b` of [`kernels::segment`].
+    jacobian: [[T; 2]; 3],
+    bias: [T; 3],
+}
+
+/// Equations of motion of one chain, or of one a lane, with the memory that their recursions need.
 ///
 /// Arrays are indexed by segment, `0` being the one at the clamp; `q` holds `[φ, θ]` in rad, about the polar axis
-/// that [`Dynamics::charts`] has for the segment. What the outside sees of nodes, loads and clamp is in the frame.
+/// that [`Dynamics::charts`] has for the segment (in all lanes). What the outside sees of nodes, loads and clamp is in
+/// the frame.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
     charts: Vec<PolarAxis>,
     angles: Vec<[T; 4]>,
-    segments: Vec<kernels::Segment<T>>,
-    torques: Vec<[T; 2]>,
+    /// `G` of [`kernels::segment`].
+    jacobians: Vec<[[T; 2]; 3]>,
     positions: Vec<[T; 3]>,
     velocities: Vec<[T; 3]>,
-    /// Of the inner node of each segment, less gravity.
+    /// Of the inner node of each segment and of the tip, less gravity.
     base_accelerations: Vec<[T; 3]>,
+    /// What each segment alone needs at its inner node.
+    base_forces: Vec<[T; 3]>,
     /// What the chain outside each segment's outer node needs there.
     outer_forces: Vec<[T; 3]>,
     root_force: [T; 3],
     eliminations: Vec<Elimination<T>>,
-    /// Scratch of the solves: the segment's own part of `q̈` (or `δq̈`).
+    /// Scratch of [`Dynamics::solve`]: `δq̈` with the inner node and the inner neighbour at rest.
     partial: Vec<[T; 2]>,
-    /// Scratch of [`Dynamics::accelerations`]: what the inner node's acceleration does to `q̈`.
-    from_node: Vec<[[T; 3]; 2]>,
+    /// Scratch of [`Dynamics::accelerations`].
+    responses: Vec<Response<T>>,
 }
 
 impl<T: Real> Dynamics<T> {
@@ -174,7 +258,6 @@ impl<T: Real> Dynamics<T> {
         let n = chain.segments;
         assert!(n > 0, "a chain has at least one segment");
         let none = T::from_f64(0.0);
-        let segment = kernels::segment([none; 4], [none; 2], none, none, none);
         let elimination = Elimination {
             pivot: zero_matrix(),
             force: zero_matrix(),
@@ -183,20 +266,21 @@ impl<T: Real> Dynamics<T> {
             from_neighbour: zero_matrix(),
             outer: zero_matrix(),
         };
+        let response = Response { own: zero(), from_node: zero_matrix(), jacobian: zero_matrix(), bias: zero() };
         Self {
             chain,
             charts: vec![PolarAxis::default(); n],
             angles: vec![[none; 4]; n],
-            segments: vec![segment; n],
-            torques: vec![zero(); n],
+            jacobians: vec![zero_matrix(); n],
             positions: vec![zero(); n],
             velocities: vec![zero(); n],
-            base_accelerations: vec![zero(); n],
+            base_accelerations: vec![zero(); n + 1],
+            base_forces: vec![zero(); n],
             outer_forces: vec![zero(); n],
             root_force: zero(),
             eliminations: vec![elimination; n],
             partial: vec![zero(); n],
-            from_node: vec![zero_matrix(); n],
+            responses: vec![response; n],
         }
     }
 
@@ -206,7 +290,7 @@ impl<T: Real> Dynamics<T> {
     }
 
     /// Other constants from now on, of as many segments.
-    pub(super) fn set_chain(&mut self, chain: Chain<T>) {
+    pub(crate) fn set_chain(&mut self, chain: Chain<T>) {
         self.chain = chain;
     }
 
@@ -223,12 +307,13 @@ impl<T: Real> Dynamics<T> {
         self.charts.copy_from_slice(charts);
     }
 
-    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last call.
+    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`Dynamics::place`], [`Dynamics::track`] or
+    /// [`Dynamics::residual`].
     pub fn positions(&self) -> &[[T; 3]] {
         &self.positions
     }
 
-    /// Velocities of the nodes in m/s, at the state of the last call.
+    /// Velocities of the nodes in m/s, at the same state.
     pub fn velocities(&self) -> &[[T; 3]] {
         &self.velocities
     }
@@ -238,287 +323,70 @@ impl<T: Real> Dynamics<T> {
         self.root_force
     }
 
-    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`Dynamics::residual`].
-    pub fn node_acceleration(&self, node: usize, accelerations: &[[T; 2]]) -> [T; 3] {
-        let segment = &self.segments[node];
-        let relative = add(mul(&segment.reach_jacobian, accelerations[node]), segment.reach_bias);
-        add(add(self.base_accelerations[node], self.chain.gravity), relative)
+    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`Dynamics::track`] or
+    /// [`Dynamics::residual`].
+    pub fn node_acceleration(&self, node: usize) -> [T; 3] {
+        add(self.base_accelerations[node + 1], self.chain.gravity)
     }
 
-    /// Angles, positions and velocities, root to tip.
+    /// Kinematics and inertia of segment `k`, in the frame.
     #[inline(always)]
-    fn kinematics(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        let n = self.chain.segments;
+    fn segment(&self, k: usize, rates: [T; 2]) -> kernels::Segment<T> {
         let Chain { length, mass, inertia, .. } = self.chain;
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        let arrays = self.angles[..n].iter_mut().zip(&mut self.segments[..n]).zip(&self.charts[..n]);
-        let nodes = self.positions[..n].iter_mut().zip(&mut self.velocities[..n]);
-        for ((((angles, segment), axis), nodes), (q, v)) in arrays.zip(nodes).zip(q[..n].iter().zip(&v[..n])) {
-            let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (q[0].sin_cos(), q[1].sin_cos());
-            *angles = [sin_phi, cos_phi, sin_theta, cos_theta];
-            *segment = kernels::segment(*angles, *v, length, mass, inertia);
-            if *axis != PolarAxis::Z {
-                *segment = chart::segment_to_frame(*axis, *segment);
-            }
-            position = add(position, segment.reach);
-            velocity = add(velocity, segment.reach_rate);
-            (*nodes.0, *nodes.1) = (position, velocity);
+        let segment = kernels::segment(self.angles[k], rates, length, mass, inertia);
+        match self.charts[k] {
+            PolarAxis::Z => segment,
+            axis => chart::segment_to_frame(axis, segment),
         }
     }
 
-    /// Torques of springs and dampers on each segment.
+    /// One side of a joint, by segment.
     #[inline(always)]
-    fn joint_torques(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) {
-        let n = self.chain.segments;
-        let (angles, torques, v) = (&self.angles[..n], &mut self.torques[..n], &v[..n]);
-        let charts = &self.charts[..n];
-        let side = |k: usize| Side { angles: angles[k], rates: v[k], axis: charts[k] };
-        let root = self.chain.root_joint();
-        let (direction, direction_rate) = clamp.about(charts[0]);
-        torques[0] = kernels::clamp(direction, direction_rate, angles[0], v[0], root.stiffness, root.damping).next;
-        let constants = self.chain.joint();
-        for k in 1..n {
-            let joint = chart::joint(side(k - 1), side(k), constants);
-            torques[k - 1] = add(torques[k - 1], joint.previous);
-            torques[k] = joint.next;
-        }
+    fn side<'a>(&'a self, k: usize, v: &'a [[T; 2]]) -> Side<'a, T> {
+        Side { angles: &self.angles[k], rates: &v[k], axis: self.charts[k] }
     }
 
-    /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
-    ///
-    /// Exact up to rounding: the solution of `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`. Joint torques are exact to one rounding of `c`, so that in a nearly straight filament small
-    /// components are known to some 1e-16 of what a bend of one radian would give.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    // Inlined, as all that it calls, into the function that has the instructions for its lanes (`batch.rs`).
+    /// Torques of the spring and the damper at the inner end of segment `k`.
     #[inline(always)]
-    pub fn accelerations(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        accelerations: &mut [[T; 2]],
-    ) {
-        let n = self.chain.segments;
-        self.kinematics(clamp, q, v);
-        self.joint_torques(clamp, v);
-        let mass = self.chain.mass;
-        let (segments, torques) = (&self.segments[..n], &self.torques[..n]);
-        let (partial, from_node) = (&mut self.partial[..n], &mut self.from_node[..n]);
-
-        // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
-        let (mut a, mut b) = (zero_matrix(), zero());
-        for k in (0..n).rev() {
-            if let Some(force) = loads.force(k, self.positions[k], self.velocities[k]) {
-                b = sub(b, force);
-            }
-            let segment = &segments[k];
-            let jacobian = &segment.reach_jacobian;
-            let outer = add(mul(&a, segment.reach_bias), b);
-            let spread = product(&a, jacobian);
-            let coupling = add_matrices(&segment.coupling, &spread);
-            let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
-            let torque = sub(sub(torques[k], segment.bias), mul_transposed(jacobian, outer));
-            // (Uᵀ premultiplied by the pivot, which is symmetric here.)
-            let mut response = zero_matrix::<T, 2, 3>();
-            for row in 0..2 {
-                response[row] = mul(&coupling, pivot[row]);
-            }
-            let own = mul(&pivot, torque);
-            let correction = product(&coupling, &response);
-            // One half is computed and mirrored.
-            for row in 0..3 {
-                for column in row..3 {
-                    let entry = a[row][column] - correction[row][column];
-                    a[row][column] = entry;
-                    a[column][row] = entry;
-                }
-                a[row][row] = mass + a[row][row];
-            }
-            b = add(add(segment.base_bias, outer), mul(&coupling, own));
-            partial[k] = own;
-            from_node[k] = response;
+    fn inner_joint(&self, k: usize, clamp: &Clamp<T>, v: &[[T; 2]]) -> kernels::Joint<T> {
+        if k > 0 {
+            return chart::joint(self.side(k - 1, v), self.side(k, v), self.chain.joint());
         }
-
-        let mut base = sub(clamp.acceleration, self.chain.gravity);
-        for k in 0..n {
-            let segment = &segments[k];
-            let acceleration = sub(partial[k], mul(&from_node[k], base));
-            base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
-            accelerations[k] = acceleration;
-        }
+        let JointConstants { stiffness, damping } = self.chain.root_joint();
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let next = kernels::clamp(direction, direction_rate, self.angles[0], v[0], stiffness, damping).next;
+        kernels::Joint { previous: zero(), next }
     }
 
-    /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn residual(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        residual: &mut [[T; 2]],
-    ) {
-        let n = self.chain.segments;
-        self.kinematics(clamp, q, v);
-        self.joint_torques(clamp, v);
-        let (segments, torques) = (&self.segments[..n], &self.torques[..n]);
-        let (bases, outer_forces) = (&mut self.base_accelerations[..n], &mut self.outer_forces[..n]);
-        let (accelerations, residual) = (&accelerations[..n], &mut residual[..n]);
-
-        let mut base = sub(clamp.acceleration, self.chain.gravity);
-        for k in 0..n {
-            bases[k] = base;
-            let segment = &segments[k];
-            base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
-        }
-        let mut force = zero();
-        for k in (0..n).rev() {
-            if let Some(load) = loads.force(k, self.positions[k], self.velocities[k]) {
-                force = sub(force, load);
-            }
-            outer_forces[k] = force;
-            let segment = &segments[k];
-            let inertial = add(mul(&segment.inertia, accelerations[k]), segment.bias);
-            let carried =
-                add(mul_transposed(&segment.coupling, bases[k]), mul_transposed(&segment.reach_jacobian, force));
-            residual[k] = sub(add(inertial, carried), torques[k]);
-            let own = add(mul(&segment.coupling, accelerations[k]), segment.base_bias);
-            force = add(force, add(scale(self.chain.mass, bases[k]), own));
-        }
-        self.root_force = force;
-    }
-
-    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
-    /// state of the last [`Dynamics::residual`], which must have been called with the same arguments.
-    ///
-    /// The matrix is exact but for one approximation: a loaded node is taken to move by `w_q δẍ` (and at
-    /// `w_v δẍ`), which neglects `2 w_v |q̇|` against one. Newton's method converges to the same solution.
-    pub fn factorise(
-        &mut self,
+    /// How these torques change with the accelerations of a step.
+    #[inline(always)]
+    fn inner_joint_tangent(
+        &self,
+        k: usize,
         clamp: &Clamp<T>,
         v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
         weights: StepWeights<T>,
-    ) {
-        let n = self.chain.segments;
-        let Chain { length, mass, inertia, .. } = self.chain;
-        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
-        let charts = &self.charts[..n];
-        let (angles, segments, v) = (&self.angles[..n], &self.segments[..n], &v[..n]);
-        let (bases, outer_forces) = (&self.base_accelerations[..n], &self.outer_forces[..n]);
-        let eliminations = &mut self.eliminations[..n];
-
-        // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
-        // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
-        let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
-        for k in (0..n).rev() {
-            if let Some(tangent) = loads.tangent(k, self.positions[k], self.velocities[k]) {
-                for row in 0..3 {
-                    let elastic = scale(weights.coordinates, tangent.position[row]);
-                    let viscous = scale(weights.rates, tangent.velocity[row]);
-                    a[row] = sub(sub(a[row], elastic), viscous);
-                }
-            }
-            let segment = &segments[k];
-            let jacobian = &segment.reach_jacobian;
-            let axis = charts[k];
-            let mut tangent = kernels::segment_tangent(
-                angles[k],
-                v[k],
-                accelerations[k],
-                axis.from_frame(bases[k]),
-                axis.from_frame(outer_forces[k]),
-                length,
-                mass,
-                inertia,
-                weights.coordinates,
-                weights.rates,
-            );
-            if axis != PolarAxis::Z {
-                tangent.base_force = axis.to_frame(tangent.base_force);
-                tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
-            }
-            let joint = if k == 0 {
-                let (direction, direction_rate) = clamp.about(axis);
-                let clamp = kernels::clamp_tangent(
-                    direction,
-                    direction_rate,
-                    angles[0],
-                    v[0],
-                    root.stiffness,
-                    root.damping,
-                    weights.coordinates,
-                    weights.rates,
-                );
-                kernels::JointTangent {
-                    previous_previous: zero_matrix(),
-                    previous_next: zero_matrix(),
-                    next_previous: zero_matrix(),
-                    next_next: clamp.next_next,
-                }
-            } else {
-                let side = |k: usize| Side { angles: angles[k], rates: v[k], axis: charts[k] };
-                chart::joint_tangent(side(k - 1), side(k), constants, weights)
-            };
-            let outer = &tangent.outer_acceleration;
-            let spread = add_matrices(&product(&a, outer), &b);
-            let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
-            pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
-            let pivot = invert(&add_matrices(&pivot, &joint.next_next));
-            let coupling: [[T; 3]; 2] = {
-                let through_outer = add_matrices(&transposed_product(jacobian, &a), &c);
-                std::array::from_fn(|row| {
-                    std::array::from_fn(|column| segment.coupling[column][row] + through_outer[row][column])
-                })
-            };
-            let from_node = product(&pivot, &coupling);
-            let from_neighbour = product(&pivot, &joint.next_previous);
-            let force = add_matrices(&tangent.base_force, &spread);
-            let torque = joint.previous_next;
-
-            a = sub_matrices(&a, &product(&force, &from_node));
-            for i in 0..3 {
-                a[i][i] = a[i][i] + mass;
-            }
-            b = product(&force, &from_neighbour).map(|row| row.map(|entry| -entry));
-            c = product(&torque, &from_node).map(|row| row.map(|entry| -entry));
-            d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
-            eliminations[k] = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
+    ) -> kernels::JointTangent<T> {
+        if k > 0 {
+            return chart::joint_tangent(self.side(k - 1, v), self.side(k, v), self.chain.joint(), weights);
         }
-    }
-
-    /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        let n = self.chain.segments;
-        let (eliminations, segments) = (&self.eliminations[..n], &self.segments[..n]);
-        let (partial, right_side) = (&mut self.partial[..n], &mut right_side[..n]);
-        let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
-        for k in (0..n).rev() {
-            let elimination = &eliminations[k];
-            let own = sub(sub(right_side[k], mul_transposed(&segments[k].reach_jacobian, force)), torque);
-            let own = mul(&elimination.pivot, own);
-            force = add(force, mul(&elimination.force, own));
-            torque = mul(&elimination.torque, own);
-            partial[k] = own;
-        }
-        let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
-        for k in 0..n {
-            let elimination = &eliminations[k];
-            let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
-            neighbour = sub(partial[k], inner);
-            base = add(base, mul(&elimination.outer, neighbour));
-            right_side[k] = neighbour;
+        let JointConstants { stiffness, damping } = self.chain.root_joint();
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let clamp = kernels::clamp_tangent(
+            direction,
+            direction_rate,
+            self.angles[0],
+            v[0],
+            stiffness,
+            damping,
+            weights.coordinates,
+            weights.rates,
+        );
+        kernels::JointTangent {
+            previous_previous: zero_matrix(),
+            previous_next: zero_matrix(),
+            next_previous: zero_matrix(),
+            next_next: clamp.next_next,
         }
     }
 
@@ -538,15 +406,14 @@ impl<T: Real> Dynamics<T> {
             clamp_torque_power: root.power,
         };
         let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        let side = |k: usize| Side { angles: self.angles[k], rates: v[k], axis: self.charts[k] };
         for k in 0..n {
-            let Side { angles, rates, axis } = side(k);
+            let Side { angles, rates, axis } = self.side(k, v);
             let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
-            let segment = kernels::segment_energy(angles, rates, x, x_rate, g, length, mass, inertia);
+            let segment = kernels::segment_energy(*angles, *rates, x, x_rate, g, length, mass, inertia);
             energies.kinetic = energies.kinetic + segment.kinetic;
             energies.gravity = energies.gravity + segment.gravity;
             if k > 0 {
-                let joint = chart::joint_energy(side(k - 1), side(k), constants);
+                let joint = chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants);
                 energies.spring = energies.spring + joint.spring;
                 energies.dissipation = energies.dissipation + joint.dissipation;
             }
@@ -554,10 +421,99 @@ impl<T: Real> Dynamics<T> {
         }
         energies
     }
+}
 
-    /// Positions, velocities and angles at `(q, q̇)`, without forces.
+impl<T: Compiled> Dynamics<T> {
+    /// Angles, positions and velocities at `(q, q̇)`, without forces.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
     pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        self.kinematics(clamp, q, v);
+        T::place(self, clamp, q, v);
+    }
+
+    /// As [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
+        T::track(self, clamp, q, v, accelerations);
+    }
+
+    /// Moves the nodes to where they are when `correction` (rad/s²) is taken off the `q̈` of the last
+    /// [`Dynamics::residual`], and `weights` of it off `q̇` and `q`.
+    ///
+    /// To first order in it; of the velocities, `w_v |q̇|` is neglected against one.
+    ///
+    /// # Panics
+    /// If the slice is shorter than the chain.
+    pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
+        T::shift(self, correction, weights);
+    }
+
+    /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
+    ///
+    /// Exact up to rounding: the solution of `M q̈ = f + Q` by elimination from the tip to the root, without
+    /// forming `M`. Joint torques are exact to one rounding of `c`, so that in a nearly straight filament small
+    /// components are known to some 1e-16 of what a bend of one radian would give.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn accelerations(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        accelerations: &mut [[T; 2]],
+    ) {
+        T::accelerations(self, clamp, q, v, loads, accelerations);
+    }
+
+    /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn residual(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        residual: &mut [[T; 2]],
+    ) {
+        T::residual(self, clamp, q, v, accelerations, loads, residual);
+    }
+
+    /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
+    ///
+    /// # Panics
+    /// If the slice is shorter than the chain.
+    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
+        T::solve(self, right_side);
+    }
+
+    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
+    /// state of the last [`Dynamics::residual`], which must have been called with the same arguments.
+    ///
+    /// Only in `lanes`: the others keep the matrix that they have.
+    ///
+    /// The matrix is exact but for one approximation: a loaded node is taken to move by `w_q δẍ` (and at
+    /// `w_v δẍ`), which neglects `2 w_v |q̇|` against one. Newton's method converges to the same solution.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn factorise(
+        &mut self,
+        clamp: &Clamp<T>,
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        weights: StepWeights<T>,
+        lanes: LaneSet,
+    ) {
+        T::factorise(self, clamp, v, accelerations, loads, weights, lanes);
     }
 }
 
@@ -574,5 +530,406 @@ impl Dynamics<f64> {
             Some(k) => Err(PoleError { segment: k + 1, polar_angle: q[k][0], axis: self.charts[k] }),
             None => Ok(()),
         }
+    }
+}
+
+/// The loops of [`Dynamics`], for a scalar that they are compiled for.
+///
+/// Each is compiled for several sets of instructions, and the machine's is chosen when it is called.
+pub trait Compiled: Lanewise {
+    #[doc(hidden)]
+    fn place(dynamics: &mut Dynamics<Self>, clamp: &Clamp<Self>, q: &[[Self; 2]], v: &[[Self; 2]]);
+
+    #[doc(hidden)]
+    fn track(dynamics: &mut Dynamics<Self>, clamp: &Clamp<Self>, q: &[[Self; 2]], v: &[[Self; 2]], a: &[[Self; 2]]);
+
+    #[doc(hidden)]
+    fn accelerations(
+        dynamics: &mut Dynamics<Self>,
+        clamp: &Clamp<Self>,
+        q: &[[Self; 2]],
+        v: &[[Self; 2]],
+        loads: &dyn NodeLoads<Self>,
+        accelerations: &mut [[Self; 2]],
+    );
+
+    #[doc(hidden)]
+    fn residual(
+        dynamics: &mut Dynamics<Self>,
+        clamp: &Clamp<Self>,
+        q: &[[Self; 2]],
+        v: &[[Self; 2]],
+        accelerations: &[[Self; 2]],
+        loads: &dyn NodeLoads<Self>,
+        residual: &mut [[Self; 2]],
+    );
+
+    #[doc(hidden)]
+    fn factorise(
+        dynamics: &mut Dynamics<Self>,
+        clamp: &Clamp<Self>,
+        v: &[[Self; 2]],
+        accelerations: &[[Self; 2]],
+        loads: &dyn NodeLoads<Self>,
+        weights: StepWeights<Self>,
+        lanes: LaneSet,
+    );
+
+    #[doc(hidden)]
+    fn shift(dynamics: &mut Dynamics<Self>, correction: &[[Self; 2]], weights: StepWeights<Self>);
+
+    #[doc(hidden)]
+    fn solve(dynamics: &mut Dynamics<Self>, right_side: &mut [[Self; 2]]);
+}
+
+/// Functions of one scalar that only call the generic loop of their name, which is inlined into them with all that it
+/// calls: so it has their instructions.
+macro_rules! compile {
+    ($scalar:ty, $plain:ident: $(fn $name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {
+        impl Compiled for $scalar {
+            $(fn $name($($argument: $type),*) {
+                #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+                fn $name($($argument: $type),*) {
+                    match_target! {
+                        "x86_64+avx512f+avx512dq+avx512vl" => super::dynamics::$name($($argument),*),
+                        "x86_64+avx2" => super::dynamics::$name($($argument),*),
+                        _ => $plain!(super::dynamics::$name($($argument),*)),
+                    }
+                }
+                $name($($argument),*);
+            })*
+        }
+    };
+}
+
+macro_rules! always {
+    ($call:expr) => {
+        $call
+    };
+}
+
+/// Not for x86-64 without AVX2, see [`lanes_are_compiled`].
+macro_rules! unless_x86_64 {
+    ($call:expr) => {
+        if cfg!(target_arch = "x86_64") { unreachable!("lanes are not used without AVX2") } else { $call }
+    };
+}
+
+/// True if the loops are compiled for lanes that this machine has.
+///
+/// On x86-64 they need AVX2 (2013): for registers of two numbers they would be the largest part of what a build
+/// compiles, and gain little.
+pub fn lanes_are_compiled() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx2");
+    #[cfg(not(target_arch = "x86_64"))]
+    true
+}
+
+macro_rules! compile_for {
+    ($($scalar:ty, $plain:ident);*) => {
+        $(compile! { $scalar, $plain:
+            fn place(dynamics: &mut Dynamics<$scalar>, clamp: &Clamp<$scalar>, q: &[[$scalar; 2]], v: &[[$scalar; 2]]);
+            fn track(
+                dynamics: &mut Dynamics<$scalar>,
+                clamp: &Clamp<$scalar>,
+                q: &[[$scalar; 2]],
+                v: &[[$scalar; 2]],
+                a: &[[$scalar; 2]],
+            );
+            fn accelerations(
+                dynamics: &mut Dynamics<$scalar>,
+                clamp: &Clamp<$scalar>,
+                q: &[[$scalar; 2]],
+                v: &[[$scalar; 2]],
+                loads: &dyn NodeLoads<$scalar>,
+                result: &mut [[$scalar; 2]],
+            );
+            fn residual(
+                dynamics: &mut Dynamics<$scalar>,
+                clamp: &Clamp<$scalar>,
+                q: &[[$scalar; 2]],
+                v: &[[$scalar; 2]],
+                accelerations: &[[$scalar; 2]],
+                loads: &dyn NodeLoads<$scalar>,
+                result: &mut [[$scalar; 2]],
+            );
+            fn factorise(
+                dynamics: &mut Dynamics<$scalar>,
+                clamp: &Clamp<$scalar>,
+                v: &[[$scalar; 2]],
+                accelerations: &[[$scalar; 2]],
+                loads: &dyn NodeLoads<$scalar>,
+                weights: StepWeights<$scalar>,
+                lanes: LaneSet,
+            );
+            fn shift(dynamics: &mut Dynamics<$scalar>, correction: &[[$scalar; 2]], weights: StepWeights<$scalar>);
+            fn solve(dynamics: &mut Dynamics<$scalar>, right_side: &mut [[$scalar; 2]]);
+        })*
+    };
+}
+
+compile_for!(f64, always; Lanes<LANES>, unless_x86_64);
+
+#[inline(always)]
+fn place<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (q, v) = (&q[..n], &v[..n]);
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    for k in 0..n {
+        let segment = dynamics.segment(k, v[k]);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
+    }
+}
+
+#[inline(always)]
+fn track<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+    for k in 0..n {
+        let segment = dynamics.segment(k, v[k]);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
+        dynamics.base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
+    }
+    dynamics.base_accelerations[n] = base;
+}
+
+#[inline(always)]
+fn accelerations<T: Real>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    q: &[[T; 2]],
+    v: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    accelerations: &mut [[T; 2]],
+) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
+    let loaded = !loads.is_empty();
+    if loaded {
+        place(dynamics, clamp, q, v);
+    } else {
+        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    }
+    let mass = dynamics.chain.mass;
+    // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
+    let (mut a, mut b) = (zero_matrix(), zero());
+    let mut torque_from_outside = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(force) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
+            b = sub(b, force);
+        }
+        let segment = dynamics.segment(k, v[k]);
+        let joint = dynamics.inner_joint(k, clamp, v);
+        let torque = add(joint.next, torque_from_outside);
+        torque_from_outside = joint.previous;
+        let jacobian = &segment.reach_jacobian;
+        let outer = add(mul(&a, segment.reach_bias), b);
+        let spread = product(&a, jacobian);
+        let coupling = add_matrices(&segment.coupling, &spread);
+        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
+        let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
+        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
+        let mut from_node = zero_matrix::<T, 2, 3>();
+        unrolled!(row < 2, {
+            from_node[row] = mul(&coupling, pivot[row]);
+        });
+        let own = mul(&pivot, torque);
+        let correction = product(&coupling, &from_node);
+        // One half is computed and mirrored.
+        unrolled!(row < 3, {
+            unrolled!(column < 3, {
+                if row <= column {
+                    let entry = a[row][column] - correction[row][column];
+                    a[row][column] = entry;
+                    a[column][row] = entry;
+                }
+            });
+            a[row][row] = mass + a[row][row];
+        });
+        b = add(add(segment.base_bias, outer), mul(&coupling, own));
+        dynamics.responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
+    }
+
+    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+    for k in 0..n {
+        let Response { own, from_node, jacobian, bias } = &dynamics.responses[k];
+        let acceleration = sub(*own, mul(from_node, base));
+        base = add(base, add(mul(jacobian, acceleration), *bias));
+        accelerations[k] = acceleration;
+    }
+}
+
+#[inline(always)]
+fn residual<T: Real>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    q: &[[T; 2]],
+    v: &[[T; 2]],
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    residual: &mut [[T; 2]],
+) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
+    let mass = dynamics.chain.mass;
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+    // Of the segment before, which lacks the torque of its outer joint.
+    let mut pending = zero();
+    for k in 0..n {
+        let segment = dynamics.segment(k, v[k]);
+        let joint = dynamics.inner_joint(k, clamp, v);
+        let acceleration = accelerations[k];
+        if k > 0 {
+            residual[k - 1] = sub(pending, joint.previous);
+        }
+        let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
+        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
+        let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
+        dynamics.base_forces[k] = add(scale(mass, base), own);
+        dynamics.base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
+        dynamics.jacobians[k] = segment.reach_jacobian;
+    }
+    residual[n - 1] = pending;
+    dynamics.base_accelerations[n] = base;
+
+    let loaded = !loads.is_empty();
+    let mut force = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(load) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
+            force = sub(force, load);
+        }
+        dynamics.outer_forces[k] = force;
+        residual[k] = add(residual[k], mul_transposed(&dynamics.jacobians[k], force));
+        force = add(force, dynamics.base_forces[k]);
+    }
+    dynamics.root_force = force;
+}
+
+#[inline(always)]
+fn factorise<T: Lanewise>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    v: &[[T; 2]],
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    weights: StepWeights<T>,
+    lanes: LaneSet,
+) {
+    let n = dynamics.chain.segments;
+    let (v, accelerations) = (&v[..n], &accelerations[..n]);
+    let Chain { length, mass, inertia, .. } = dynamics.chain;
+    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
+
+    // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
+    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+    let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
+    for k in (0..n).rev() {
+        if loaded && let Some(tangent) = loads.tangent(k, dynamics.positions[k], dynamics.velocities[k]) {
+            unrolled!(row < 3, {
+                let elastic = scale(weights.coordinates, tangent.position[row]);
+                let viscous = scale(weights.rates, tangent.velocity[row]);
+                a[row] = sub(sub(a[row], elastic), viscous);
+            });
+        }
+        let segment = dynamics.segment(k, v[k]);
+        let jacobian = &segment.reach_jacobian;
+        let axis = dynamics.charts[k];
+        let mut tangent = kernels::segment_tangent(
+            dynamics.angles[k],
+            v[k],
+            accelerations[k],
+            axis.from_frame(dynamics.base_accelerations[k]),
+            axis.from_frame(dynamics.outer_forces[k]),
+            length,
+            mass,
+            inertia,
+            weights.coordinates,
+            weights.rates,
+        );
+        if axis != PolarAxis::Z {
+            tangent.base_force = axis.to_frame(tangent.base_force);
+            tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
+        }
+        let joint = dynamics.inner_joint_tangent(k, clamp, v, weights);
+        let outer = &tangent.outer_acceleration;
+        let spread = add_matrices(&product(&a, outer), &b);
+        let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
+        pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
+        let pivot = invert(&add_matrices(&pivot, &joint.next_next));
+        let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
+        unrolled!(row < 2, {
+            unrolled!(column < 3, {
+                coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
+            });
+        });
+        let from_node = product(&pivot, &coupling);
+        let from_neighbour = product(&pivot, &joint.next_previous);
+        let force = add_matrices(&tangent.base_force, &spread);
+        let torque = joint.previous_next;
+
+        a = sub_matrices(&a, &product(&force, &from_node));
+        unrolled!(i < 3, {
+            a[i][i] = a[i][i] + mass;
+        });
+        b = negative(&product(&force, &from_neighbour));
+        c = negative(&product(&torque, &from_node));
+        d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
+        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
+        dynamics.eliminations[k] =
+            if whole { elimination } else { elimination.select(lanes, &dynamics.eliminations[k]) };
+    }
+}
+
+#[inline(always)]
+fn solve<T: Real>(dynamics: &mut Dynamics<T>, right_side: &mut [[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
+    let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
+    let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
+    for k in (0..n).rev() {
+        let elimination = &eliminations[k];
+        let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
+        let own = mul(&elimination.pivot, own);
+        force = add(force, mul(&elimination.force, own));
+        torque = mul(&elimination.torque, own);
+        partial[k] = own;
+    }
+    let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
+    for k in 0..n {
+        let elimination = &eliminations[k];
+        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
+        neighbour = sub(partial[k], inner);
+        base = add(base, mul(&elimination.outer, neighbour));
+        right_side[k] = neighbour;
+    }
+}
+
+#[inline(always)]
+fn shift<T: Real>(dynamics: &mut Dynamics<T>, correction: &[[T; 2]], weights: StepWeights<T>) {
+    let n = dynamics.chain.segments;
+    let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
+    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+    let mut change = zero();
+    for k in 0..n {
+        change = add(change, mul(&jacobians[k], correction[k]));
+        positions[k] = sub(positions[k], scale(weights.coordinates, change));
+        velocities[k] = sub(velocities[k], scale(weights.rates, change));
     }
 }

@@ -1,17 +1,38 @@
 //! Products of the small fixed-size vectors and matrices that the recursions carry.
 //!
-//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows. Plain loops too: the
-//! closure of an iterator may be compiled apart, and then without the instructions of the function that it serves.
+//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows. No dimension exceeds 3.
 
-use super::Real;
+use super::{LaneSet, Lanewise, Real};
+
+/// `body` for `index` = 0, 1, 2 below `end`, written out.
+///
+/// As a loop it would be unrolled too late, if at all: with a scalar of many lanes its body is long, and the compiler then
+/// vectorises over rows, by gathering, instead of over lanes.
+macro_rules! unrolled {
+    ($index:ident < $end:expr, $body:block) => {
+        if 0 < $end {
+            let $index = 0;
+            $body
+        }
+        if 1 < $end {
+            let $index = 1;
+            $body
+        }
+        if 2 < $end {
+            let $index = 2;
+            $body
+        }
+    };
+}
+pub(crate) use unrolled;
 
 /// `a + b`
 #[inline(always)]
 pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut result = a;
-    for i in 0..N {
+    unrolled!(i < N, {
         result[i] = a[i] + b[i];
-    }
+    });
     result
 }
 
@@ -19,9 +40,9 @@ pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
 #[inline(always)]
 pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut result = a;
-    for i in 0..N {
+    unrolled!(i < N, {
         result[i] = a[i] - b[i];
-    }
+    });
     result
 }
 
@@ -29,9 +50,9 @@ pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
 #[inline(always)]
 pub fn scale<T: Real, const N: usize>(factor: T, a: [T; N]) -> [T; N] {
     let mut result = a;
-    for i in 0..N {
+    unrolled!(i < N, {
         result[i] = factor * a[i];
-    }
+    });
     result
 }
 
@@ -39,9 +60,11 @@ pub fn scale<T: Real, const N: usize>(factor: T, a: [T; N]) -> [T; N] {
 #[inline(always)]
 pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
     let mut sum = a[0] * b[0];
-    for i in 1..N {
-        sum = sum + a[i] * b[i];
-    }
+    unrolled!(i < N, {
+        if i > 0 {
+            sum = sum + a[i] * b[i];
+        }
+    });
     sum
 }
 
@@ -49,9 +72,9 @@ pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
 #[inline(always)]
 pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; C]) -> [T; R] {
     let mut result = zero();
-    for row in 0..R {
+    unrolled!(row < R, {
         result[row] = dot(matrix[row], x);
-    }
+    });
     result
 }
 
@@ -59,13 +82,15 @@ pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T;
 #[inline(always)]
 pub fn mul_transposed<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; R]) -> [T; C] {
     let mut result = zero();
-    for column in 0..C {
+    unrolled!(column < C, {
         let mut sum = matrix[0][column] * x[0];
-        for row in 1..R {
-            sum = sum + matrix[row][column] * x[row];
-        }
+        unrolled!(row < R, {
+            if row > 0 {
+                sum = sum + matrix[row][column] * x[row];
+            }
+        });
         result[column] = sum;
-    }
+    });
     result
 }
 
@@ -76,9 +101,9 @@ pub fn product<T: Real, const R: usize, const K: usize, const C: usize>(
     b: &[[T; C]; K],
 ) -> [[T; C]; R] {
     let mut result = zero_matrix();
-    for row in 0..R {
+    unrolled!(row < R, {
         result[row] = mul_transposed(b, a[row]);
-    }
+    });
     result
 }
 
@@ -89,15 +114,17 @@ pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usiz
     b: &[[T; C]; K],
 ) -> [[T; C]; R] {
     let mut result = zero_matrix();
-    for row in 0..R {
-        for column in 0..C {
+    unrolled!(row < R, {
+        unrolled!(column < C, {
             let mut sum = b[0][column] * a[0][row];
-            for k in 1..K {
-                sum = sum + b[k][column] * a[k][row];
-            }
+            unrolled!(k < K, {
+                if k > 0 {
+                    sum = sum + b[k][column] * a[k][row];
+                }
+            });
             result[row][column] = sum;
-        }
-    }
+        });
+    });
     result
 }
 
@@ -105,9 +132,9 @@ pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usiz
 #[inline(always)]
 pub fn add_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
     let mut result = *a;
-    for row in 0..R {
+    unrolled!(row < R, {
         result[row] = add(a[row], b[row]);
-    }
+    });
     result
 }
 
@@ -115,9 +142,37 @@ pub fn add_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b:
 #[inline(always)]
 pub fn sub_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
     let mut result = *a;
-    for row in 0..R {
+    unrolled!(row < R, {
         result[row] = sub(a[row], b[row]);
-    }
+    });
+    result
+}
+
+/// `−A`
+#[inline(always)]
+pub fn negative<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R]) -> [[T; C]; R] {
+    let mut result = *a;
+    unrolled!(row < R, {
+        unrolled!(column < C, {
+            result[row][column] = -a[row][column];
+        });
+    });
+    result
+}
+
+/// `a` in `lanes`, `b` elsewhere.
+#[inline(always)]
+pub fn select<T: Lanewise, const R: usize, const C: usize>(
+    lanes: LaneSet,
+    a: &[[T; C]; R],
+    b: &[[T; C]; R],
+) -> [[T; C]; R] {
+    let mut result = *b;
+    unrolled!(row < R, {
+        unrolled!(column < C, {
+            result[row][column] = a[row][column].select(lanes, b[row][column]);
+        });
+    });
     result
 }
 

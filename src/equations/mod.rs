@@ -9,15 +9,19 @@
 mod batch;
 mod chart;
 mod dynamics;
+mod elementary;
 mod lanes;
 pub mod linear;
 mod real;
 
 pub use batch::{Batch, BatchError, LANES, Member};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
-pub use dynamics::{Chain, Clamp, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
-pub use lanes::{Lanes, TRIGONOMETRIC_LIMIT};
-pub use real::Real;
+pub use dynamics::{
+    Chain, Clamp, Compiled, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights, lanes_are_compiled,
+};
+pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
+pub use lanes::Lanes;
+pub use real::{LaneSet, Lanewise, Real};
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.
 #[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]

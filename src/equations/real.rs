@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use bristle_codegen::special;
+use super::{Lanes, elementary};
 
 /// A real number, or several side by side.
 ///
@@ -25,9 +25,15 @@ pub trait Real:
     fn cos(self) -> Self;
 
     /// Sine and cosine, argument in rad.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// `sin φ, cos φ, sin θ, cos θ` of as many segments as both slices have.
     #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        (self.sin(), self.cos())
+    fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
+        for (q, angles) in q.iter().zip(angles) {
+            let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (q[0].sin_cos(), q[1].sin_cos());
+            *angles = [sin_phi, cos_phi, sin_theta, cos_theta];
+        }
     }
 
     /// The arc sine, in rad.
@@ -54,12 +60,30 @@ impl Real for f64 {
 
     #[inline(always)]
     fn sin(self) -> Self {
-        self.sin()
+        elementary::sin_cos(self).0
     }
 
     #[inline(always)]
     fn cos(self) -> Self {
-        self.cos()
+        elementary::sin_cos(self).1
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        elementary::sin_cos(self)
+    }
+
+    /// Four segments at a time, which the compiler computes in vectors.
+    #[inline(always)]
+    fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
+        for (q, angles) in q.chunks(4).zip(angles.chunks_mut(4)) {
+            let mut block = [0.0; 8];
+            block[..2 * q.len()].copy_from_slice(q.as_flattened());
+            let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
+            for (k, angles) in angles.iter_mut().enumerate() {
+                *angles = [sines[2 * k], cosines[2 * k], sines[2 * k + 1], cosines[2 * k + 1]];
+            }
+        }
     }
 
     #[inline(always)]
@@ -74,6 +98,115 @@ impl Real for f64 {
 
     #[inline(always)]
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self {
-        special::half_angle_squared(ORDER, u)
+        elementary::half_angle_squared::<ORDER>(u)
+    }
+}
+
+/// A [`Real`] whose lanes can be told apart, and may go different ways.
+pub trait Lanewise: Real {
+    /// How many.
+    const LANES: usize;
+
+    /// The number in one lane.
+    fn lane(self, lane: usize) -> f64;
+
+    /// Changes the number in one lane.
+    fn set_lane(&mut self, lane: usize, value: f64);
+
+    /// The magnitude.
+    fn abs(self) -> Self;
+
+    /// The larger one; `self` if `other` is NaN.
+    fn max(self, other: Self) -> Self;
+
+    /// `self` in `lanes`, `other` elsewhere.
+    fn select(self, lanes: LaneSet, other: Self) -> Self;
+
+    /// What `value` gives for each lane.
+    #[inline(always)]
+    fn from_lanes(value: impl Fn(usize) -> f64) -> Self {
+        let mut result = Self::from_f64(0.0);
+        for lane in 0..Self::LANES {
+            result.set_lane(lane, value(lane));
+        }
+        result
+    }
+}
+
+impl Lanewise for f64 {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, value: f64) {
+        *self = value;
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        larger(self, other)
+    }
+
+    #[inline(always)]
+    fn select(self, lanes: LaneSet, other: Self) -> Self {
+        if lanes.contains(0) { self } else { other }
+    }
+}
+
+/// One comparison, as a vector unit has it; `f64::max` has a rule for NaN on either side.
+#[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// A set of lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LaneSet(u64);
+
+impl LaneSet {
+    /// The first `count` lanes.
+    pub fn first(count: usize) -> Self {
+        Self(if count >= 64 { u64::MAX } else { (1 << count) - 1 })
+    }
+
+    /// True if there is none.
+    #[inline(always)]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// True if `lane` is one of them.
+    #[inline(always)]
+    pub fn contains(self, lane: usize) -> bool {
+        self.0 >> lane & 1 == 1
+    }
+
+    /// Takes `lane` in.
+    pub fn insert(&mut self, lane: usize) {
+        self.0 |= 1 << lane;
+    }
+
+    /// Leaves `lane` out.
+    pub fn remove(&mut self, lane: usize) {
+        self.0 &= !(1 << lane);
+    }
+
+    /// The lanes, in order.
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.0;
+        std::iter::from_fn(move || {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest.wrapping_sub(1);
+            (lane < 64).then_some(lane)
+        })
     }
 }

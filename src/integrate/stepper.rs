@@ -1,0 +1,519 @@
+//! One attempt at a step, of one system or of several side by side in the lanes of `T`.
+
+use multiversion::multiversion;
+
+use super::tableau::Tableau;
+use super::{SecondOrderSystem, State, Tolerances};
+use crate::equations::linear::{add, scale, sub, unrolled};
+use crate::equations::{LaneSet, Lanewise, StepWeights};
+
+/// A stage whose correction, in tolerances, exceeds this is not trusted to one iteration: the step fails.
+///
+/// Measured on contacts (docs/integrators.md): a smaller one costs steps and gains no accuracy, as the error estimate
+/// sees what a stage leaves unsolved.
+const MAX_CORRECTION: f64 = 1000.0;
+
+/// Stages of the longest method.
+const MAX_STAGES: usize = 8;
+
+/// With [`StageSolution::Converged`] an iteration stops when its error is this fraction of what a step may err.
+const NEWTON_TOLERANCE: f64 = 0.02;
+const MAX_NEWTON_ITERATIONS: usize = 8;
+/// Above this ratio of successive corrections the matrix is made anew, or the step given up.
+const MAX_CONTRACTION: f64 = 0.5;
+/// The estimate of the contraction falls by no more than this at a time, as in CVODE: with a new matrix one ratio of
+/// corrections can be near zero, and the stages that share the matrix converge by far not as fast.
+const SLOWEST_DECLINE: f64 = 0.3;
+
+/// How the equations of a stage are solved (docs/integrators.md).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StageSolution {
+    /// By one iteration of Newton's method from an extrapolation of the stages before, which is as good as more for
+    /// smooth systems, and the same work for all.
+    Once,
+    /// By Newton's method to a small part of the tolerance, from `q̈` of the stage before: for equations as sharp as
+    /// those of dry friction.
+    Converged,
+}
+
+/// Why an attempt did not give a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AttemptError {
+    /// Newton's method does not converge; or, with [`StageSolution::Once`], a stage is too far from its prediction.
+    Newton,
+    /// A value is infinite or not a number.
+    NotFinite,
+}
+
+/// The memory and the arithmetic of a step: a stage is predicted from earlier ones and corrected by Newton's method,
+/// whose matrix is made at the first stage. No lane's result depends on another's.
+#[derive(Clone, Debug)]
+pub struct Stepper<T, const Q: usize> {
+    tableau: &'static Tableau,
+    solution: StageSolution,
+    /// Weights of earlier stages in the prediction of each stage's `q̈`.
+    predictors: Vec<Vec<f64>>,
+    /// Weights of the step less those of the embedded method.
+    error_weights: Vec<f64>,
+    tolerances: LaneTolerances<T>,
+    /// Where the step starts.
+    time: T,
+    start_q: Vec<[T; 2]>,
+    start_integrals: [T; Q],
+    /// By stage, then by pair.
+    stage_v: Vec<[T; 2]>,
+    stage_a: Vec<[T; 2]>,
+    stage_rates: Vec<[T; Q]>,
+    q: Vec<[T; 2]>,
+    q_base: Vec<[T; 2]>,
+    v_base: Vec<[T; 2]>,
+    correction: Vec<[T; 2]>,
+    integrals: [T; Q],
+    /// Of the last attempt, in tolerances: the largest correction, and the estimated error.
+    largest_correction: T,
+    error: T,
+    newton: Vec<Newton>,
+}
+
+/// Newton's method in one lane.
+#[derive(Clone, Copy, Debug, Default)]
+struct Newton {
+    /// Of the last iterations, the estimate for the next stage.
+    contraction: f64,
+    previous_norm: Option<f64>,
+    /// Of the last attempt.
+    iterations: usize,
+    factorisations: usize,
+    failed: bool,
+}
+
+/// What [`Newton::judge`] finds.
+enum Progress {
+    Converged,
+    Continues,
+    /// With a matrix made at the present point.
+    NeedsMatrix,
+    Failed,
+}
+
+impl Newton {
+    /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was made in it.
+    fn judge(&mut self, iteration: usize, norm: f64, fresh: bool, relative: f64) -> Progress {
+        if !norm.is_finite() {
+            return Progress::Failed;
+        }
+        if let Some(previous) = self.previous_norm {
+            let contraction = norm / previous;
+            if contraction > MAX_CONTRACTION && norm > NEWTON_TOLERANCE {
+                self.previous_norm = None;
+                return if fresh { Progress::Failed } else { Progress::NeedsMatrix };
+            }
+            self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
+        } else if iteration == 0 {
+            // Hairer and Wanner II, section IV.8: trust the last contraction, but not wholly.
+            self.contraction = self.contraction.max(f64::EPSILON).powf(0.8);
+        }
+        self.previous_norm = Some(norm);
+        let remaining = if self.contraction < 1.0 { self.contraction / (1.0 - self.contraction) * norm } else { norm };
+        // Corrections of a few roundings are noise, whose contraction says nothing.
+        if remaining <= NEWTON_TOLERANCE || norm * relative <= 8.0 * f64::EPSILON {
+            Progress::Converged
+        } else {
+            Progress::Continues
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct LaneTolerances<T> {
+    relative: T,
+    angle_scale: T,
+    rate_scale: T,
+}
+
+impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
+    /// Memory for systems of `pairs` pairs of coordinates.
+    pub fn new(tableau: &'static Tableau, solution: StageSolution, pairs: usize) -> Self {
+        let none = T::from_f64(0.0);
+        let one = T::from_f64(1.0);
+        let zeros = || vec![[none; 2]; pairs];
+        let stages = tableau.stages();
+        assert!(stages <= MAX_STAGES, "a method has at most {MAX_STAGES} stages");
+        Self {
+            tableau,
+            solution,
+            predictors: (0..stages).map(|stage| predictor(tableau, solution, stage)).collect(),
+            error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
+            tolerances: LaneTolerances { relative: one, angle_scale: one, rate_scale: one },
+            time: none,
+            start_q: zeros(),
+            start_integrals: [none; Q],
+            stage_v: vec![[none; 2]; stages * pairs],
+            stage_a: vec![[none; 2]; stages * pairs],
+            stage_rates: vec![[none; Q]; stages],
+            q: zeros(),
+            q_base: zeros(),
+            v_base: zeros(),
+            correction: zeros(),
+            integrals: [none; Q],
+            largest_correction: none,
+            error: none,
+            newton: vec![Newton { contraction: 1.0, ..Newton::default() }; T::LANES],
+        }
+    }
+
+    /// What errors in `lane` are measured against.
+    ///
+    /// A new integration begins there.
+    pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
+        self.newton[lane] = Newton { contraction: 1.0, ..Newton::default() };
+        let Tolerances { relative, angle_scale, rate_scale } = tolerances;
+        self.tolerances.relative.set_lane(lane, relative);
+        self.tolerances.angle_scale.set_lane(lane, angle_scale);
+        self.tolerances.rate_scale.set_lane(lane, rate_scale);
+    }
+
+    /// The state from which the steps of `lane` start.
+    ///
+    /// # Panics
+    /// If it has another number of coordinates.
+    pub fn set_start(&mut self, lane: usize, start: &State<Q>) {
+        self.time.set_lane(lane, start.time);
+        scatter(lane, &start.q, &mut self.start_q);
+        let n = self.start_q.len();
+        scatter(lane, &start.v, &mut self.stage_v[..n]);
+        scatter(lane, &start.accelerations, &mut self.stage_a[..n]);
+        for i in 0..Q {
+            self.start_integrals[i].set_lane(lane, start.integrals[i]);
+            self.stage_rates[0][i].set_lane(lane, start.rates[i]);
+        }
+    }
+
+    /// Takes a step of the length `step` (s), in all lanes; [`Stepper::outcome`] tells what became of each.
+    pub fn attempt(&mut self, system: &mut impl SecondOrderSystem<T, Q>, step: T) {
+        let (tableau, n) = (self.tableau, self.start_q.len());
+        let last = tableau.stages() - 1;
+        let diagonal = T::from_f64(tableau.gamma) * step;
+        let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
+        self.largest_correction = T::from_f64(0.0);
+        for newton in &mut self.newton {
+            *newton = Newton { contraction: newton.contraction, ..Newton::default() };
+        }
+        let all = LaneSet::first(T::LANES);
+        for stage in 1..=last {
+            let time = self.time + T::from_f64(tableau.node(stage)) * step;
+            self.predict(stage, step, diagonal);
+            let mut matrix = if stage == 1 { all } else { LaneSet::default() };
+            match self.solution {
+                StageSolution::Once => {
+                    self.iterate(system, stage, time, weights, matrix);
+                    let largest = self.correct(stage, weights);
+                    self.largest_correction = self.largest_correction.max(largest);
+                }
+                StageSolution::Converged => {
+                    let mut open = all;
+                    for newton in &mut self.newton {
+                        newton.previous_norm = None;
+                    }
+                    for iteration in 0..MAX_NEWTON_ITERATIONS {
+                        self.iterate(system, stage, time, weights, matrix);
+                        keep(&mut self.correction, open);
+                        let norms = self.correct(stage, weights);
+                        let mut next = LaneSet::default();
+                        for lane in open.iter() {
+                            let newton = &mut self.newton[lane];
+                            newton.iterations += 1;
+                            newton.factorisations += usize::from(matrix.contains(lane));
+                            let relative = self.tolerances.relative.lane(lane);
+                            match newton.judge(iteration, norms.lane(lane), matrix.contains(lane), relative) {
+                                Progress::Converged => open.remove(lane),
+                                Progress::Continues => {}
+                                Progress::NeedsMatrix => next.insert(lane),
+                                Progress::Failed => {
+                                    newton.failed = true;
+                                    open.remove(lane);
+                                }
+                            }
+                        }
+                        matrix = next;
+                        if open.is_empty() {
+                            break;
+                        }
+                    }
+                    for lane in open.iter() {
+                        self.newton[lane].failed = true;
+                    }
+                }
+            }
+            let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+            // The shortcut starts from the last residual, which in a lane that has converged earlier is another one than
+            // it would be alone.
+            self.stage_rates[stage] = if stage == last || self.solution == StageSolution::Converged {
+                system.rates(time, &self.q, v, a)
+            } else {
+                system.stage_rates(time, &self.q, v, a, &self.correction, weights)
+            };
+        }
+        for i in 0..Q {
+            let mut integral = self.start_integrals[i];
+            for stage in 0..=last {
+                integral = integral + T::from_f64(tableau.weight(stage)) * step * self.stage_rates[stage][i];
+            }
+            self.integrals[i] = integral;
+        }
+        self.error = self.estimate(step);
+    }
+
+    /// The error of the last attempt in `lane`, in tolerances, and the state that it gave, into `end`.
+    ///
+    /// # Errors
+    /// If it gave none.
+    pub fn outcome(&self, lane: usize, end: &mut State<Q>) -> Result<f64, AttemptError> {
+        let last = self.tableau.stages() - 1;
+        gather(lane, &self.q, &mut end.q);
+        let n = self.start_q.len();
+        gather(lane, &self.stage_v[last * n..], &mut end.v);
+        gather(lane, &self.stage_a[last * n..], &mut end.accelerations);
+        for i in 0..Q {
+            end.integrals[i] = self.integrals[i].lane(lane);
+            end.rates[i] = self.stage_rates[last][i].lane(lane);
+        }
+        let error = self.error.lane(lane);
+        // The estimate adds up all stages: where one is not finite, it is not either.
+        if !error.is_finite() {
+            return Err(AttemptError::NotFinite);
+        }
+        if self.newton[lane].failed {
+            return Err(AttemptError::Newton);
+        }
+        if self.largest_correction.lane(lane) <= MAX_CORRECTION { Ok(error) } else { Err(AttemptError::Newton) }
+    }
+
+    /// One iteration at `stage`, with the matrix made anew in the lanes `matrix`; leaves the correction.
+    fn iterate(
+        &mut self,
+        system: &mut impl SecondOrderSystem<T, Q>,
+        stage: usize,
+        time: T,
+        weights: StepWeights<T>,
+        matrix: LaneSet,
+    ) {
+        let n = self.start_q.len();
+        let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+        system.residual(time, &self.q, v, a, &mut self.correction);
+        if !matrix.is_empty() {
+            system.factorise(time, v, a, weights, matrix);
+        }
+        system.solve(&mut self.correction);
+    }
+
+    /// Iterations and factorisations of the last attempt in `lane`.
+    pub fn work(&self, lane: usize) -> (usize, usize) {
+        match self.solution {
+            StageSolution::Once => (self.tableau.stages() - 1, 1),
+            StageSolution::Converged => (self.newton[lane].iterations, self.newton[lane].factorisations),
+        }
+    }
+
+    /// Places a stage where its earlier stages let expect it.
+    fn predict(&mut self, stage: usize, step: T, diagonal: T) {
+        let split = stage * self.start_q.len();
+        let (earlier_v, v) = self.stage_v.split_at_mut(split);
+        let (earlier_a, a) = self.stage_a.split_at_mut(split);
+        let (mut weights, mut predictor) = ([T::from_f64(0.0); MAX_STAGES], [T::from_f64(0.0); MAX_STAGES]);
+        for j in 0..stage {
+            weights[j] = T::from_f64(self.tableau.coefficient(stage, j)) * step;
+            predictor[j] = T::from_f64(self.predictors[stage][j]);
+        }
+        let place = Placement { q: &mut self.q, v, a, q_base: &mut self.q_base, v_base: &mut self.v_base };
+        let earlier = Earlier { start_q: &self.start_q, v: earlier_v, a: earlier_a };
+        predict(place, earlier, &weights[..stage], &predictor[..stage], diagonal);
+    }
+
+    /// Applies the correction that was solved for; its size in tolerances.
+    fn correct(&mut self, stage: usize, weights: StepWeights<T>) -> T {
+        let start = stage * self.start_q.len();
+        let place = Placement {
+            q: &mut self.q,
+            v: &mut self.stage_v[start..],
+            a: &mut self.stage_a[start..],
+            q_base: &mut self.q_base,
+            v_base: &mut self.v_base,
+        };
+        correct(place, &self.correction, weights, self.tolerances)
+    }
+
+    /// The largest component of the difference to the embedded solution, in tolerances.
+    fn estimate(&self, step: T) -> T {
+        let mut weights = [T::from_f64(0.0); MAX_STAGES];
+        for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
+            *weight = T::from_f64(difference) * step;
+        }
+        let weights = &weights[..self.error_weights.len()];
+        largest_error(&self.stage_v, &self.stage_a, self.start_q.len(), weights, self.tolerances)
+    }
+}
+
+/// Points of the polynomial that predicts a stage.
+const PREDICTOR_POINTS: usize = 2;
+
+/// Weights of the earlier stages in the prediction of a stage: those of the Lagrange polynomial through the nearest ones
+/// that do not lie too close together; or the stage before alone.
+fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f64> {
+    const LEAST_DISTANCE: f64 = 0.05;
+    if stage > 0 && solution == StageSolution::Converged {
+        return (0..stage).map(|i| f64::from(u8::from(i + 1 == stage))).collect();
+    }
+    let node = |i: usize| tableau.node(i);
+    let mut earlier: Vec<usize> = (0..stage).collect();
+    earlier.sort_by(|&i, &j| (node(i) - node(stage)).abs().total_cmp(&(node(j) - node(stage)).abs()));
+    let mut chosen: Vec<usize> = Vec::new();
+    for candidate in earlier {
+        let apart = chosen.iter().all(|&other| (node(other) - node(candidate)).abs() >= LEAST_DISTANCE);
+        if chosen.len() < PREDICTOR_POINTS && apart {
+            chosen.push(candidate);
+        }
+    }
+    let mut weights = vec![0.0; stage];
+    for &i in &chosen {
+        let others = chosen.iter().filter(|&&j| j != i);
+        weights[i] = others.map(|&j| (node(stage) - node(j)) / (node(i) - node(j))).product();
+    }
+    weights
+}
+
+fn scatter<T: Lanewise>(lane: usize, values: &[[f64; 2]], lanes: &mut [[T; 2]]) {
+    assert_eq!(values.len(), lanes.len(), "the stepper has the number of coordinates of its systems");
+    for (lanes, values) in lanes.iter_mut().zip(values) {
+        lanes[0].set_lane(lane, values[0]);
+        lanes[1].set_lane(lane, values[1]);
+    }
+}
+
+fn gather<T: Lanewise>(lane: usize, lanes: &[[T; 2]], values: &mut [[f64; 2]]) {
+    for (lanes, values) in lanes.iter().zip(values) {
+        *values = [lanes[0].lane(lane), lanes[1].lane(lane)];
+    }
+}
+
+/// Takes the values out of all lanes but `lanes`.
+fn keep<T: Lanewise>(values: &mut [[T; 2]], lanes: LaneSet) {
+    let none = T::from_f64(0.0);
+    for value in values {
+        *value = [value[0].select(lanes, none), value[1].select(lanes, none)];
+    }
+}
+
+/// Where a stage stands, as [`predict`] and [`correct`] write it.
+struct Placement<'a, T> {
+    q: &'a mut [[T; 2]],
+    v: &'a mut [[T; 2]],
+    a: &'a mut [[T; 2]],
+    q_base: &'a mut [[T; 2]],
+    v_base: &'a mut [[T; 2]],
+}
+
+/// Start and earlier stages, by stage and then by pair.
+struct Earlier<'a, T> {
+    start_q: &'a [[T; 2]],
+    v: &'a [[T; 2]],
+    a: &'a [[T; 2]],
+}
+
+// In the loops below the stages are the inner ones: the compiler leaves such sums in their order, and vectorises over
+// the lanes.
+
+/// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn predict<T: Lanewise>(place: Placement<'_, T>, earlier: Earlier<'_, T>, weights: &[T], predictor: &[T], diagonal: T) {
+    let n = earlier.start_q.len();
+    for k in 0..n {
+        let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); 2]);
+        for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
+            let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
+            q = add(q, scale(weight, stage_v));
+            v = add(v, scale(weight, stage_a));
+            a = add(a, scale(prediction, stage_a));
+        }
+        (place.q_base[k], place.v_base[k]) = (q, v);
+        v = add(v, scale(diagonal, a));
+        (place.q[k], place.v[k], place.a[k]) = (add(q, scale(diagonal, v)), v, a);
+    }
+}
+
+/// Takes `correction` off `a`; the largest part of the tolerance that it takes up, NaN if it is not finite.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn correct<T: Lanewise>(
+    place: Placement<'_, T>,
+    correction: &[[T; 2]],
+    weights: StepWeights<T>,
+    tolerances: LaneTolerances<T>,
+) -> T {
+    let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
+    let (by_angle, by_rate) = (weights.coordinates / (angle_scale * relative), weights.rates / relative);
+    // The maximum drops a NaN; the sum does not.
+    let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
+    for k in 0..correction.len() {
+        let a = sub(place.a[k], correction[k]);
+        let v = add(place.v_base[k], scale(weights.rates, a));
+        (place.q[k], place.v[k], place.a[k]) = (add(place.q_base[k], scale(weights.rates, v)), v, a);
+        unrolled!(i < 2, {
+            let size = correction[k][i].abs();
+            largest = largest.max(by_angle * size).max(by_rate * size / rate_scale.max(v[i].abs()));
+            sum = sum + size;
+        });
+    }
+    largest + (sum - sum)
+}
+
+/// The largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn largest_error<T: Lanewise>(
+    stage_v: &[[T; 2]],
+    stage_a: &[[T; 2]],
+    n: usize,
+    weights: &[T],
+    tolerances: LaneTolerances<T>,
+) -> T {
+    let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
+    let last = (weights.len() - 1) * n;
+    let none = T::from_f64(0.0);
+    // The maximum drops a NaN; the sum does not.
+    let (mut largest, mut sum) = (none, none);
+    for k in 0..n {
+        let (mut angle, mut rate) = ([none; 2], [none; 2]);
+        for (j, &weight) in weights.iter().enumerate() {
+            angle = add(angle, scale(weight, stage_v[j * n + k]));
+            rate = add(rate, scale(weight, stage_a[j * n + k]));
+        }
+        unrolled!(i < 2, {
+            let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
+            let (by_angle, by_rate) = (angle[i].abs() / angle_scale, rate[i].abs() / size);
+            largest = largest.max(by_angle).max(by_rate);
+            sum = sum + (by_angle + by_rate);
+        });
+    }
+    (largest + (sum - sum)) / relative
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tableau::{ESDIRK43, ESDIRK54};
+    use super::*;
+
+    #[test]
+    fn predictors_are_exact_for_the_polynomials_of_their_points() {
+        for tableau in [&ESDIRK43, &ESDIRK54] {
+            for stage in 1..tableau.stages() {
+                let weights = predictor(tableau, StageSolution::Once, stage);
+                let points = weights.iter().filter(|weight| **weight != 0.0).count();
+                assert_eq!(points, stage.min(PREDICTOR_POINTS), "{} stage {stage}", tableau.name);
+                for power in 0..points as i32 {
+                    let values = weights.iter().enumerate().map(|(i, weight)| weight * tableau.node(i).powi(power));
+                    let expected = tableau.node(stage).powi(power);
+                    assert!((values.sum::<f64>() - expected).abs() < 1e-13);
+                }
+            }
+        }
+    }
+}

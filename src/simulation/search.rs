@@ -1,0 +1,165 @@
+//! Zeros and maxima of functions of one variable, on a step.
+
+/// A zero of `f` between `low`, where it is negative, and `high`, where it is positive (Illinois method).
+pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let (mut below, mut above) = (f(low), f(high));
+    let mut middle = high;
+    let mut last_side = 0;
+    for _ in 0..60 {
+        middle = (low * above - high * below) / (above - below);
+        if !(middle > low && middle < high) {
+            return if middle.is_finite() { middle.clamp(low, high) } else { high };
+        }
+        let value = f(middle);
+        if value > 0.0 {
+            (high, above) = (middle, value);
+            if last_side == 1 {
+                below /= 2.0;
+            }
+            last_side = 1;
+        } else {
+            (low, below) = (middle, value);
+            if last_side == -1 {
+                above /= 2.0;
+            }
+            last_side = -1;
+        }
+        if high - low < 1e-14 {
+            break;
+        }
+    }
+    middle
+}
+
+/// Where `f` is largest between `low` and `high`, and its value there, to a relative width of some 1e-6 (Brent 1973,
+/// chapter 5: parabolas through the best three points, golden sections where they lead nowhere).
+pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
+    const WIDTH: f64 = 1e-6;
+    const MAX_ITERATIONS: usize = 60;
+    let golden = (3.0 - 5.0_f64.sqrt()) / 2.0;
+    let mut best = low + golden * (high - low);
+    let mut at_best = f(best);
+    let (mut second, mut at_second, mut third, mut at_third) = (best, at_best, best, at_best);
+    let (mut change, mut last_change) = (0.0_f64, 0.0_f64);
+    for _ in 0..MAX_ITERATIONS {
+        let middle = (low + high) / 2.0;
+        if (best - middle).abs() <= 2.0 * WIDTH - (high - low) / 2.0 {
+            break;
+        }
+        // The vertex of the parabola, as an offset `above/below` from the best point.
+        let r = (best - second) * (at_best - at_third);
+        let q = (best - third) * (at_best - at_second);
+        let mut above = (best - third) * q - (best - second) * r;
+        let mut below = 2.0 * (q - r);
+        if below > 0.0 {
+            above = -above;
+        }
+        below = below.abs();
+        let limit = last_change;
+        last_change = change;
+        let inside = above > below * (low - best) && above < below * (high - best);
+        if inside && above.abs() < (below * limit / 2.0).abs() {
+            change = above / below;
+        } else {
+            last_change = if best < middle { high - best } else { low - best };
+            change = golden * last_change;
+        }
+        let point = if change.abs() >= WIDTH { best + change } else { best + WIDTH.copysign(change) };
+        let value = f(point);
+        if value >= at_best {
+            if point >= best {
+                low = best
+            } else {
+                high = best
+            }
+            (third, at_third) = (second, at_second);
+            (second, at_second) = (best, at_best);
+            (best, at_best) = (point, value);
+        } else {
+            if point < best {
+                low = point
+            } else {
+                high = point
+            }
+            if value >= at_second || second == best {
+                (third, at_third) = (second, at_second);
+                (second, at_second) = (point, value);
+            } else if value >= at_third || third == best || third == second {
+                (third, at_third) = (point, value);
+            }
+        }
+    }
+    (best, at_best)
+}
+
+/// The largest value of a smooth `f` on a step, if it may exceed `least`.
+pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
+    /// A part of the step over which its ends are looked at.
+    const NEAR: f64 = 1e-4;
+    let samples: [f64; 5] = std::array::from_fn(|i| f(i as f64 / 4.0));
+    let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
+    let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
+    // Between samples a parabola rises by no more than the samples differ.
+    if value + (value - smallest) <= least {
+        return least;
+    }
+    let nothing_higher = match best {
+        0 => f(NEAR) < value,
+        4 => f(1.0 - NEAR) < value,
+        _ => {
+            // The vertex of the parabola through it and its neighbours, with a margin for what is not a parabola.
+            let (before, after) = (samples[best - 1], samples[best + 1]);
+            let rise = (after - before).powi(2) / (8.0 * (2.0 * value - before - after));
+            value + 4.0 * rise <= least
+        }
+    };
+    if nothing_higher {
+        return least.max(value);
+    }
+    let centre = best as f64 / 4.0;
+    let (_, peak) = maximise(&f, (centre - 0.25).max(0.0), (centre + 0.25).min(1.0));
+    least.max(value).max(peak)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    #[test]
+    fn zeros_are_found() {
+        for (f, expected) in [
+            ((|x: f64| x * x - 0.3) as fn(f64) -> f64, 0.3_f64.sqrt()),
+            (|x| (x - 0.2).powi(3), 0.2),
+            (|x| x.exp() - 2.0, 2.0_f64.ln()),
+        ] {
+            assert!((root(f, 0.0, 1.0) - expected).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn maxima_are_found_in_few_steps() {
+        for (f, expected) in [
+            ((|x: f64| -(x - 0.3).powi(2)) as fn(f64) -> f64, 0.3),
+            (|x| (3.0 * x).sin(), std::f64::consts::FRAC_PI_6),
+            (|x| -(x - 0.7).abs(), 0.7),
+            (|x| x, 1.0),
+            (|x| -x, 0.0),
+        ] {
+            let calls = Cell::new(0);
+            let counted = |x| {
+                calls.set(calls.get() + 1);
+                f(x)
+            };
+            let (x, value) = maximise(counted, 0.0, 1.0);
+            assert!((x - expected).abs() < 1e-5 && (value - f(expected)).abs() < 1e-5, "{x} {expected}");
+            assert!(calls.get() < 50, "{}", calls.get());
+        }
+        assert_eq!(maximum_in_step(|s| -(s - 0.6).powi(2), 1.0), 1.0, "what is there already is larger");
+        assert!((maximum_in_step(|s| 2.0 - (s - 0.6).powi(2), 1.0) - 2.0).abs() < 1e-12);
+        assert_eq!(maximum_in_step(|s| s, 0.5), 1.0);
+        // A maximum next to the end.
+        assert!((maximum_in_step(|s| -(s - 0.99).powi(2), -1.0)).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,195 @@
+//! Many passes side by side, in the lanes of the machine's vector units.
+
+use super::observers::ContactObserver;
+use super::system::FilamentSystem;
+use super::trajectory::Trajectory;
+use super::{METHOD, Pass, Simulation, SimulationError, simulate};
+use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
+use crate::integrate::{SecondOrderSystem, Stepper};
+use crate::settings::Settings;
+use crate::tool::RoundTool;
+use crate::workpiece::Plane;
+
+type Lane = Lanes<LANES>;
+
+/// A pass to simulate, with the number that it is reported under.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The number.
+    pub number: usize,
+    /// What to simulate.
+    pub settings: Settings,
+}
+
+/// Simulates the cases that `take` gives, [`LANES`] at a time, and reports each to `done`.
+///
+/// `take` is asked for a case of the given kind, or of any kind, whenever a lane is free; each lane goes at its own pace.
+/// A result is that of [`simulate`] to the bit, whatever stands in the other lanes.
+pub fn simulate_side_by_side(
+    mut take: impl FnMut(Option<Kind>) -> Option<Case>,
+    mut done: impl FnMut(usize, Result<Simulation, SimulationError>),
+) {
+    while let Some(first) = take(None) {
+        if !lanes_are_compiled() {
+            done(first.number, simulate(&first.settings));
+            continue;
+        }
+        let kind = Kind::of(&first.settings);
+        let mut batch = Batch::new(&first);
+        let mut first = Some(first);
+        batch.run(|| first.take().or_else(|| take(Some(kind))), &mut done);
+    }
+}
+
+/// What passes must have in common to be simulated side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Kind {
+    segments: usize,
+    friction: bool,
+}
+
+impl Kind {
+    /// That of the pass that `settings` state.
+    pub fn of(settings: &Settings) -> Self {
+        Self { segments: settings.filament.segments, friction: settings.contact.friction_coefficient != 0.0 }
+    }
+}
+
+/// A case on its way.
+struct Run {
+    number: usize,
+    pass: Pass,
+    observer: ContactObserver<RoundTool, Plane>,
+    trajectory: Trajectory,
+}
+
+impl Run {
+    fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
+        let statistics = *self.trajectory.statistics();
+        done(self.number, self.pass.conclude(&self.observer.record, statistics, Vec::new()));
+    }
+}
+
+/// Lanes for passes of one number of segments.
+struct Batch {
+    system: FilamentSystem<RoundTool, Plane, Lane>,
+    stepper: Stepper<Lane, { super::integral::COUNT }>,
+    runs: [Option<Run>; LANES],
+    steps: Lane,
+}
+
+impl Batch {
+    fn new(example: &Case) -> Self {
+        let filament = Pass::new(&example.settings).filament();
+        let system = FilamentSystem::side_by_side(vec![filament; LANES], false);
+        let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
+        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0) }
+    }
+
+    fn run(
+        &mut self,
+        mut take: impl FnMut() -> Option<Case>,
+        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+    ) {
+        let mut exhausted = false;
+        loop {
+            for lane in 0..LANES {
+                while !self.prepare(lane, done) && !exhausted {
+                    match take() {
+                        Some(case) => self.start(lane, &case),
+                        None => exhausted = true,
+                    }
+                }
+            }
+            let Some(busy) = self.runs.iter().position(Option::is_some) else { return };
+            for lane in 0..LANES {
+                if self.runs[lane].is_none() {
+                    self.idle(lane, busy);
+                }
+            }
+            self.stepper.attempt(&mut self.system, self.steps);
+            for lane in 0..LANES {
+                let Some(run) = &mut self.runs[lane] else { continue };
+                let observer = &mut run.observer;
+                let outcome =
+                    run.trajectory.conclude(lane, &self.stepper, &mut self.system, |step| observer.observe(step));
+                if let Err(error) = outcome {
+                    done(run.number, Err(error.into()));
+                    self.runs[lane] = None;
+                }
+            }
+        }
+    }
+
+    /// Puts a case into a free lane.
+    fn start(&mut self, lane: usize, case: &Case) {
+        let pass = Pass::new(&case.settings);
+        let mut alone = pass.system(false);
+        let trajectory = pass.trajectory(&mut alone);
+        self.system.set_filament(lane, pass.filament());
+        for (node, &closed) in trajectory.closed().iter().enumerate() {
+            self.system.set_closed(lane, node, closed);
+        }
+        self.stepper.set_tolerances(lane, trajectory.tolerances());
+        self.runs[lane] = Some(Run { number: case.number, observer: pass.observer(), pass, trajectory });
+    }
+
+    /// Makes the next step of a lane ready; false if the lane is free, or has just come to its end.
+    fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
+        let Some(mut run) = self.runs[lane].take() else { return false };
+        if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
+            // Charts are the same in all lanes: a filament that leaves those about z goes on alone.
+            self.finish_alone(lane, run, done);
+            return false;
+        }
+        match run.trajectory.next_step(&self.system) {
+            Ok(Some(step)) => {
+                self.steps.set_lane(lane, step);
+                self.stepper.set_start(lane, run.trajectory.start());
+                self.runs[lane] = Some(run);
+                true
+            }
+            Ok(None) => {
+                run.report(done);
+                false
+            }
+            Err(error) => {
+                done(run.number, Err(error.into()));
+                false
+            }
+        }
+    }
+
+    fn finish_alone(
+        &mut self,
+        lane: usize,
+        mut run: Run,
+        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+    ) {
+        let mut system = run.pass.system(false);
+        for (node, &closed) in run.trajectory.closed().iter().enumerate() {
+            system.set_closed(0, node, closed);
+        }
+        let solution = system.filament(0).stage_solution();
+        let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));
+        let observer = &mut run.observer;
+        match run.trajectory.finish(&mut system, &mut stepper, |step| observer.observe(step)) {
+            Ok(()) => run.report(done),
+            Err(error) => done(run.number, Err(error.into())),
+        }
+        self.clear(lane);
+    }
+
+    /// Opens all nodes of a lane that has no case.
+    fn clear(&mut self, lane: usize) {
+        let filament = *self.system.filament(lane);
+        self.system.set_filament(lane, filament);
+    }
+
+    /// Lets a lane without a case stand still where another one is, so that its numbers stay finite.
+    fn idle(&mut self, lane: usize, busy: usize) {
+        let run = self.runs[busy].as_ref().expect("the lane has a case");
+        self.stepper.set_start(lane, run.trajectory.start());
+        self.steps.set_lane(lane, 0.0);
+    }
+}

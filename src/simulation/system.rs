@@ -1,0 +1,400 @@
+//! A filament on its clamp above a workpiece, as a system to integrate: one, or one a lane.
+
+use crate::contact::{Approach, ContactLaw};
+use crate::equations::linear::{dot, zero};
+use crate::equations::{
+    Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights,
+    find_pole, near_pole,
+};
+use crate::integrate::hermite::Knot;
+use crate::integrate::{SecondOrderSystem, StageSolution, State};
+use crate::tool::ClampMotion;
+use crate::workpiece::Workpiece;
+
+/// What is integrated beside the motion, by index into [`State::integrals`].
+pub mod integral {
+    /// Contact normal impulse `∫ F_n dt` in N s.
+    pub const NORMAL_IMPULSE: usize = 0;
+    /// Energy taken by the dampers of the joints in J.
+    pub const JOINT_DISSIPATION: usize = 1;
+    /// Energy taken by contact damping and friction in J.
+    pub const CONTACT_DISSIPATION: usize = 2;
+    /// Work put in by the clamp and by a moving workpiece in J.
+    pub const WORK: usize = 3;
+    /// How many there are.
+    pub const COUNT: usize = 4;
+}
+
+use integral::COUNT;
+
+/// The state of a filament, with the integrals of [`integral`].
+pub type FilamentState = State<COUNT>;
+
+/// One filament: its constants, the motion of its clamp, and what it meets.
+#[derive(Clone, Copy, Debug)]
+pub struct Filament<M, W> {
+    /// The constants.
+    pub chain: Chain<f64>,
+    /// How its clamp moves.
+    pub motion: M,
+    /// The law of its contact.
+    pub law: ContactLaw,
+    /// What it meets.
+    pub workpiece: W,
+}
+
+impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
+    /// A node at `position` with `velocity`, relative to the workpiece at `time`.
+    pub fn approach(&self, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
+        self.law.approach(&self.workpiece, position, velocity, time)
+    }
+
+    /// How the stages of its steps are to be solved.
+    pub fn stage_solution(&self) -> StageSolution {
+        if self.law.friction == 0.0 { StageSolution::Once } else { StageSolution::Converged }
+    }
+
+    /// How deep a node may be past its event where a step ends, in m: `1e-4 × relative tolerance × l_f`, or less where
+    /// the contact is so stiff that this would be a force above `relative tolerance × E I/l_f²`.
+    pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
+        let chain = &self.chain;
+        let length = chain.length * chain.segments as f64;
+        // c h = E I
+        let force = chain.joint_stiffness * chain.length / (length * length);
+        let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
+        let [x, y, z] = self.motion.at(time).position;
+        let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
+        (1e-4 * relative * length).min(by_force).max(rounding)
+    }
+}
+
+/// The equations of a filament in contact, or of one a lane of `T`, and which of its nodes are closed.
+#[derive(Clone, Debug)]
+pub struct FilamentSystem<M, W, T = f64> {
+    dynamics: Dynamics<T>,
+    /// One a lane.
+    filaments: Vec<Filament<M, W>>,
+    /// The lanes in which each node is closed.
+    closed: Vec<LaneSet>,
+    tracks_energy: bool,
+    /// When the clamps were last asked for, and where they were.
+    clamp: (T, Clamp<T>),
+    scratch: Vec<[T; 2]>,
+}
+
+impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
+    /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
+    ///
+    /// With `tracks_energy` all of [`integral`] is integrated, else only the impulse.
+    pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
+        Self::side_by_side(vec![Filament { chain, motion, law, workpiece }], tracks_energy)
+    }
+
+    /// The state at `time` with the coordinates `q` about `z` and the rates `v`; nodes that press on the workpiece
+    /// there are closed.
+    ///
+    /// Segments near the poles of `z` are turned over to their other chart, and stand in it in what is returned. At a
+    /// pole itself `θ` tells the plane in which `φ` moves, and `θ̇` has no meaning.
+    pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
+        let mut charts = vec![PolarAxis::Z; q.len()];
+        for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
+            if near_pole(q[0]) {
+                let direction = axis.direction([*q, *v, [0.0; 2]]);
+                *axis = axis.other();
+                [*q, *v, _] = axis.coordinates(direction);
+            }
+        }
+        self.dynamics.set_charts(&charts);
+        let (dynamics, clamp, _) = self.parts(time);
+        dynamics.place(clamp, &q, &v);
+        for node in 0..q.len() {
+            let approach =
+                self.filaments[0].approach(self.dynamics.positions()[node], self.dynamics.velocities()[node], time);
+            self.set_closed(0, node, self.filaments[0].law.pressing(&approach) > 0.0);
+        }
+        State::new(self, time, q, v)
+    }
+
+    /// Energies at a state.
+    pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
+        self.place(state);
+        let (dynamics, clamp, _) = self.parts(state.time);
+        dynamics.energies(clamp, &state.v)
+    }
+
+    /// Energy stored in the closed contacts at a state, in J.
+    pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
+        self.place(state);
+        let filament = &self.filaments[0];
+        let closed = (0..self.closed.len()).filter(|&node| self.is_closed(0, node));
+        let energies = closed.map(|node| {
+            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
+            filament.law.stored_energy(&filament.approach(position, velocity, state.time))
+        });
+        energies.sum()
+    }
+
+    fn place(&mut self, state: &FilamentState) {
+        self.dynamics.set_charts(&state.charts);
+        let (dynamics, clamp, _) = self.parts(state.time);
+        dynamics.place(clamp, &state.q, &state.v);
+    }
+
+    /// Position, velocity and acceleration of every node at a state.
+    pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
+        self.dynamics.set_charts(&state.charts);
+        let (dynamics, clamp, _) = self.parts(state.time);
+        dynamics.track(clamp, &state.q, &state.v, &state.accelerations);
+        self.nodes(0, knots);
+    }
+}
+
+impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
+    /// Filaments of one number of segments, one a lane; see [`FilamentSystem::new`].
+    ///
+    /// # Panics
+    /// If there are not as many as lanes, or if their numbers of segments differ.
+    pub fn side_by_side(filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
+        assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
+        let n = filaments[0].chain.segments;
+        let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
+        Self {
+            dynamics: Dynamics::new(Chain::from_lanes(|lane| &filaments[lane].chain)),
+            filaments,
+            closed: vec![LaneSet::default(); n],
+            tracks_energy,
+            clamp,
+            scratch: vec![zero(); n],
+        }
+    }
+
+    /// Puts another filament into `lane`, all nodes open.
+    ///
+    /// # Panics
+    /// If it has another number of segments.
+    pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
+        self.filaments[lane] = filament;
+        self.dynamics.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
+        self.clamp.0.set_lane(lane, f64::NAN);
+        for node in 0..self.closed.len() {
+            self.set_closed(lane, node, false);
+        }
+    }
+
+    /// The filament of a lane.
+    pub fn filament(&self, lane: usize) -> &Filament<M, W> {
+        &self.filaments[lane]
+    }
+
+    /// True if `node` is closed in `lane`.
+    pub fn is_closed(&self, lane: usize, node: usize) -> bool {
+        self.closed[node].contains(lane)
+    }
+
+    /// Closes or opens `node` in `lane`.
+    pub fn set_closed(&mut self, lane: usize, node: usize, closed: bool) {
+        if closed {
+            self.closed[node].insert(lane);
+        } else {
+            self.closed[node].remove(lane);
+        }
+    }
+
+    /// Position, velocity and acceleration of every node of `lane`, where a step has last arrived.
+    pub(super) fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
+        for (node, knot) in knots.iter_mut().enumerate() {
+            *knot = Knot {
+                value: self.dynamics.positions()[node].map(|component| component.lane(lane)),
+                rate: self.dynamics.velocities()[node].map(|component| component.lane(lane)),
+                acceleration: self.dynamics.node_acceleration(node).map(|component| component.lane(lane)),
+            };
+        }
+    }
+
+    /// The clamps at `time`.
+    fn clamp(&mut self, time: T) -> &Clamp<T> {
+        // NaN, which no time equals, where they must be asked for again.
+        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
+            self.clamp = (time, Clamp::from_lanes(|lane| self.filaments[lane].motion.at(time.lane(lane))));
+        }
+        &self.clamp.1
+    }
+
+    /// The loads at `time` on closed nodes.
+    pub fn loads(&self, time: T) -> ContactLoads<'_, M, W, T> {
+        ContactLoads::new(&self.filaments, &self.closed, time)
+    }
+
+    /// The equations, the clamps and the loads at `time`.
+    fn parts(&mut self, time: T) -> (&mut Dynamics<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
+        self.clamp(time);
+        (&mut self.dynamics, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, time))
+    }
+
+    /// Rates of the contact's integrals, where the dynamics were last placed.
+    fn add_contact_rates(&self, time: T, rates: &mut [T; COUNT]) {
+        for (node, &lanes) in self.closed.iter().enumerate() {
+            for lane in lanes.iter() {
+                let (filament, time) = (&self.filaments[lane], time.lane(lane));
+                let position = self.dynamics.positions()[node].map(|component| component.lane(lane));
+                let velocity = self.dynamics.velocities()[node].map(|component| component.lane(lane));
+                let approach = filament.approach(position, velocity, time);
+                let mut add = |integral: usize, rate: f64| {
+                    rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
+                };
+                // The smooth law, also where it pulls: stages of a step that ends on an opening can lie past it.
+                let force = filament.law.force(&approach);
+                add(integral::NORMAL_IMPULSE, force.normal);
+                if self.tracks_energy {
+                    let surface = filament.workpiece.surface(position, time);
+                    add(integral::CONTACT_DISSIPATION, filament.law.dissipated_power(&approach));
+                    add(integral::WORK, dot(force.total(&approach), surface.velocity));
+                }
+            }
+        }
+    }
+
+    /// Rates of the other integrals; leaves the dynamics placed, with the accelerations of the nodes.
+    fn energy_rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.residual(time, q, v, accelerations, &mut scratch);
+        self.scratch = scratch;
+        let clamp = *self.clamp(time);
+        let energies = self.dynamics.energies(&clamp, v);
+        let mut rates = zero();
+        rates[integral::JOINT_DISSIPATION] = energies.dissipation + energies.dissipation;
+        rates[integral::WORK] = dot(self.dynamics.root_force(), clamp.velocity) + energies.clamp_torque_power;
+        rates
+    }
+}
+
+impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COUNT> for FilamentSystem<M, W, T> {
+    fn pairs(&self) -> usize {
+        self.dynamics.chain().segments
+    }
+
+    fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]) {
+        let (dynamics, clamp, loads) = self.parts(time);
+        dynamics.accelerations(clamp, q, v, &loads, accelerations);
+    }
+
+    fn residual(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], residual: &mut [[T; 2]]) {
+        let (dynamics, clamp, loads) = self.parts(time);
+        dynamics.residual(clamp, q, v, accelerations, &loads, residual);
+    }
+
+    fn factorise(&mut self, time: T, v: &[[T; 2]], accelerations: &[[T; 2]], weights: StepWeights<T>, lanes: LaneSet) {
+        let (dynamics, clamp, loads) = self.parts(time);
+        dynamics.factorise(clamp, v, accelerations, &loads, weights, lanes);
+    }
+
+    fn solve(&mut self, right_side: &mut [[T; 2]]) {
+        self.dynamics.solve(right_side);
+    }
+
+    fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+        let mut rates = zero();
+        if self.tracks_energy {
+            rates = self.energy_rates(time, q, v, accelerations);
+        } else {
+            let (dynamics, clamp, _) = self.parts(time);
+            dynamics.track(clamp, q, v, accelerations);
+        }
+        self.add_contact_rates(time, &mut rates);
+        rates
+    }
+
+    fn stage_rates(
+        &mut self,
+        time: T,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        correction: &[[T; 2]],
+        weights: StepWeights<T>,
+    ) -> [T; COUNT] {
+        if self.tracks_energy {
+            return self.rates(time, q, v, accelerations);
+        }
+        let mut rates = zero();
+        if self.closed.iter().any(|lanes| !lanes.is_empty()) {
+            self.dynamics.shift(correction, weights);
+            self.add_contact_rates(time, &mut rates);
+        }
+        rates
+    }
+
+    fn charts(&self) -> &[PolarAxis] {
+        self.dynamics.charts()
+    }
+
+    fn set_charts(&mut self, charts: &[PolarAxis]) {
+        self.dynamics.set_charts(charts);
+    }
+
+    fn pole(&self, q: &[[f64; 2]]) -> Option<usize> {
+        find_pole(q)
+    }
+}
+
+/// The loads of a contact on its closed nodes, at one instant a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactLoads<'a, M, W, T> {
+    filaments: &'a [Filament<M, W>],
+    closed: &'a [LaneSet],
+    /// No node is closed in any lane.
+    empty: bool,
+    time: T,
+}
+
+impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
+    fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], time: T) -> Self {
+        Self { filaments, closed, empty: closed.iter().all(|lanes| lanes.is_empty()), time }
+    }
+
+    /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
+    fn approach(&self, lane: usize, position: [T; 3], velocity: [T; 3]) -> (&Filament<M, W>, Approach) {
+        let filament = &self.filaments[lane];
+        let [position, velocity] = [position, velocity].map(|vector| vector.map(|component| component.lane(lane)));
+        (filament, filament.approach(position, velocity, self.time.lane(lane)))
+    }
+}
+
+impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_, M, W, T> {
+    fn is_empty(&self) -> bool {
+        self.empty
+    }
+
+    fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
+        if self.closed[node].is_empty() {
+            return None;
+        }
+        let mut result = zero::<T, 3>();
+        for lane in self.closed[node].iter() {
+            let (filament, approach) = self.approach(lane, position, velocity);
+            let force = filament.law.force(&approach).total(&approach);
+            for (result, component) in result.iter_mut().zip(force) {
+                result.set_lane(lane, component);
+            }
+        }
+        Some(result)
+    }
+
+    fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>> {
+        if self.closed[node].is_empty() {
+            return None;
+        }
+        let mut result = NodeTangent::<T> { position: [zero(); 3], velocity: [zero(); 3] };
+        for lane in self.closed[node].iter() {
+            let (filament, approach) = self.approach(lane, position, velocity);
+            let tangent = filament.law.tangent(&approach);
+            for row in 0..3 {
+                for column in 0..3 {
+                    result.position[row][column].set_lane(lane, tangent.position[row][column]);
+                    result.velocity[row][column].set_lane(lane, tangent.velocity[row][column]);
+                }
+            }
+        }
+        Some(result)
+    }
+}

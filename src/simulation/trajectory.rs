@@ -1,0 +1,420 @@
+//! One filament's way through its contact: steps that end on located contact events.
+
+use super::search::{maximise, root};
+use super::system::{Filament, FilamentState, FilamentSystem, integral::COUNT};
+use crate::equations::linear::{add, dot, scale};
+use crate::equations::{Compiled, PolarAxis};
+use crate::integrate::hermite::{Knot, interpolate};
+use crate::integrate::tableau::Tableau;
+use crate::integrate::{IntegrationError, Proposal, SecondOrderSystem, Statistics, StepControl, Stepper, Tolerances};
+use crate::tool::ClampMotion;
+use crate::workpiece::Workpiece;
+
+/// An accepted step, for whoever watches the integration.
+#[derive(Debug)]
+pub struct Step<'a> {
+    /// Where it starts.
+    pub start: &'a FilamentState,
+    /// Where it ends.
+    pub end: &'a FilamentState,
+    /// The nodes at its start.
+    pub start_nodes: &'a [Knot<3>],
+    /// The nodes at its end.
+    pub end_nodes: &'a [Knot<3>],
+    /// Which nodes are closed throughout.
+    pub closed: &'a [bool],
+}
+
+impl Step<'_> {
+    /// Length in s.
+    pub fn length(&self) -> f64 {
+        self.end.time - self.start.time
+    }
+
+    /// Time at the fraction `s` of the step.
+    pub fn time(&self, s: f64) -> f64 {
+        self.start.time + s * self.length()
+    }
+
+    /// Position and velocity of `node` at the fraction `s` of the step.
+    pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
+        interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
+    }
+
+    /// The polar axes of the segments' coordinates, the same at the start and at the end.
+    pub fn charts(&self) -> &[PolarAxis] {
+        &self.start.charts
+    }
+
+    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about [`Step::charts`].
+    pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
+        let knot = |state: &FilamentState, k: usize| Knot {
+            value: state.q[k],
+            rate: state.v[k],
+            acceleration: state.accelerations[k],
+        };
+        for k in 0..self.start.q.len() {
+            (q[k], v[k]) = interpolate(&knot(self.start, k), &knot(self.end, k), self.length(), s);
+        }
+    }
+
+    /// The integrals at the fraction `s` of the step (cubic Hermite interpolation).
+    pub fn integrals(&self, s: f64) -> [f64; COUNT] {
+        let (length, start, end) = (self.length(), self.start, self.end);
+        std::array::from_fn(|i| {
+            let rise = end.integrals[i] - start.integrals[i];
+            let (early, late) = (length * start.rates[i], length * end.rates[i]);
+            let bend = (1.0 - s) * (early - rise) + s * (rise - late);
+            start.integrals[i] + s * rise + s * (1.0 - s) * bend
+        })
+    }
+}
+
+/// More steps than this in one pass are taken for a failure.
+const MAX_STEPS: usize = 300_000;
+/// Repetitions of a step until its end lies on an event: some by Newton's method, then by bisection to rounding.
+const MAX_NEWTON_LANDINGS: usize = 12;
+const MAX_LANDINGS: usize = 60;
+/// Points inside a step at which a node that may touch and leave again is looked at.
+const INNER_POINTS: usize = 8;
+
+/// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
+///
+/// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
+///
+/// Between steps, segments that come near a pole of their coordinates are turned over to their other chart: the states
+/// that are shown and returned say which one they are in ([`FilamentState::charts`]). Nodes and energies do not depend
+/// on it.
+///
+/// # Errors
+/// If a step cannot be taken.
+pub fn integrate<M: ClampMotion, W: Workpiece>(
+    system: &mut FilamentSystem<M, W>,
+    start: FilamentState,
+    end_time: f64,
+    tableau: &'static Tableau,
+    tolerances: Tolerances,
+    mut observe: impl FnMut(&Step<'_>),
+) -> Result<(FilamentState, Statistics), IntegrationError> {
+    let mut trajectory = Trajectory::new(system, start, end_time, tableau, tolerances);
+    let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.pairs());
+    trajectory.finish(system, &mut stepper, &mut observe)?;
+    Ok(trajectory.into_end())
+}
+
+/// The way of one filament, advanced by attempts at steps that somebody else makes.
+///
+/// [`Trajectory::next_step`] tells which one to make from [`Trajectory::start`], [`Trajectory::conclude`] takes what
+/// became of it.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    end_time: f64,
+    tolerances: Tolerances,
+    /// How deep a node may be past its event where a step ends, in m.
+    location: f64,
+    control: StepControl,
+    start: FilamentState,
+    end: FilamentState,
+    start_nodes: Vec<Knot<3>>,
+    end_nodes: Vec<Knot<3>>,
+    closed: Vec<bool>,
+    phase: Phase,
+}
+
+/// What the next attempt is for.
+#[derive(Clone, Copy, Debug)]
+enum Phase {
+    /// To advance.
+    Advance(Proposal),
+    /// To end on an event.
+    Land(Landing),
+}
+
+/// The search for the step that ends on an event: to within half of the tolerance, or where rounding does not allow
+/// that, on the first instant after it.
+#[derive(Clone, Copy, Debug)]
+struct Landing {
+    crossing: Crossing,
+    /// Lengths of steps that end before and after the event, in s.
+    low: f64,
+    high: f64,
+    /// The length to try next.
+    length: f64,
+    attempts: usize,
+}
+
+impl Trajectory {
+    /// From `start` to `end_time` (s), with the nodes closed that are closed in `system`.
+    pub fn new<M: ClampMotion, W: Workpiece>(
+        system: &mut FilamentSystem<M, W>,
+        mut start: FilamentState,
+        end_time: f64,
+        tableau: &Tableau,
+        tolerances: Tolerances,
+    ) -> Self {
+        let n = system.pairs();
+        let mut control = StepControl::new(tableau, 1e-3 * (end_time - start.time));
+        control.count_chart_changes(start.leave_poles());
+        let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
+        let mut start_nodes = vec![none; n];
+        system.track(&start, &mut start_nodes);
+        Self {
+            end_time,
+            tolerances,
+            location: system.filament(0).event_tolerance(tolerances.relative, start.time),
+            phase: Phase::Advance(control.propose(start.time, end_time)),
+            control,
+            end: start.clone(),
+            start,
+            end_nodes: start_nodes.clone(),
+            start_nodes,
+            closed: (0..n).map(|node| system.is_closed(0, node)).collect(),
+        }
+    }
+
+    /// The state from which the next step starts.
+    pub fn start(&self) -> &FilamentState {
+        &self.start
+    }
+
+    /// Which nodes are closed there.
+    pub fn closed(&self) -> &[bool] {
+        &self.closed
+    }
+
+    /// What errors are measured against.
+    pub fn tolerances(&self) -> Tolerances {
+        self.tolerances
+    }
+
+    /// Where it has ended, and the work done.
+    pub fn into_end(self) -> (FilamentState, Statistics) {
+        (self.start, *self.control.statistics())
+    }
+
+    /// The work done so far.
+    pub fn statistics(&self) -> &Statistics {
+        self.control.statistics()
+    }
+
+    /// The length in s of the step to attempt next; none at the end.
+    ///
+    /// # Errors
+    /// If there cannot be one.
+    pub fn next_step<T>(&mut self, system: &impl SecondOrderSystem<T, COUNT>) -> Result<Option<f64>, IntegrationError> {
+        if let Phase::Land(landing) = &self.phase {
+            return Ok(Some(landing.length));
+        }
+        let time = self.start.time;
+        if time >= self.end_time {
+            return Ok(None);
+        }
+        let steps = self.control.statistics().steps;
+        if steps >= MAX_STEPS {
+            return Err(IntegrationError::TooManySteps { steps, time, step: self.control.step() });
+        }
+        self.start.check(system)?;
+        let proposal = self.control.propose(time, self.end_time);
+        self.phase = Phase::Advance(proposal);
+        Ok(Some(proposal.step))
+    }
+
+    /// Takes what became of the attempt that [`Trajectory::next_step`] has asked for, made in `lane` of `stepper` and
+    /// `system`. Accepted steps are shown to `observe`.
+    ///
+    /// # Errors
+    /// If the integration cannot go on.
+    pub fn conclude<M: ClampMotion, W: Workpiece, T: Compiled>(
+        &mut self,
+        lane: usize,
+        stepper: &Stepper<T, COUNT>,
+        system: &mut FilamentSystem<M, W, T>,
+        mut observe: impl FnMut(&Step<'_>),
+    ) -> Result<(), IntegrationError> {
+        self.control.count_attempt(stepper.work(lane));
+        let length = match self.phase {
+            Phase::Advance(proposal) => proposal.step,
+            Phase::Land(landing) => landing.length,
+        };
+        let outcome = self.end.outcome(lane, stepper, system, &self.start, length);
+        let crossing = match self.phase {
+            Phase::Advance(proposal) => {
+                if proposal.limited {
+                    self.end.time = self.end_time;
+                }
+                if !self.control.judge(self.start.time, proposal, outcome)? {
+                    return Ok(());
+                }
+                system.nodes(lane, &mut self.end_nodes);
+                let crossing = first_crossing(system.filament(lane), &self.step(), self.location);
+                if let Some(crossing) = crossing
+                    && crossing.after > 0.0
+                {
+                    let Crossing { after, past, .. } = crossing;
+                    self.phase = Phase::Land(Landing { crossing, low: 0.0, high: past, length: after, attempts: 0 });
+                    return Ok(());
+                }
+                crossing
+            }
+            Phase::Land(landing) => {
+                // A later proposal starts anew, whatever comes of the landing.
+                if let Err(cause) = outcome {
+                    self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
+                    return self.control.retreat(self.start.time, landing.crossing.after, cause);
+                }
+                system.nodes(lane, &mut self.end_nodes);
+                if let Some(next) = self.correct(landing, system.filament(lane)) {
+                    self.phase = Phase::Land(next);
+                    return Ok(());
+                }
+                Some(landing.crossing)
+            }
+        };
+        self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
+        // A node that is past its event already, because another one ended the last step, switches on the spot.
+        if crossing.is_none_or(|crossing| crossing.after > 0.0) {
+            observe(&self.step());
+            std::mem::swap(&mut self.start, &mut self.end);
+            std::mem::swap(&mut self.start_nodes, &mut self.end_nodes);
+            self.control.count_chart_changes(self.start.leave_poles());
+        }
+        if let Some(Crossing { node, .. }) = crossing {
+            self.closed[node] = !self.closed[node];
+            system.set_closed(lane, node, self.closed[node]);
+            self.control.count_event();
+        }
+        Ok(())
+    }
+
+    /// Goes on alone to the end.
+    ///
+    /// # Errors
+    /// If a step cannot be taken.
+    pub fn finish<M: ClampMotion, W: Workpiece>(
+        &mut self,
+        system: &mut FilamentSystem<M, W>,
+        stepper: &mut Stepper<f64, COUNT>,
+        mut observe: impl FnMut(&Step<'_>),
+    ) -> Result<(), IntegrationError> {
+        stepper.set_tolerances(0, self.tolerances);
+        while let Some(step) = self.next_step(system)? {
+            system.set_charts(&self.start.charts);
+            stepper.set_start(0, &self.start);
+            stepper.attempt(system, step);
+            self.conclude(0, stepper, system, &mut observe)?;
+        }
+        Ok(())
+    }
+
+    fn step(&self) -> Step<'_> {
+        Step {
+            start: &self.start,
+            end: &self.end,
+            start_nodes: &self.start_nodes,
+            end_nodes: &self.end_nodes,
+            closed: &self.closed,
+        }
+    }
+
+    /// The next try after the attempt of `landing`; none if that is near enough to the event.
+    fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
+        let Landing { crossing, mut low, mut high, length, attempts } = landing;
+        let (node, location) = (crossing.node, self.location);
+        let excess = |position, velocity, time| excess(filament, self.closed[node], position, velocity, time, location);
+        let Knot { value, rate, acceleration } = self.end_nodes[node];
+        let here = excess(value, rate, self.end.time);
+        let resolved = high - low <= 4.0 * f64::EPSILON * (self.start.time.abs() + high);
+        if here.abs() <= location / 2.0 || (resolved && here > 0.0) || attempts + 1 >= MAX_LANDINGS {
+            return None;
+        }
+        if here > 0.0 {
+            high = length
+        } else {
+            low = length
+        }
+        // Newton's method inside the bracket, with the slope over a small part of the step.
+        let back = 1e-4 * length;
+        let earlier = add(value, scale(-back, rate));
+        let slower = add(rate, scale(-back, acceleration));
+        let slope = (here - excess(earlier, slower, self.end.time - back)) / back;
+        let next = length - here / slope;
+        let inside = next > low && next < high && attempts < MAX_NEWTON_LANDINGS;
+        let length = match () {
+            () if resolved => high,
+            () if inside => next,
+            () => (low + high) / 2.0,
+        };
+        Some(Landing { crossing, low, high, length, attempts: attempts + 1 })
+    }
+}
+
+/// Where a node closes or opens inside a step.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    node: usize,
+    /// Estimated time after the start of the step in s; zero if it lies before.
+    after: f64,
+    /// A time after the start at which the node is past the event, in s.
+    past: f64,
+}
+
+/// How far a node is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
+///
+/// The two thresholds differ by twice `location`, so that a node that has just switched does not switch back.
+fn excess<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    closed: bool,
+    position: [f64; 3],
+    velocity: [f64; 3],
+    time: f64,
+    location: f64,
+) -> f64 {
+    let pressing = filament.law.node_pressing(&filament.workpiece, position, velocity, time);
+    (if closed { -pressing } else { pressing }) - location
+}
+
+/// The earliest event of a step, by its interpolant.
+fn first_crossing<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    step: &Step<'_>,
+    location: f64,
+) -> Option<Crossing> {
+    let mut first: Option<Crossing> = None;
+    for node in 0..step.closed.len() {
+        let excess = |position, velocity, time| excess(filament, step.closed[node], position, velocity, time, location);
+        let at = |s: f64| {
+            let (position, velocity) = step.node(node, s);
+            excess(position, velocity, step.time(s))
+        };
+        let (start, end) = (&step.start_nodes[node], &step.end_nodes[node]);
+        let before = excess(start.value, start.rate, step.start.time);
+        let after = excess(end.value, end.rate, step.end.time);
+        let past = if before > 0.0 {
+            0.0
+        } else if after > 0.0 {
+            1.0
+        } else {
+            // The node may cross and come back: only worth a look if it moves that far within the step. (With contact
+            // damping its speed alone can make it cross.)
+            let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
+            let reach = step.length() * (speed(start) + speed(end));
+            if filament.law.damping == 0.0 && before.max(after) < -reach {
+                continue;
+            }
+            let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);
+            let best = inner.max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0.5);
+            let spacing = 1.0 / INNER_POINTS as f64;
+            let (peak, highest) = maximise(at, best - spacing, best + spacing);
+            if highest <= 0.0 {
+                continue;
+            }
+            peak
+        };
+        let crossing = if past == 0.0 { 0.0 } else { root(at, 0.0, past) };
+        let after = crossing * step.length();
+        if first.is_none_or(|first| after < first.after) {
+            first = Some(Crossing { node, after, past: past * step.length() });
+        }
+    }
+    first
+}
