@@ -5,9 +5,7 @@
 //! cargo run --release --example figure -- other.svg
 //! ```
 
-use std::error::Error;
-use std::fs;
-use std::ops::Range;
+mod common;
 
 use bristle::document::Document;
 use bristle::metrics::NominalContact;
@@ -15,15 +13,13 @@ use bristle::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::study::{CaseResult, Study, run_study};
 use bristle::tool::ClampMotion;
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
+use common::{
+    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, pixels, right_of, stroke, text, whole,
+    write_svg,
+};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontTransform, ShapeStyle};
 
-/// Coordinates in the file are whole numbers: this many of them make a pixel, so that curves are smooth.
-const FINE: i32 = 10;
 /// Size of the picture in pixels, and where its left panel ends.
 const SIZE: (i32, i32) = (1000, 400);
 const SPLIT: i32 = 500;
@@ -36,17 +32,10 @@ const INTERVAL_S: f64 = 0.5e-3;
 /// Every so many shapes a time is written at the root.
 const LABELLED: usize = 4;
 
-const INK: RGBColor = RGBColor(40, 44, 52);
-const GREY: RGBColor = RGBColor(100, 104, 110);
-const FAINT: RGBColor = RGBColor(150, 154, 160);
 const BODY: RGBColor = RGBColor(236, 238, 241);
 const WORKPIECE: RGBColor = RGBColor(222, 218, 208);
-/// Blue and vermilion of Okabe and Ito, told apart by all readers.
-const FILAMENT: RGBColor = RGBColor(0, 114, 178);
-const TIP: RGBColor = RGBColor(213, 94, 0);
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Result<T> = std::result::Result<T, Box<dyn Error>>;
+const FILAMENT: RGBColor = BLUE;
+const TIP: RGBColor = VERMILION;
 
 fn main() -> Result<()> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "docs/contact.svg".into());
@@ -58,26 +47,11 @@ fn main() -> Result<()> {
     let study = document.study()?;
     let results = run_study(&study, None, || {})?;
 
-    let mut svg = String::new();
-    {
-        let size = (fine(SIZE.0) as u32, fine(SIZE.1) as u32);
-        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        root.fill(&WHITE)?;
+    write_svg(&path, SIZE, |root| {
         let (left, right) = root.split_horizontally(fine(SPLIT));
         draw_contact(&left, &contact)?;
-        draw_map(&right, &study, &results)?;
-        root.present()?;
-    }
-    // The size on a page; the view box keeps the fine coordinates.
-    let [fine_size, size] =
-        [FINE, 1].map(|factor| format!("<svg width=\"{}\" height=\"{}\"", SIZE.0 * factor, SIZE.1 * factor));
-    fs::write(&path, svg.replacen(&fine_size, &size, 1) + "\n")?;
-    eprintln!("wrote {path}");
-    Ok(())
-}
-
-fn fine(pixels: i32) -> i32 {
-    pixels * FINE
+        draw_map(&right, &study, &results)
+    })
 }
 
 /// A filament on its way over the workpiece: `x` along the surface and `y` above it, in mm.
@@ -132,79 +106,6 @@ impl Contact {
     }
 }
 
-fn text(size: i32, color: RGBColor) -> TextStyle<'static> {
-    // The backend writes a font size of 1/1.24 of what it is given.
-    let size = f64::from(fine(size)) * 1.24;
-    let color = color.to_backend_color();
-    TextStyle { color, ..TextStyle::from(("Helvetica, Arial, sans-serif", size).into_font()) }
-}
-
-fn centred(style: TextStyle<'static>) -> TextStyle<'static> {
-    style.pos(Pos::new(HPos::Center, VPos::Center))
-}
-
-/// A line of a width in tenths of a pixel.
-fn stroke(color: RGBColor, tenths: i32) -> ShapeStyle {
-    color.stroke_width((fine(tenths) / 10) as u32)
-}
-
-/// An empty chart in the part of `area` (pixels) that the margins leave.
-fn chart<'a, 'b>(
-    area: &'a Area<'b>,
-    title: &str,
-    [left, right, top, bottom]: [i32; 4],
-    x: Range<f64>,
-    y: Range<f64>,
-) -> Result<Chart<'a, 'b>> {
-    area.draw_text(title, &text(14, INK), (fine(left), fine(14)))?;
-    let chart = ChartBuilder::on(area)
-        .margin_top(fine(top))
-        .margin_right(fine(right))
-        .set_label_area_size(LabelAreaPosition::Left, fine(left))
-        .set_label_area_size(LabelAreaPosition::Bottom, fine(bottom))
-        .build_cartesian_2d(x, y)?;
-    Ok(chart)
-}
-
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
-/// Where a point of a chart lies in its area.
-fn pixels(area: &Area<'_>, chart: &Chart<'_, '_>) -> impl Fn((f64, f64)) -> (i32, i32) {
-    let (across, down) = area.get_pixel_range();
-    move |at| {
-        let (x, y) = chart.backend_coord(&at);
-        (x - across.start, y - down.start)
-    }
-}
-
-/// Marks `values` on an axis with labels of so many decimals, at the pixels that `at` gives, and writes its name.
-fn axis(
-    area: &Area<'_>,
-    name: (&str, (i32, i32)),
-    values: &[f64],
-    decimals: usize,
-    vertical: bool,
-    at: impl Fn(f64) -> (i32, i32),
-) -> Result<()> {
-    for &value in values {
-        let (x, y) = at(value);
-        let mark = if vertical { (x - fine(4), y) } else { (x, y + fine(4)) };
-        area.draw(&PathElement::new([(x, y), mark], stroke(INK, 10)))?;
-        let label = format!("{value:.decimals$}").replace('-', "−");
-        let (style, at) = if vertical {
-            (text(11, INK).pos(Pos::new(HPos::Right, VPos::Center)), (x - fine(7), y))
-        } else {
-            (text(11, INK).pos(Pos::new(HPos::Center, VPos::Top)), (x, y + fine(7)))
-        };
-        area.draw_text(&label, &style, at)?;
-    }
-    let (name, at) = name;
-    let style = centred(text(12, INK));
-    let style = if vertical { style.transform(FontTransform::Rotate270) } else { style };
-    area.draw_text(name, &style, (fine(at.0), fine(at.1)))?;
-    Ok(())
-}
-
 fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
     let margins @ [left, right, top, bottom] = [60, 20, 40, 46];
     let (width, height) = (SPLIT - left - right, SIZE.1 - top - bottom);
@@ -237,7 +138,7 @@ fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
         Text::new(format!("{time} ms"), (x, y + 2.2), centred(text(11, INK)))
     });
     chart.draw_series(times)?;
-    let label = |label, at, color| Text::new(label, at, text(12, color).pos(Pos::new(HPos::Left, VPos::Center)));
+    let label = |label, at, color| Text::new(label, at, right_of(text(12, color)));
     chart.draw_series([
         label("brush body", (-half + 2.0, y.end - 3.0), INK),
         label("workpiece", (-half + 2.0, -5.5), INK),
@@ -256,11 +157,11 @@ fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
 
     let pixel = pixels(area, &chart);
     let ticks: Vec<f64> = (-4..=4).map(|i| f64::from(i) * 10.0).collect();
-    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, 0, false, |x| {
+    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, whole, false, |x| {
         pixel((x, y.start))
     })?;
     let heights: Vec<f64> = (0..=5).map(|i| f64::from(i) * 10.0).collect();
-    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, 0, true, |y| pixel((-half, y)))?;
+    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, whole, true, |y| pixel((-half, y)))?;
     Ok(())
 }
 
@@ -289,8 +190,8 @@ fn draw_map(area: &Area<'_>, study: &Study, results: &[CaseResult]) -> Result<()
     let velocities: Vec<f64> = (1..=6).map(|i| 5.0 * f64::from(i)).collect();
     let depths: Vec<f64> = (1..=5).map(f64::from).collect();
     let name = "brushing velocity v_b in m/s";
-    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, 0, false, |x| pixel((x, y.start)))?;
-    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, 0, true, |y| pixel((x.start, y)))?;
+    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, whole, false, |x| pixel((x, y.start)))?;
+    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, whole, true, |y| pixel((x.start, y)))?;
 
     // The colour bar.
     let (bar, bar_width) = (left + width + 22, 14);
@@ -305,7 +206,7 @@ fn draw_map(area: &Area<'_>, study: &Study, results: &[CaseResult]) -> Result<()
         let ratio = f64::from(i) / 5.0;
         let edge = fine(bar + bar_width);
         area.draw(&PathElement::new([(edge, level(ratio)), (edge + fine(4), level(ratio))], stroke(INK, 10)))?;
-        let style = text(11, INK).pos(Pos::new(HPos::Left, VPos::Center));
+        let style = right_of(text(11, INK));
         area.draw_text(&format!("{ratio:.1}"), &style, (edge + fine(7), level(ratio)))?;
     }
     Ok(())
