@@ -1,0 +1,237 @@
+//! One pass of a filament as the methods see it, with its work counted.
+
+use bristle::contact::{Contact, ContactLaw};
+use bristle::equations::linear::dot;
+use bristle::equations::{Dynamics, StepWeights};
+use bristle::filament;
+use bristle::integrate::hermite::{Knot, interpolate};
+use bristle::integrate::{SecondOrderSystem, State, Tolerances};
+use bristle::metrics::NominalContact;
+use bristle::settings::Settings;
+use bristle::tool::{ClampMotion, RoundTool};
+use bristle::workpiece::Plane;
+
+/// A state with the contact normal impulse in N s as its only integral.
+pub type Point = State<1>;
+
+/// Calls of the library's O(n) loops.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Steps given up because of their error.
+    pub rejected: usize,
+    /// Steps given up because Newton's method failed.
+    pub failed: usize,
+    /// Contact events.
+    pub events: usize,
+    /// Steps repeated to land on an event, or states looked at for it.
+    pub landings: usize,
+    pub residuals: usize,
+    pub factorisations: usize,
+    pub solves: usize,
+    pub accelerations: usize,
+    /// Positions and velocities without forces.
+    pub placements: usize,
+}
+
+/// Cost in µs of one call at n = 25, measured once on an idle machine by this program (`--costs`).
+pub const COSTS: [(&str, f64); 5] =
+    [("residual", 1.9), ("factorisation", 1.9), ("solve", 0.9), ("accelerations", 2.1), ("placement", 0.9)];
+
+impl Work {
+    /// Adds the work of another pass.
+    pub fn add(&mut self, other: &Self) {
+        let Self { steps, rejected, failed, events, landings, residuals, factorisations, solves, .. } = other;
+        self.steps += steps;
+        self.rejected += rejected;
+        self.failed += failed;
+        self.events += events;
+        self.landings += landings;
+        self.residuals += residuals;
+        self.factorisations += factorisations;
+        self.solves += solves;
+        self.accelerations += other.accelerations;
+        self.placements += other.placements;
+    }
+
+    /// Weighted sum of the calls in µs.
+    pub fn cost(&self) -> f64 {
+        let calls = [self.residuals, self.factorisations, self.solves, self.accelerations, self.placements];
+        calls.iter().zip(COSTS).map(|(&calls, (_, cost))| calls as f64 * cost).sum()
+    }
+}
+
+/// A filament in contact, with the equations of the library.
+pub struct Filament {
+    pub dynamics: Dynamics<f64>,
+    pub motion: RoundTool,
+    pub contact: Contact<Plane>,
+    pub work: Work,
+    scratch: Vec<[f64; 2]>,
+}
+
+impl Filament {
+    /// Where the end of a step lies relative to its start.
+    pub fn track(&mut self, state: &Point, knots: &mut [Knot<3>]) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.residual(state.time, &state.q, &state.v, &state.accelerations, &mut scratch);
+        self.scratch = scratch;
+        for (node, knot) in knots.iter_mut().enumerate() {
+            *knot = Knot {
+                value: self.dynamics.positions()[node],
+                rate: self.dynamics.velocities()[node],
+                acceleration: self.dynamics.node_acceleration(node, &state.accelerations),
+            };
+        }
+    }
+
+    /// The normal force at the fraction `s` of a step in N.
+    pub fn normal_force(&self, step: &StepView<'_>, s: f64) -> f64 {
+        let mut normal = 0.0;
+        for node in 0..self.contact.closed.len() {
+            if self.contact.closed[node] {
+                let (position, velocity) = step.node(node, s);
+                normal += self.contact.law.normal_force(&self.contact.approach(position, velocity, step.time(s)));
+            }
+        }
+        normal
+    }
+}
+
+impl SecondOrderSystem<1> for Filament {
+    fn pairs(&self) -> usize {
+        self.dynamics.chain().segments
+    }
+
+    fn accelerations(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &mut [[f64; 2]]) {
+        self.work.accelerations += 1;
+        self.dynamics.accelerations(&self.motion.at(time), q, v, &self.contact.loads(time), accelerations);
+    }
+
+    fn residual(
+        &mut self,
+        time: f64,
+        q: &[[f64; 2]],
+        v: &[[f64; 2]],
+        accelerations: &[[f64; 2]],
+        residual: &mut [[f64; 2]],
+    ) {
+        self.work.residuals += 1;
+        self.dynamics.residual(&self.motion.at(time), q, v, accelerations, &self.contact.loads(time), residual);
+    }
+
+    fn factorise(&mut self, time: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]], weights: StepWeights<f64>) {
+        self.work.factorisations += 1;
+        self.dynamics.factorise(&self.motion.at(time), v, accelerations, &self.contact.loads(time), weights);
+    }
+
+    fn solve(&mut self, right_side: &mut [[f64; 2]]) {
+        self.work.solves += 1;
+        self.dynamics.solve(right_side);
+    }
+
+    fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], _: &[[f64; 2]]) -> [f64; 1] {
+        if !self.contact.closed.contains(&true) {
+            return [0.0];
+        }
+        self.work.placements += 1;
+        self.dynamics.place(&self.motion.at(time), q, v);
+        let loads = self.contact.loads(time);
+        let nodes = self.dynamics.positions().iter().zip(self.dynamics.velocities()).enumerate();
+        let approaches = nodes.filter_map(|(node, (&x, &v))| loads.approach(node, x, v));
+        [approaches.map(|approach| self.contact.law.normal_force(&approach)).sum()]
+    }
+}
+
+/// An accepted step.
+pub struct StepView<'a> {
+    pub start: &'a Point,
+    pub end: &'a Point,
+    pub start_nodes: &'a [Knot<3>],
+    pub end_nodes: &'a [Knot<3>],
+}
+
+impl StepView<'_> {
+    pub fn length(&self) -> f64 {
+        self.end.time - self.start.time
+    }
+
+    pub fn time(&self, s: f64) -> f64 {
+        self.start.time + s * self.length()
+    }
+
+    pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
+        interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
+    }
+
+    /// Speed of `node` at the ends.
+    pub fn speeds(&self, node: usize) -> f64 {
+        [self.start_nodes, self.end_nodes].map(|knots| dot(knots[node].rate, knots[node].rate).sqrt()).iter().sum()
+    }
+}
+
+/// A pass of `settings`, ready to start.
+pub struct Case {
+    pub settings: Settings,
+    pub nominal: NominalContact,
+    pub lead_angle: f64,
+    pub end_time: f64,
+    pub tolerances: Tolerances,
+}
+
+impl Case {
+    /// The pass at the relative tolerance `relative`.
+    pub fn new(settings: &Settings, relative: f64) -> Self {
+        let nominal = NominalContact::of(settings);
+        let process = &settings.process;
+        let slow_rate = 0.01 * filament::first_natural_frequency(&settings.filament);
+        let end = process.lead_angle_rad + nominal.contact_angle() + process.tail_angle_rad;
+        Self {
+            settings: settings.clone(),
+            nominal,
+            lead_angle: process.lead_angle_rad,
+            end_time: end / nominal.rate(),
+            tolerances: Tolerances {
+                relative,
+                angle_scale: 1.0,
+                rate_scale: (nominal.brushing_velocity / settings.filament.length_m).max(slow_rate),
+            },
+        }
+    }
+
+    /// Pairs of coordinates.
+    pub fn pairs(&self) -> usize {
+        self.settings.filament.segments
+    }
+
+    /// Nominal entry and exit in s.
+    pub fn nominal_times(&self) -> (f64, f64) {
+        let entry = self.lead_angle / self.nominal.rate();
+        (entry, entry + self.nominal.contact_angle() / self.nominal.rate())
+    }
+
+    /// The filament and the start: straight, turning rigidly with the body.
+    pub fn start(&self) -> (Filament, Point) {
+        let Settings { tool, filament, contact, workpiece, process, .. } = &self.settings;
+        let deepest = -std::f64::consts::FRAC_PI_2;
+        let motion = RoundTool {
+            body_radius: tool.body_radius_m,
+            rate: self.nominal.rate(),
+            initial_angle: deepest - self.nominal.contact_angle() / 2.0 - self.lead_angle,
+        };
+        let n = filament.segments;
+        let plane = Plane::of(workpiece, self.nominal.tool_radius, process.penetration_depth_m);
+        let mut system = Filament {
+            dynamics: Dynamics::new(filament::chain(filament, process.gravity_m_s2)),
+            motion,
+            contact: Contact::new(ContactLaw::from(contact), plane, n),
+            work: Work::default(),
+            scratch: vec![[0.0; 2]; n],
+        };
+        let q = vec![[std::f64::consts::FRAC_PI_2, motion.initial_angle]; n];
+        let mut start = State::new(&mut system, 0.0, q, vec![[0.0, motion.rate]; n]);
+        start.charts.clear();
+        (system, start)
+    }
+}
