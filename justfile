@@ -26,6 +26,10 @@ figure:
 bench filter='':
     cargo bench --bench speed -- {{filter}}
 
+# Integrators by work and error, into docs/work_precision.csv and .svg
+integrators:
+    cargo bench --bench integrators
+
 # Accept what the tests compute as the new snapshots; look at the difference before you commit it
 snapshots:
     INSTA_UPDATE=always cargo test --workspace

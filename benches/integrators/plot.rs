@@ -13,8 +13,8 @@ use crate::Row;
 const FINE: f64 = 10.0;
 const SIZE: (f64, f64) = (1000.0, 440.0);
 /// Left edges of the panels, their width, top and bottom.
-const PANELS: [f64; 2] = [64.0, 408.0];
-const WIDTH: f64 = 316.0;
+const PANELS: [f64; 2] = [64.0, 418.0];
+const WIDTH: f64 = 300.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 388.0;
 const LEGEND: f64 = 746.0;
@@ -117,7 +117,7 @@ pub fn draw(rows: &[Row]) -> Result<String> {
             (fine(12.0), fine((TOP + BOTTOM) / 2.0)),
         )?;
         for (line, (label, look)) in labels(rows).into_iter().zip(&LOOKS).enumerate() {
-            let y = TOP + 14.0 + 26.0 * line as f64;
+            let y = TOP + 14.0 + 32.0 * line as f64;
             curve(&root, &[(LEGEND, y), (LEGEND + 20.0, y), (LEGEND + 40.0, y)], look)?;
             let style = anchored(11.0, HPos::Left, VPos::Center);
             // A long label takes two lines.
@@ -183,6 +183,7 @@ fn curve(root: &Area<'_>, points: &[(f64, f64)], look: &Look) -> Result<()> {
             .map(|angle| (fine(x + 5.0 * angle.sin()), fine(y - 5.0 * angle.cos())))
             .collect();
         if star {
+            // A cross has no inside.
             for &corner in &outline {
                 root.draw(&PathElement::new([(fine(x), fine(y)), corner], stroke(look.color, 1.6)))?;
             }

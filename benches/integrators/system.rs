@@ -35,9 +35,9 @@ pub struct Work {
     pub placements: usize,
 }
 
-/// Cost in µs of one call at n = 25, measured once on an idle machine by this program (`--costs`).
+/// Cost in µs of one call at n = 25, as `--costs` measures it, rounded.
 pub const COSTS: [(&str, f64); 5] =
-    [("residual", 1.9), ("factorisation", 1.9), ("solve", 0.9), ("accelerations", 2.1), ("placement", 0.9)];
+    [("residual", 1.5), ("factorisation", 3.0), ("solve", 0.4), ("accelerations", 1.9), ("placement", 0.8)];
 
 impl Work {
     /// Adds the work of another pass.
