@@ -151,7 +151,7 @@ impl Method for Bdf {
 
     fn attempt(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         start: &Point,
         step: f64,
         end: &mut Point,

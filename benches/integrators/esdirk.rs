@@ -130,7 +130,7 @@ impl Method for Esdirk {
 
     fn attempt(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         start: &Point,
         step: f64,
         end: &mut Point,
@@ -225,7 +225,7 @@ impl Esdirk {
     ///
     /// `δv = e_v + hγ δa`, `δq = e_q + hγ δv`, `R_a δa + R_v δv + R_q δq = 0`, so that
     /// `K δa = −(R_v e_v + R_q (e_q + hγ e_v))`, whose right side is a difference of two residuals.
-    fn filter(&mut self, system: &mut dyn SecondOrderSystem<1>, end: &Point, weights: StepWeights<f64>) {
+    fn filter(&mut self, system: &mut dyn SecondOrderSystem<f64, 1>, end: &Point, weights: StepWeights<f64>) {
         let pairs = end.q.len();
         let (mut moved, mut here) = (zeros(pairs), zeros(pairs));
         let (mut q, mut v) = (end.q.clone(), end.v.clone());

@@ -67,7 +67,7 @@ impl Method for GeneralizedAlpha {
 
     fn attempt(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         start: &Point,
         step: f64,
         end: &mut Point,

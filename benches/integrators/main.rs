@@ -23,15 +23,16 @@ use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::hint::black_box;
+use std::sync::Mutex;
+use std::thread;
 use std::time::Instant;
 
 use bristle::document::Document;
-use bristle::equations::StepWeights;
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
 use bristle::metrics::ContactRecord;
 use bristle::settings::Settings;
-use rayon::prelude::*;
 
 use bdf::Bdf;
 use esdirk::{Controller, Esdirk, EsdirkSettings, Predictor};
@@ -176,14 +177,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     let precise = EsdirkSettings::new(&ESDIRK54);
-    let reference: Vec<ContactRecord> = cases
-        .par_iter()
-        .map(|settings| {
-            let case = Case::new(settings, 1e-9);
-            let mut method = Esdirk::new(precise, case.tolerances, case.pairs());
-            run(&case, PassSettings::default(), &mut method).expect("the reference comes to its end").0
-        })
-        .collect();
+    let reference: Vec<ContactRecord> = in_parallel(&cases, |settings| {
+        let case = Case::new(settings, 1e-9);
+        let mut method = Esdirk::new(precise, case.tolerances, case.pairs());
+        run(&case, PassSettings::default(), &mut method).expect("the reference comes to its end").0
+    });
     let mut rows = Vec::new();
     for candidate in candidates() {
         for &tolerance in candidate.tolerances {
@@ -200,16 +198,37 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// What `simulate` gives for each case, in their order; on all cores.
+fn in_parallel<R: Send>(cases: &[Settings], simulate: impl Fn(&Settings) -> R + Sync) -> Vec<R> {
+    let next = Mutex::new(cases.iter().enumerate());
+    let mut results = Vec::new();
+    thread::scope(|scope| {
+        let work = || {
+            let mut results = Vec::new();
+            loop {
+                let Some((i, case)) = next.lock().expect("no case panics with the list in hand").next() else {
+                    return results;
+                };
+                results.push((i, simulate(case)));
+            }
+        };
+        let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        for thread in threads {
+            results.extend(thread.join().expect("no case panics"));
+        }
+    });
+    results.sort_by_key(|(i, _)| *i);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
 fn compare(candidate: &Candidate, tolerance: f64, cases: &[Settings], reference: &[ContactRecord]) -> Row {
-    let results: Vec<_> = cases
-        .par_iter()
-        .map(|settings| {
-            let case = Case::new(settings, tolerance);
-            let mut method = (candidate.make)(&case);
-            let result = run(&case, candidate.pass, method.as_mut());
-            (result, method.distribution())
-        })
-        .collect();
+    let results = in_parallel(cases, |settings| {
+        let case = Case::new(settings, tolerance);
+        let mut method = (candidate.make)(&case);
+        let result = run(&case, candidate.pass, method.as_mut());
+        (result, method.distribution())
+    });
     let mut errors: [Vec<f64>; 4] = Default::default();
     let (mut total, mut work, mut miscounted, mut distribution) = (Work::default(), 0.0, 0, [0; MAX_ITERATIONS]);
     for ((result, iterations), expected) in results.iter().zip(reference) {
@@ -288,7 +307,7 @@ fn measure_costs(settings: &Settings) {
     let mut result = vec![[0.0; 2]; case.pairs()];
     let weights = StepWeights { coordinates: 1e-12, rates: 1e-6 };
     let (time, q, v, a) = (start.time, &start.q, &start.v, &start.accelerations);
-    system.contact.closed[case.pairs() - 1] = true;
+    system.inner.set_closed(0, case.pairs() - 1, true);
     let mut measure = |name: &str, call: &mut dyn FnMut(&mut system::Filament, &mut [[f64; 2]])| {
         let block = |system: &mut system::Filament, result: &mut [[f64; 2]]| {
             let start = Instant::now();
@@ -302,7 +321,7 @@ fn measure_costs(settings: &Settings) {
         println!("{name:16} {fastest:.2} µs");
     };
     measure("residual", &mut |system, result| system.residual(time, q, v, a, result));
-    measure("factorisation", &mut |system, _| system.factorise(time, v, a, weights));
+    measure("factorisation", &mut |system, _| system.factorise(time, v, a, weights, LaneSet::first(1)));
     measure("solve", &mut |system, result| {
         result.fill([1e-9; 2]);
         system.solve(result);

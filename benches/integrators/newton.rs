@@ -1,6 +1,6 @@
 //! What all methods share: the norm, and Newton's method for one implicit relation `v = v̂ + w_v q̈`, `q = q̂ + …`.
 
-use bristle::equations::StepWeights;
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::{SecondOrderSystem, Tolerances};
 
 /// Why a step failed.
@@ -93,7 +93,7 @@ impl Newton {
     #[allow(clippy::too_many_arguments, reason = "a point, where it starts from, and how it moves")]
     pub fn solve(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         time: f64,
         q: &mut [[f64; 2]],
         v: &mut [[f64; 2]],
@@ -107,7 +107,7 @@ impl Newton {
             system.residual(time, q, v, a, &mut self.correction);
             let fresh = self.factorised.is_none();
             if fresh {
-                system.factorise(time, v, a, weights);
+                system.factorise(time, v, a, weights, LaneSet::first(1));
                 self.factorised = Some(weights.rates);
             }
             system.solve(&mut self.correction);

@@ -1,6 +1,6 @@
 //! Does each method converge with its order? Fixed steps on a small smooth problem.
 
-use bristle::equations::StepWeights;
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54};
 use bristle::integrate::{SecondOrderSystem, State, Tolerances};
 
@@ -36,7 +36,7 @@ fn solve_two([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     [(d * x - b * y) / determinant, (a * y - c * x) / determinant]
 }
 
-impl SecondOrderSystem<1> for Smooth {
+impl SecondOrderSystem<f64, 1> for Smooth {
     fn pairs(&self) -> usize {
         1
     }
@@ -50,7 +50,7 @@ impl SecondOrderSystem<1> for Smooth {
         result[0] = residual(time, q[0], v[0], a[0]);
     }
 
-    fn factorise(&mut self, time: f64, v: &[[f64; 2]], a: &[[f64; 2]], weights: StepWeights<f64>) {
+    fn factorise(&mut self, time: f64, v: &[[f64; 2]], a: &[[f64; 2]], weights: StepWeights<f64>, _: LaneSet) {
         for j in 0..2 {
             let at = |distance: f64| {
                 let (mut q, mut v, mut a) = (self.q, v[0], a[0]);

@@ -17,7 +17,7 @@ pub trait Method {
     /// A step of the length `step` (s); its error relative to the tolerance.
     fn attempt(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         start: &Point,
         step: f64,
         end: &mut Point,
@@ -157,7 +157,8 @@ pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Opti
             std::mem::swap(&mut start_nodes, &mut end_nodes);
         }
         if let Some(Crossing { node, .. }) = crossing {
-            system.contact.closed[node] = !system.contact.closed[node];
+            let closed = system.inner.is_closed(0, node);
+            system.inner.set_closed(0, node, !closed);
             system.work.events += 1;
             method.restart(&start);
             proposed *= settings.after_event;
@@ -167,20 +168,14 @@ pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Opti
 }
 
 fn location(system: &Filament, relative: f64, settings: PassSettings) -> f64 {
-    let chain = system.dynamics.chain();
-    let length = chain.length * chain.segments as f64;
-    let force = chain.joint_stiffness * chain.length / (length * length);
-    let by_force = relative * force / system.contact.law.stiffness * settings.location / 1e-4;
-    let plain = settings.location * relative * length;
-    let rounding = 4.0 * f64::EPSILON * (length + system.motion.body_radius);
-    plain.min(by_force).max(rounding)
+    settings.location / 1e-4 * system.inner.filament(0).event_tolerance(relative, 0.0)
 }
 
 /// Normal impulse of a step by Gauss quadrature of the force on the interpolant.
 fn impulse(system: &Filament, step: &StepView<'_>) -> f64 {
     const NODES: [(f64, f64); 3] =
         [(0.11270166537925831, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346207417, 5.0 / 18.0)];
-    if !system.contact.closed.contains(&true) {
+    if !system.is_in_contact() {
         return 0.0;
     }
     step.length() * NODES.iter().map(|&(s, weight)| weight * system.normal_force(step, s)).sum::<f64>()
@@ -194,7 +189,7 @@ fn observe(
     was_closed: &mut bool,
     (entry, exit): (f64, f64),
 ) {
-    let closed = system.contact.closed.contains(&true);
+    let closed = system.is_in_contact();
     if closed {
         record.time += step.length();
         record.nominal_time += (step.end.time.min(exit) - step.start.time.max(entry)).max(0.0);
@@ -204,7 +199,7 @@ fn observe(
     *was_closed = closed;
     record.impulse = step.end.integrals[0];
     let deflection = |s: f64| {
-        let clamp = system.motion.at(step.time(s));
+        let clamp = system.inner.filament(0).motion.at(step.time(s));
         let (tip, _) = step.node(step.end_nodes.len() - 1, s);
         tip_deflection(tip, clamp.position, clamp.direction, case.settings.filament.length_m)
     };
@@ -233,15 +228,16 @@ struct Crossing {
 }
 
 fn excess(system: &Filament, node: usize, position: [f64; 3], velocity: [f64; 3], time: f64, location: f64) -> f64 {
-    let pressing = system.contact.law.pressing(&system.contact.approach(position, velocity, time));
-    (if system.contact.closed[node] { -pressing } else { pressing }) - location
+    let filament = system.inner.filament(0);
+    let pressing = filament.law.pressing(&filament.approach(position, velocity, time));
+    (if system.inner.is_closed(0, node) { -pressing } else { pressing }) - location
 }
 
 /// The earliest event of a step, by its interpolant (as `bristle::simulation` does it).
 fn first_crossing(system: &Filament, step: &StepView<'_>, location: f64) -> Option<Crossing> {
     const INNER_POINTS: usize = 8;
     let mut first: Option<Crossing> = None;
-    for node in 0..system.contact.closed.len() {
+    for node in 0..step.start_nodes.len() {
         let at = |s: f64| {
             let (position, velocity) = step.node(node, s);
             excess(system, node, position, velocity, step.time(s), location)
@@ -252,7 +248,7 @@ fn first_crossing(system: &Filament, step: &StepView<'_>, location: f64) -> Opti
         } else if after > 0.0 {
             1.0
         } else {
-            if system.contact.law.damping == 0.0 && before.max(after) < -step.length() * step.speeds(node) {
+            if system.inner.filament(0).law.damping == 0.0 && before.max(after) < -step.length() * step.speeds(node) {
                 continue;
             }
             let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);
@@ -363,7 +359,7 @@ fn read_off(
     let view = StepView { start, end, start_nodes, end_nodes };
     end.integrals[0] = start.integrals[0] + impulse(system, &view);
     let (q, v, a) = (&end.q, &end.v, &end.accelerations);
-    let rates = if system.contact.closed.contains(&true) { system.rates(end.time, q, v, a) } else { [0.0] };
+    let rates = if system.is_in_contact() { system.rates(end.time, q, v, a) } else { [0.0] };
     end.rates = rates;
 }
 

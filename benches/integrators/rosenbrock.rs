@@ -7,7 +7,7 @@
 //! `K u_a = −R(stage) − R_q δq − R_v δv − γ_i h R_t` with `δv = hγ r_v`, `δq = hγ (δv + r_q)`. The derivative along
 //! `(δq, δv, γ_i h)` is a difference of two residuals, one of which is that of the start.
 
-use bristle::equations::StepWeights;
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::{SecondOrderSystem, Tolerances};
 
 use crate::newton::{Failure, Pairs, axpy, norm, zeros};
@@ -201,7 +201,7 @@ impl Method for RosenbrockMethod {
 
     fn attempt(
         &mut self,
-        system: &mut dyn SecondOrderSystem<1>,
+        system: &mut dyn SecondOrderSystem<f64, 1>,
         start: &Point,
         step: f64,
         end: &mut Point,
@@ -212,7 +212,7 @@ impl Method for RosenbrockMethod {
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
         let mut here = zeros(pairs);
         system.residual(start.time, &start.q, &start.v, &start.accelerations, &mut here);
-        system.factorise(start.time, &start.v, &start.accelerations, weights);
+        system.factorise(start.time, &start.v, &start.accelerations, weights, LaneSet::first(1));
         // Not that of the start's record, which is of before an event.
         let start_rate = system.rates(start.time, &start.q, &start.v, &start.accelerations)[0];
         let (mut moved, mut point, mut carried) = (zeros(pairs), Stage::none(pairs), Stage::none(pairs));

@@ -1,14 +1,15 @@
 //! One pass of a filament as the methods see it, with its work counted.
 
-use bristle::contact::{Contact, ContactLaw};
+use bristle::contact::ContactLaw;
 use bristle::equations::linear::dot;
-use bristle::equations::{Dynamics, StepWeights};
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::filament;
 use bristle::integrate::hermite::{Knot, interpolate};
 use bristle::integrate::{SecondOrderSystem, State, Tolerances};
 use bristle::metrics::NominalContact;
 use bristle::settings::Settings;
-use bristle::tool::{ClampMotion, RoundTool};
+use bristle::simulation::{FilamentSystem, integral};
+use bristle::tool::RoundTool;
 use bristle::workpiece::Plane;
 
 /// A state with the contact normal impulse in N s as its only integral.
@@ -62,51 +63,45 @@ impl Work {
     }
 }
 
-/// A filament in contact, with the equations of the library.
+/// A filament in contact, as the library has it.
 pub struct Filament {
-    pub dynamics: Dynamics<f64>,
-    pub motion: RoundTool,
-    pub contact: Contact<Plane>,
+    pub inner: FilamentSystem<RoundTool, Plane>,
     pub work: Work,
-    scratch: Vec<[f64; 2]>,
 }
 
 impl Filament {
-    /// Where the end of a step lies relative to its start.
+    /// The nodes at `state`.
     pub fn track(&mut self, state: &Point, knots: &mut [Knot<3>]) {
-        let mut scratch = std::mem::take(&mut self.scratch);
-        self.residual(state.time, &state.q, &state.v, &state.accelerations, &mut scratch);
-        self.scratch = scratch;
-        for (node, knot) in knots.iter_mut().enumerate() {
-            *knot = Knot {
-                value: self.dynamics.positions()[node],
-                rate: self.dynamics.velocities()[node],
-                acceleration: self.dynamics.node_acceleration(node, &state.accelerations),
-            };
-        }
+        self.work.placements += 1;
+        self.inner.rates(state.time, &state.q, &state.v, &state.accelerations);
+        self.inner.nodes(0, knots);
+    }
+
+    /// True if a node is closed.
+    pub fn is_in_contact(&self) -> bool {
+        (0..self.inner.filament(0).chain.segments).any(|node| self.inner.is_closed(0, node))
     }
 
     /// The normal force at the fraction `s` of a step in N.
     pub fn normal_force(&self, step: &StepView<'_>, s: f64) -> f64 {
         let mut normal = 0.0;
-        for node in 0..self.contact.closed.len() {
-            if self.contact.closed[node] {
-                let (position, velocity) = step.node(node, s);
-                normal += self.contact.law.normal_force(&self.contact.approach(position, velocity, step.time(s)));
-            }
+        for node in (0..step.start_nodes.len()).filter(|&node| self.inner.is_closed(0, node)) {
+            let (position, velocity) = step.node(node, s);
+            let filament = self.inner.filament(0);
+            normal += filament.law.normal_force(&filament.approach(position, velocity, step.time(s)));
         }
         normal
     }
 }
 
-impl SecondOrderSystem<1> for Filament {
+impl SecondOrderSystem<f64, 1> for Filament {
     fn pairs(&self) -> usize {
-        self.dynamics.chain().segments
+        self.inner.pairs()
     }
 
     fn accelerations(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &mut [[f64; 2]]) {
         self.work.accelerations += 1;
-        self.dynamics.accelerations(&self.motion.at(time), q, v, &self.contact.loads(time), accelerations);
+        self.inner.accelerations(time, q, v, accelerations);
     }
 
     fn residual(
@@ -118,29 +113,32 @@ impl SecondOrderSystem<1> for Filament {
         residual: &mut [[f64; 2]],
     ) {
         self.work.residuals += 1;
-        self.dynamics.residual(&self.motion.at(time), q, v, accelerations, &self.contact.loads(time), residual);
+        self.inner.residual(time, q, v, accelerations, residual);
     }
 
-    fn factorise(&mut self, time: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]], weights: StepWeights<f64>) {
+    fn factorise(
+        &mut self,
+        time: f64,
+        v: &[[f64; 2]],
+        accelerations: &[[f64; 2]],
+        weights: StepWeights<f64>,
+        lanes: LaneSet,
+    ) {
         self.work.factorisations += 1;
-        self.dynamics.factorise(&self.motion.at(time), v, accelerations, &self.contact.loads(time), weights);
+        self.inner.factorise(time, v, accelerations, weights, lanes);
     }
 
     fn solve(&mut self, right_side: &mut [[f64; 2]]) {
         self.work.solves += 1;
-        self.dynamics.solve(right_side);
+        self.inner.solve(right_side);
     }
 
-    fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], _: &[[f64; 2]]) -> [f64; 1] {
-        if !self.contact.closed.contains(&true) {
+    fn rates(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> [f64; 1] {
+        if !self.is_in_contact() {
             return [0.0];
         }
         self.work.placements += 1;
-        self.dynamics.place(&self.motion.at(time), q, v);
-        let loads = self.contact.loads(time);
-        let nodes = self.dynamics.positions().iter().zip(self.dynamics.velocities()).enumerate();
-        let approaches = nodes.filter_map(|(node, (&x, &v))| loads.approach(node, x, v));
-        [approaches.map(|approach| self.contact.law.normal_force(&approach)).sum()]
+        [self.inner.rates(time, q, v, accelerations)[integral::NORMAL_IMPULSE]]
     }
 }
 
@@ -222,13 +220,9 @@ impl Case {
         };
         let n = filament.segments;
         let plane = Plane::of(workpiece, self.nominal.tool_radius, process.penetration_depth_m);
-        let mut system = Filament {
-            dynamics: Dynamics::new(filament::chain(filament, process.gravity_m_s2)),
-            motion,
-            contact: Contact::new(ContactLaw::from(contact), plane, n),
-            work: Work::default(),
-            scratch: vec![[0.0; 2]; n],
-        };
+        let chain = filament::chain(filament, process.gravity_m_s2);
+        let inner = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
+        let mut system = Filament { inner, work: Work::default() };
         let q = vec![[std::f64::consts::FRAC_PI_2, motion.initial_angle]; n];
         let mut start = State::new(&mut system, 0.0, q, vec![[0.0, motion.rate]; n]);
         start.charts.clear();

@@ -194,6 +194,9 @@ mod tests {
 
     use super::*;
 
+    /// What an operation is for numbers.
+    type Scalar = fn(f64, f64) -> f64;
+
     /// Of any sign and size, as arguments of sines, and some that are no numbers.
     fn arguments(rng: &mut Rng) -> [f64; 8] {
         std::array::from_fn(|_| match rng.u32(..8) {
@@ -211,7 +214,7 @@ mod tests {
         for _ in 0..20_000 {
             let (a, b) = (arguments(&mut rng), arguments(&mut rng));
             let (x, y) = (Lanes(a), Lanes(b));
-            let results: [(Lanes<8>, fn(f64, f64) -> f64); 14] = [
+            let results: [(Lanes<8>, Scalar); 14] = [
                 (x + y, |a, b| a + b),
                 (x - y, |a, b| a - b),
                 (x * y, |a, b| a * b),

@@ -7,17 +7,21 @@ use super::{SecondOrderSystem, State, Tolerances};
 use crate::equations::linear::{add, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
-/// A stage whose correction, in tolerances, exceeds this is not trusted to one iteration: the step fails.
-///
-/// Measured on contacts (docs/integrators.md): a smaller one costs steps and gains no accuracy, as the error estimate
-/// sees what a stage leaves unsolved.
-const MAX_CORRECTION: f64 = 1000.0;
-
 /// Stages of the longest method.
 const MAX_STAGES: usize = 8;
 
-/// With [`StageSolution::Converged`] an iteration stops when its error is this fraction of what a step may err.
+/// Newton's method stops when its error is this fraction of what a step may err.
 const NEWTON_TOLERANCE: f64 = 0.02;
+/// With [`StageSolution::Predicted`] it stops after the first iteration if the correction is below this, in tolerances.
+///
+/// Measured on contacts (docs/integrators.md): a smaller one costs work and gains no accuracy, as the error estimate sees
+/// what a stage leaves unsolved.
+const TRUSTED_CORRECTION: f64 = 1000.0;
+/// Below this relative tolerance the trust falls with it, or what is left unsolved would be the largest error.
+const TRUSTED_TOLERANCE: f64 = 1e-6;
+/// Above that, and above this share of what is corrected itself, the step is given up: it is too long for the prediction,
+/// and would be rejected later. At tight tolerances there is room between the two, and Newton's method goes on.
+const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
 /// Above this ratio of successive corrections the matrix is made anew, or the step given up.
 const MAX_CONTRACTION: f64 = 0.5;
@@ -25,21 +29,19 @@ const MAX_CONTRACTION: f64 = 0.5;
 /// corrections can be near zero, and the stages that share the matrix converge by far not as fast.
 const SLOWEST_DECLINE: f64 = 0.3;
 
-/// How the equations of a stage are solved (docs/integrators.md).
+/// How the equations of a stage are solved by Newton's method (docs/integrators.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StageSolution {
-    /// By one iteration of Newton's method from an extrapolation of the stages before, which is as good as more for
-    /// smooth systems, and the same work for all.
-    Once,
-    /// By Newton's method to a small part of the tolerance, from `q̈` of the stage before: for equations as sharp as
-    /// those of dry friction.
+    /// From an extrapolation of the stages before, trusting one iteration: for smooth systems, where more is as good.
+    Predicted,
+    /// From `q̈` of the stage before, to a small part of the tolerance: for equations as sharp as those of dry friction.
     Converged,
 }
 
 /// Why an attempt did not give a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttemptError {
-    /// Newton's method does not converge; or, with [`StageSolution::Once`], a stage is too far from its prediction.
+    /// Newton's method does not converge.
     Newton,
     /// A value is infinite or not a number.
     NotFinite,
@@ -69,8 +71,7 @@ pub struct Stepper<T, const Q: usize> {
     v_base: Vec<[T; 2]>,
     correction: Vec<[T; 2]>,
     integrals: [T; Q],
-    /// Of the last attempt, in tolerances: the largest correction, and the estimated error.
-    largest_correction: T,
+    /// Of the last attempt, in tolerances.
     error: T,
     newton: Vec<Newton>,
 }
@@ -98,9 +99,17 @@ enum Progress {
 
 impl Newton {
     /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was made in it.
-    fn judge(&mut self, iteration: usize, norm: f64, fresh: bool, relative: f64) -> Progress {
+    fn judge(&mut self, solution: StageSolution, iteration: usize, norm: f64, fresh: bool, relative: f64) -> Progress {
         if !norm.is_finite() {
             return Progress::Failed;
+        }
+        if solution == StageSolution::Predicted && iteration == 0 {
+            if norm <= TRUSTED_CORRECTION * (relative / TRUSTED_TOLERANCE).min(1.0) {
+                return Progress::Converged;
+            }
+            if norm * relative > HOPEFUL_CORRECTION {
+                return Progress::Failed;
+            }
         }
         if let Some(previous) = self.previous_norm {
             let contraction = norm / previous;
@@ -156,7 +165,6 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
             v_base: zeros(),
             correction: zeros(),
             integrals: [none; Q],
-            largest_correction: none,
             error: none,
             newton: vec![Newton { contraction: 1.0, ..Newton::default() }; T::LANES],
         }
@@ -195,65 +203,16 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         let last = tableau.stages() - 1;
         let diagonal = T::from_f64(tableau.gamma) * step;
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
-        self.largest_correction = T::from_f64(0.0);
         for newton in &mut self.newton {
             *newton = Newton { contraction: newton.contraction, ..Newton::default() };
         }
-        let all = LaneSet::first(T::LANES);
         for stage in 1..=last {
             let time = self.time + T::from_f64(tableau.node(stage)) * step;
             self.predict(stage, step, diagonal);
-            let mut matrix = if stage == 1 { all } else { LaneSet::default() };
-            match self.solution {
-                StageSolution::Once => {
-                    self.iterate(system, stage, time, weights, matrix);
-                    let largest = self.correct(stage, weights);
-                    self.largest_correction = self.largest_correction.max(largest);
-                }
-                StageSolution::Converged => {
-                    let mut open = all;
-                    for newton in &mut self.newton {
-                        newton.previous_norm = None;
-                    }
-                    for iteration in 0..MAX_NEWTON_ITERATIONS {
-                        self.iterate(system, stage, time, weights, matrix);
-                        keep(&mut self.correction, open);
-                        let norms = self.correct(stage, weights);
-                        let mut next = LaneSet::default();
-                        for lane in open.iter() {
-                            let newton = &mut self.newton[lane];
-                            newton.iterations += 1;
-                            newton.factorisations += usize::from(matrix.contains(lane));
-                            let relative = self.tolerances.relative.lane(lane);
-                            match newton.judge(iteration, norms.lane(lane), matrix.contains(lane), relative) {
-                                Progress::Converged => open.remove(lane),
-                                Progress::Continues => {}
-                                Progress::NeedsMatrix => next.insert(lane),
-                                Progress::Failed => {
-                                    newton.failed = true;
-                                    open.remove(lane);
-                                }
-                            }
-                        }
-                        matrix = next;
-                        if open.is_empty() {
-                            break;
-                        }
-                    }
-                    for lane in open.iter() {
-                        self.newton[lane].failed = true;
-                    }
-                }
-            }
-            let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-            // The shortcut starts from the last residual, which in a lane that has converged earlier is another one than
-            // it would be alone.
-            self.stage_rates[stage] = if stage == last || self.solution == StageSolution::Converged {
-                system.rates(time, &self.q, v, a)
-            } else {
-                system.stage_rates(time, &self.q, v, a, &self.correction, weights)
-            };
+            self.solve_stage(system, stage, time, weights);
         }
+        let (v, a) = (&self.stage_v[last * n..], &self.stage_a[last * n..]);
+        self.stage_rates[last] = system.rates(self.time + step, &self.q, v, a);
         for i in 0..Q {
             let mut integral = self.start_integrals[i];
             for stage in 0..=last {
@@ -283,36 +242,74 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         if !error.is_finite() {
             return Err(AttemptError::NotFinite);
         }
-        if self.newton[lane].failed {
-            return Err(AttemptError::Newton);
-        }
-        if self.largest_correction.lane(lane) <= MAX_CORRECTION { Ok(error) } else { Err(AttemptError::Newton) }
+        if self.newton[lane].failed { Err(AttemptError::Newton) } else { Ok(error) }
     }
 
-    /// One iteration at `stage`, with the matrix made anew in the lanes `matrix`; leaves the correction.
-    fn iterate(
+    /// Newton's method at a stage that has been predicted.
+    fn solve_stage(
         &mut self,
         system: &mut impl SecondOrderSystem<T, Q>,
         stage: usize,
         time: T,
         weights: StepWeights<T>,
-        matrix: LaneSet,
     ) {
         let n = self.start_q.len();
-        let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-        system.residual(time, &self.q, v, a, &mut self.correction);
-        if !matrix.is_empty() {
-            system.factorise(time, v, a, weights, matrix);
+        let all = LaneSet::first(T::LANES);
+        let (mut open, mut matrix) = (all, if stage == 1 { all } else { LaneSet::default() });
+        for newton in &mut self.newton {
+            newton.previous_norm = None;
         }
-        system.solve(&mut self.correction);
+        for iteration in 0..MAX_NEWTON_ITERATIONS {
+            let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+            system.residual(time, &self.q, v, a, &mut self.correction);
+            if !matrix.is_empty() {
+                system.factorise(time, v, a, weights, matrix);
+            }
+            system.solve(&mut self.correction);
+            if open != all {
+                keep(&mut self.correction, open);
+            }
+            let norms = self.correct(stage, weights);
+            let (mut next_matrix, mut solved) = (LaneSet::default(), LaneSet::default());
+            for lane in open.iter() {
+                let newton = &mut self.newton[lane];
+                let fresh = matrix.contains(lane);
+                newton.iterations += 1;
+                newton.factorisations += usize::from(fresh);
+                let relative = self.tolerances.relative.lane(lane);
+                match newton.judge(self.solution, iteration, norms.lane(lane), fresh, relative) {
+                    Progress::Converged => solved.insert(lane),
+                    Progress::Continues => {}
+                    Progress::NeedsMatrix => next_matrix.insert(lane),
+                    Progress::Failed => {
+                        newton.failed = true;
+                        open.remove(lane);
+                    }
+                }
+            }
+            if !solved.is_empty() {
+                let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+                let rates = system.stage_rates(time, &self.q, v, a, &self.correction, weights);
+                for (kept, rate) in self.stage_rates[stage].iter_mut().zip(rates) {
+                    *kept = rate.select(solved, *kept);
+                }
+                for lane in solved.iter() {
+                    open.remove(lane);
+                }
+            }
+            if open.is_empty() {
+                return;
+            }
+            matrix = next_matrix;
+        }
+        for lane in open.iter() {
+            self.newton[lane].failed = true;
+        }
     }
 
     /// Iterations and factorisations of the last attempt in `lane`.
     pub fn work(&self, lane: usize) -> (usize, usize) {
-        match self.solution {
-            StageSolution::Once => (self.tableau.stages() - 1, 1),
-            StageSolution::Converged => (self.newton[lane].iterations, self.newton[lane].factorisations),
-        }
+        (self.newton[lane].iterations, self.newton[lane].factorisations)
     }
 
     /// Places a stage where its earlier stages let expect it.
@@ -463,7 +460,7 @@ fn correct<T: Lanewise>(
             sum = sum + size;
         });
     }
-    largest + (sum - sum)
+    largest + unless_finite(sum)
 }
 
 /// The largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
@@ -493,7 +490,13 @@ fn largest_error<T: Lanewise>(
             sum = sum + (by_angle + by_rate);
         });
     }
-    (largest + (sum - sum)) / relative
+    (largest + unless_finite(sum)) / relative
+}
+
+/// Zero, or NaN where `sum` is not finite.
+#[inline(always)]
+fn unless_finite<T: Lanewise>(sum: T) -> T {
+    sum * T::from_f64(0.0)
 }
 
 #[cfg(test)]
@@ -505,7 +508,7 @@ mod tests {
     fn predictors_are_exact_for_the_polynomials_of_their_points() {
         for tableau in [&ESDIRK43, &ESDIRK54] {
             for stage in 1..tableau.stages() {
-                let weights = predictor(tableau, StageSolution::Once, stage);
+                let weights = predictor(tableau, StageSolution::Predicted, stage);
                 let points = weights.iter().filter(|weight| **weight != 0.0).count();
                 assert_eq!(points, stage.min(PREDICTOR_POINTS), "{} stage {stage}", tableau.name);
                 for power in 0..points as i32 {

@@ -51,7 +51,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 
     /// How the stages of its steps are to be solved.
     pub fn stage_solution(&self) -> StageSolution {
-        if self.law.friction == 0.0 { StageSolution::Once } else { StageSolution::Converged }
+        if self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
     }
 
     /// How deep a node may be past its event where a step ends, in m: `1e-4 × relative tolerance × l_f`, or less where
@@ -201,7 +201,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     }
 
     /// Position, velocity and acceleration of every node of `lane`, where a step has last arrived.
-    pub(super) fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
+    pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         for (node, knot) in knots.iter_mut().enumerate() {
             *knot = Knot {
                 value: self.dynamics.positions()[node].map(|component| component.lane(lane)),

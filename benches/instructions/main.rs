@@ -1,0 +1,161 @@
+//! Instructions of the stepping path, counted by Valgrind and held against `counts.csv`.
+//!
+//! ```sh
+//! cargo bench --bench instructions                # fails where a count is off by more than the margin
+//! cargo bench --bench instructions -- --accept    # writes the counts as they are
+//! ```
+//!
+//! Times vary with the machine and what else it does, instructions hardly. Valgrind knows no AVX-512, so that lanes are
+//! counted with AVX2. What is counted runs in a process of its own, twice with a different number of repetitions: the
+//! difference is free of start and end.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+use std::hint::black_box;
+use std::process::{Command, ExitCode};
+
+use bristle::document::Document;
+use bristle::equations::{Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, StepWeights};
+use bristle::filament;
+use bristle::settings::Settings;
+use bristle::simulation::{Case, simulate, simulate_side_by_side};
+use bristle::tool::radial_clamp;
+
+/// Counts may differ by this share: another compiler moves some instructions, a change that matters moves many.
+const MARGIN: f64 = 0.05;
+const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/instructions/counts.csv");
+
+/// What is counted, with the repetitions that make its count exact enough.
+const SUBJECTS: [(&str, usize); 10] = [
+    ("residual", 100),
+    ("factorisation", 100),
+    ("solve", 100),
+    ("accelerations", 100),
+    ("residual of eight in lanes", 100),
+    ("factorisation of eight in lanes", 100),
+    ("solve of eight in lanes", 100),
+    ("accelerations of eight in lanes", 100),
+    ("pass", 1),
+    ("eight passes in lanes", 1),
+];
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, flag, subject, repetitions] = arguments.as_slice()
+        && flag == "--run"
+    {
+        run(subject.parse()?, repetitions.parse()?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut counts = Vec::new();
+    for (subject, (name, repetitions)) in SUBJECTS.iter().enumerate() {
+        let (few, many) = (count(subject, *repetitions)?, count(subject, 3 * repetitions)?);
+        counts.push((*name, (many - few) / (2 * repetitions) as u64));
+    }
+    if arguments.iter().any(|argument| argument == "--accept") {
+        let mut text = String::from("subject,instructions\n");
+        for (name, count) in &counts {
+            writeln!(text, "{name},{count}")?;
+        }
+        fs::write(COUNTS, text)?;
+    }
+    let accepted = fs::read_to_string(COUNTS)?;
+    let mut off = false;
+    for (name, count) in counts {
+        let line = accepted.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(','));
+        let expected: u64 = line.ok_or_else(|| format!("counts.csv has no line for {name}"))?.parse()?;
+        let change = count as f64 / expected as f64 - 1.0;
+        let mark = if change.abs() > MARGIN { "  <- outside the margin" } else { "" };
+        off |= change.abs() > MARGIN;
+        println!("{name:34} {count:12} instructions, {:+.1} %{mark}", 100.0 * change);
+    }
+    if off {
+        eprintln!(
+            "error: counts differ by more than {:.0} %; if that is meant, run again with --accept",
+            100.0 * MARGIN
+        );
+        return Ok(ExitCode::FAILURE);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Instructions of a process that repeats the subject.
+fn count(subject: usize, repetitions: usize) -> Result<u64, Box<dyn Error>> {
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(std::env::current_exe()?)
+        .args(["--run", &subject.to_string(), &repetitions.to_string()])
+        .output()
+        .map_err(|error| format!("cannot run valgrind, which Debian has as a package of that name: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    let collected = text.lines().find_map(|line| line.split_once("Collected :"));
+    match collected {
+        Some((_, count)) if output.status.success() => Ok(count.trim().parse()?),
+        _ => Err(format!("valgrind has not counted {}:\n{text}", SUBJECTS[subject].0).into()),
+    }
+}
+
+fn run(subject: usize, repetitions: usize) {
+    match subject {
+        0..4 => run_loop::<f64>(subject, repetitions),
+        4..8 => run_loop::<Lanes<LANES>>(subject - 4, repetitions),
+        8 => {
+            let settings = settings();
+            for _ in 0..repetitions {
+                black_box(simulate(black_box(&settings)).expect("the pass ends"));
+            }
+        }
+        _ => {
+            for _ in 0..repetitions {
+                let mut cases = (0..LANES).map(|number| {
+                    let mut settings = settings();
+                    settings.process.brushing_velocity_m_s = 5.0 + 3.0 * number as f64;
+                    Case { number, settings }
+                });
+                simulate_side_by_side(
+                    |_| cases.next(),
+                    |_, result| {
+                        black_box(result.expect("the pass ends"));
+                    },
+                );
+            }
+        }
+    }
+}
+
+/// The paper's case at a tolerance that gives the impulse to better than 0.1 %.
+fn settings() -> Settings {
+    let document = Document::parse(include_str!("../../examples/zirconia.toml"), "examples/zirconia.toml");
+    let mut settings = document.and_then(|document| document.settings()).expect("the example is right");
+    settings.solver.relative_tolerance = 1e-3;
+    settings
+}
+
+/// A bent and turning filament, the same in all lanes.
+fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
+    let settings = settings();
+    let n = settings.filament.segments;
+    let chain = filament::chain(&settings.filament, [0.0; 3]);
+    let clamp = Clamp::from_lanes(|_| radial_clamp(settings.tool.body_radius_m, 0.3, 50.0, 0.0));
+    let of = T::from_f64;
+    let q: Vec<[T; 2]> = (0..n).map(|k| [of(1.5 + 0.01 * k as f64), of(0.3 + 0.03 * k as f64)]).collect();
+    let v: Vec<[T; 2]> = (0..n).map(|k| [of(0.1 * k as f64), of(50.0 + k as f64)]).collect();
+    let mut dynamics = Dynamics::<T>::new(Chain::from_lanes(|_| &chain));
+    let (mut a, mut result) = (vec![[of(0.0); 2]; n], vec![[of(0.0); 2]; n]);
+    dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
+    dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
+    let weights = StepWeights { coordinates: of(1e-10), rates: of(1e-5) };
+    let all = LaneSet::first(T::LANES);
+    dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all);
+    for _ in 0..repetitions {
+        let dynamics = black_box(&mut dynamics);
+        match subject {
+            0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
+            1 => dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all),
+            2 => dynamics.solve(&mut result),
+            _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
+        }
+    }
+    black_box((a, result));
+}
