@@ -30,6 +30,10 @@ bench filter='':
 integrators:
     cargo bench --bench integrators
 
+# Other codes beside Bristle, in one table; see benches/peers/README.md
+peers *arguments:
+    python3 benches/peers/run.py {{arguments}}
+
 # Accept what the tests compute as the new snapshots; look at the difference before you commit it
 snapshots:
     INSTA_UPDATE=always cargo test --workspace
