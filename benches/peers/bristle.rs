@@ -5,10 +5,11 @@
 use std::error::Error;
 use std::hint::black_box;
 use std::io::{BufRead, Write, stdin, stdout};
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use bristle::document::Document;
-use bristle::equations::{Dynamics, NoLoads};
+use bristle::equations::{Batch, Chain, Clamp, Dynamics, Member, NoLoads, StepWeights};
 use bristle::filament;
 use bristle::settings::Settings;
 use bristle::simulation::simulate;
@@ -23,19 +24,35 @@ const FILE: &str = include_str!("../../examples/zirconia.toml");
 #[serde(tag = "measure", rename_all = "snake_case")]
 enum Request {
     /// The accelerations at one state, `calls` times.
-    Accelerations {
-        base_angle: f64,
-        base_rate: f64,
-        base_acceleration: f64,
-        gravity: [f64; 3],
-        q: Vec<[f64; 2]>,
-        v: Vec<[f64; 2]>,
-        calls: u32,
-    },
+    Accelerations { state: State, calls: u32 },
+    /// Those of all states side by side, `calls` times; the time is that of one state.
+    Batch { states: Vec<State>, calls: u32 },
+    /// Residual, factorisation and solve of an implicit step, `calls` times.
+    Step { state: State, calls: u32 },
     /// One contact on one thread.
     Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
-    /// The 120 contacts on all cores.
-    Study { relative_tolerance: f64 },
+    /// The 120 contacts, on all cores without a number of threads.
+    Study { relative_tolerance: f64, threads: Option<NonZeroUsize> },
+}
+
+/// The paper's filament, with as many segments as there are coordinates.
+#[derive(Deserialize)]
+struct State {
+    base_angle: f64,
+    base_rate: f64,
+    base_acceleration: f64,
+    gravity: [f64; 3],
+    q: Vec<[f64; 2]>,
+    v: Vec<[f64; 2]>,
+}
+
+impl State {
+    fn problem(&self, mut settings: Settings) -> (Chain<f64>, Clamp<f64>) {
+        settings.filament.segments = self.q.len();
+        let radius = settings.tool.body_radius_m;
+        let clamp = radial_clamp(radius, self.base_angle, self.base_rate, self.base_acceleration);
+        (filament::chain(&settings.filament, self.gravity), clamp)
+    }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -51,18 +68,9 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
     let document = Document::parse(FILE, "zirconia.toml")?;
     let mut settings: Settings = document.settings()?;
     Ok(match request {
-        Request::Accelerations { base_angle, base_rate, base_acceleration, gravity, q, v, calls } => {
-            settings.filament.segments = q.len();
-            let clamp = radial_clamp(settings.tool.body_radius_m, base_angle, base_rate, base_acceleration);
-            let mut dynamics = Dynamics::new(filament::chain(&settings.filament, gravity));
-            let mut accelerations = vec![[0.0; 2]; q.len()];
-            let start = Instant::now();
-            for _ in 0..calls {
-                let (clamp, q, v) = black_box((&clamp, &q, &v));
-                dynamics.accelerations(clamp, q, v, &NoLoads, black_box(&mut accelerations));
-            }
-            json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls), "accelerations": accelerations })
-        }
+        Request::Accelerations { state, calls } => accelerations(&state, settings, calls),
+        Request::Batch { states, calls } => batch(&states, &settings, calls)?,
+        Request::Step { state, calls } => step(&state, settings, calls),
         Request::Contact { brushing_velocity_m_s, penetration_depth_m, relative_tolerance } => {
             settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
             settings.process.penetration_depth_m = penetration_depth_m;
@@ -72,23 +80,73 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
             let seconds = start.elapsed().as_secs_f64();
             json!({ "seconds": seconds, "impulse": contact.metrics.contact_normal_impulse_n_s, "steps": contact.statistics.steps })
         }
-        Request::Study { relative_tolerance } => {
+        Request::Study { relative_tolerance, threads } => {
             settings.solver.relative_tolerance = relative_tolerance;
-            let axes = document.study()?.axes().to_vec();
-            let study = Study::new(settings, axes)?;
-            let start = Instant::now();
-            let results = run_study(&study, None, || (), simulate)?;
-            let seconds = start.elapsed().as_secs_f64();
-            let mut cases = Vec::new();
-            for (case, result) in results.into_iter().enumerate() {
-                let settings = study.settings(case);
-                cases.push(json!({
-                    "brushing_velocity_m_s": settings.process.brushing_velocity_m_s,
-                    "penetration_depth_m": settings.process.penetration_depth_m,
-                    "impulse": result?.metrics.contact_normal_impulse_n_s,
-                }));
-            }
-            json!({ "seconds": seconds, "cases": cases })
+            study(Study::new(settings, document.study()?.axes().to_vec())?, threads)?
         }
     })
+}
+
+fn accelerations(state: &State, settings: Settings, calls: u32) -> Value {
+    let (chain, clamp) = state.problem(settings);
+    let mut dynamics = Dynamics::new(chain);
+    let mut accelerations = vec![[0.0; 2]; state.q.len()];
+    let start = Instant::now();
+    for _ in 0..calls {
+        let (clamp, q, v) = black_box((&clamp, &state.q, &state.v));
+        dynamics.accelerations(clamp, q, v, &NoLoads, black_box(&mut accelerations));
+    }
+    json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls), "accelerations": accelerations })
+}
+
+fn batch(states: &[State], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
+    let problems: Vec<_> = states.iter().map(|state| state.problem(settings.clone())).collect();
+    let members: Vec<_> = (states.iter().zip(&problems))
+        .map(|(State { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
+        .collect();
+    let segments = states[0].q.len();
+    let mut batch = Batch::new(segments);
+    let mut accelerations = vec![[0.0; 2]; segments * states.len()];
+    let start = Instant::now();
+    for _ in 0..calls {
+        batch.accelerations(black_box(&members), black_box(&mut accelerations))?;
+    }
+    let seconds = start.elapsed().as_secs_f64() / f64::from(calls) / states.len() as f64;
+    Ok(json!({ "seconds": seconds, "accelerations": accelerations }))
+}
+
+fn step(state: &State, settings: Settings, calls: u32) -> Value {
+    let (chain, clamp) = state.problem(settings);
+    let State { q, v, .. } = state;
+    let mut dynamics = Dynamics::new(chain);
+    let mut accelerations = vec![[0.0; 2]; q.len()];
+    dynamics.accelerations(&clamp, q, v, &NoLoads, &mut accelerations);
+    let mut correction = accelerations.clone();
+    // γΔ of a step of 10 µs, as in `cargo bench --bench speed -- implicit_step`.
+    let diagonal = 0.248e-5;
+    let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
+    let start = Instant::now();
+    for _ in 0..calls {
+        let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
+        dynamics.residual(clamp, q, v, &accelerations, &NoLoads, &mut correction);
+        dynamics.factorise(clamp, v, &accelerations, &NoLoads, weights);
+        dynamics.solve(black_box(&mut correction));
+    }
+    json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
+}
+
+fn study(study: Study, threads: Option<NonZeroUsize>) -> Result<Value, Box<dyn Error>> {
+    let start = Instant::now();
+    let results = run_study(&study, threads, || (), simulate)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let mut cases = Vec::new();
+    for (case, result) in results.into_iter().enumerate() {
+        let settings = study.settings(case);
+        cases.push(json!({
+            "brushing_velocity_m_s": settings.process.brushing_velocity_m_s,
+            "penetration_depth_m": settings.process.penetration_depth_m,
+            "impulse": result?.metrics.contact_normal_impulse_n_s,
+        }));
+    }
+    Ok(json!({ "seconds": seconds, "cases": cases }))
 }

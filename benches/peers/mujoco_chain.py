@@ -1,0 +1,109 @@
+"""The chain in MuJoCo: accelerations at a state, and one contact.
+
+Contact. MuJoCo has no springs between bodies and a plane but a soft constraint, whose force is
+d (k δ + b v + a_0)/Â with the impedance d, the acceleration a_0 that the node would have without
+the constraint, and the constant Â = `invweight0` in place of the inverse mass. (More exactly
+(1 − d) Â/d is added to the inverse mass.) At the smallest impedance that it allows, 1e-4, a_0 and
+the inverse mass drop out to that number, and a force k_c δ remains if `solref` is (−k_c Â, 0).
+
+The clamp turns with a body of 1000 kg m², which the filament cannot slow down.
+"""
+
+import time
+
+import mujoco
+import numpy as np
+from paper_case import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Chain, Pass
+
+IMPEDANCE = 1e-4
+# Of a node; the plane is moved by as much.
+NODE_RADIUS_M = 1e-6
+# MuJoCo refuses bodies without inertia about an axis; 1 / 200 of that across the rod.
+LEAST_INERTIA_KG_M2 = 2e-15
+
+HINGES = {"two hinges": ("0 1 0", "0 0 1"), "one hinge, planar": ("0 0 1",)}
+
+
+def chain_at(
+    joints: str, gravity: np.ndarray, q: np.ndarray, v: np.ndarray, tau: np.ndarray
+) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Pinocchio's chain (rods along z) and state; joints are "spherical" or "universal"."""
+    chain = Chain(SEGMENTS)
+    h, inertia, bodies = chain.length_m, chain.inertia_kg_m2, ""
+    along = inertia if joints == "spherical" else LEAST_INERTIA_KG_M2
+    joint = '<joint type="ball"/>'
+    if joints == "universal":
+        joint = '<joint type="hinge" axis="1 0 0"/><joint type="hinge" axis="0 1 0"/>'
+    for k in range(SEGMENTS):
+        bodies += (
+            f'<body pos="0 0 {h if k else 0.0!r}">{joint}'
+            f'<inertial pos="0 0 {h / 2!r}" mass="{chain.mass_kg!r}" '
+            f'diaginertia="{inertia!r} {inertia!r} {along!r}"/>'
+        )
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><compiler boundmass="0" boundinertia="0"/>
+        <option gravity="{" ".join(repr(float(x)) for x in gravity)}">
+        <flag contact="disable" constraint="disable" energy="disable"/></option>
+        <worldbody>{bodies}{"</body>" * SEGMENTS}</worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    # Quaternions start with w here, and end with it in Pinocchio.
+    data.qpos[:] = q.reshape(-1, 4)[:, [3, 0, 1, 2]].ravel() if joints == "spherical" else q
+    data.qvel[:] = v
+    data.qfrc_applied[:] = tau
+    return model, data
+
+
+class Contact:
+    """One pass at a fixed step."""
+
+    def __init__(self, case: Case, step_s: float, joints: str) -> None:
+        chain, self._pass, self._step_s = Chain(SEGMENTS), Pass(case), step_s
+        h, inertia = chain.length_m, chain.inertia_kg_m2
+        bodies, pairs = "", ""
+        for k in range(SEGMENTS):
+            axes = "".join(
+                f'<joint type="hinge" axis="{axis}" stiffness="{chain.stiffness_n_m[k]!r}" '
+                f'damping="{chain.damping_n_m_s[k]!r}"/>'
+                for axis in HINGES[joints]
+            )
+            bodies += (
+                f'<body name="segment_{k}" pos="{h if k else BODY_RADIUS_M!r} 0 0">{axes}'
+                f'<inertial pos="{h / 2!r} 0 0" mass="{chain.mass_kg!r}" '
+                f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
+                f'<geom name="node_{k}" type="sphere" size="{NODE_RADIUS_M}" pos="{h!r} 0 0" '
+                'contype="0" conaffinity="0"/>'
+            )
+            pairs += f'<pair geom1="node_{k}" geom2="workpiece" condim="1"/>'
+        self._model = mujoco.MjModel.from_xml_string(
+            f"""<mujoco><compiler angle="radian" boundmass="0" boundinertia="0"
+            inertiafromgeom="false"/>
+            <option timestep="{step_s!r}" gravity="0 0 0" integrator="implicitfast"/>
+            <worldbody><geom name="workpiece" type="plane" size="1 1 1" zaxis="0 1 0"
+            pos="0 {self._pass.plane_m - NODE_RADIUS_M!r} 0" contype="0" conaffinity="0"/>
+            <body><joint type="hinge" axis="0 0 1"/>
+            <inertial pos="0 0 0" mass="1" diaginertia="1e3 1e3 1e3"/>
+            {bodies}{"</body>" * SEGMENTS}</body></worldbody><contact>{pairs}</contact></mujoco>"""
+        )
+        for k in range(SEGMENTS):
+            inverse_mass = self._model.body(f"segment_{k}").invweight0[0]
+            self._model.pair_solref[k] = [-CONTACT_STIFFNESS_N_M * inverse_mass, 0.0]
+            self._model.pair_solimp[k] = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
+
+    def run(self) -> tuple[float, float]:
+        """Seconds, and p_n in N s."""
+        model, data = self._model, mujoco.MjData(self._model)
+        data.qpos[0], data.qvel[0] = self._pass.start_angle_rad, self._pass.rate_rad_s
+        steps, step, total = round(self._pass.end_s / self._step_s), mujoco.mj_step, 0.0
+        start = time.perf_counter()
+        for _ in range(steps):
+            step(model, data)
+            if data.ncon:
+                total += data.efc_force.sum()
+        seconds = time.perf_counter() - start
+        return seconds, float(total) * self._step_s
+
+
+def warnings_off() -> None:
+    """Steps that are too large are tried too; what comes of them is seen in p_n."""
+    mujoco.set_mju_user_warning(lambda _: None)
