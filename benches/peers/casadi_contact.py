@@ -1,4 +1,4 @@
-"""One contact by CasADi's equations: with SUNDIALS' CVODES in one call, and with SciPy's integrators.
+"""One contact by CasADi's equations: with SUNDIALS' CVODES in one call, and with SciPy.
 
 CasADi writes dy/dt and its Jacobian (casadi_equations.py) as C, with an LDLᵀ decomposition of the
 dense M. CVODES (BDF of variable order, Newton) and SciPy integrate these, with the impulse as one
@@ -75,7 +75,7 @@ class Library:
         generator = casadi.CodeGenerator(f"{name}.c")
         ode = derivative(equations, *arguments)
         generator.add(casadi.Function(name, arguments, [ode], ["t", "y", "p"], ["ode"]))
-        # By the name and the signature CasADi finds the Jacobian; those by t and p are not asked for.
+        # CasADi finds the Jacobian by name and signature; those by t and p are not asked for.
         generator.add(
             casadi.Function(
                 f"jac_{name}",
@@ -200,6 +200,7 @@ class Buffered:
         self._buffer.set_res(0, memoryview(self._result.T))
 
     def __call__(self, instant: float, y: np.ndarray) -> np.ndarray:
+        """A copy of the result: the next call overwrites it."""
         self._instant[0] = instant
         self._y[:] = y
         self._evaluate()

@@ -14,7 +14,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import casadi
-import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "derivations"))
 

@@ -1,7 +1,10 @@
-"""The measurements of run.py: takes turns between Bristle and the others, and prints the table.
+"""The measurements of run.py: takes turns between Bristle and the others, and prints one table.
 
-Every number is the median over rounds; in each round everything is measured once, so a slow spell
-of the machine meets all. A ratio is the median over the rounds of the ratio within a round.
+Every time is the median over rounds; in each round everything of a group is measured once, so a
+slow spell of the machine meets all. A ratio is the median over the rounds of the ratio within one.
+
+A peer whose package is missing, or that computes something else than Bristle, has a line that says
+so in place of its time.
 """
 
 import argparse
@@ -11,45 +14,177 @@ import os
 import platform
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import version
-from multiprocessing import Pool
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 from types import TracebackType
+from typing import TYPE_CHECKING
 
-import casadi
-import mujoco
-import numpy as np
-import pinocchio
-from casadi_contact import LINEAR_SOLVERS, Contact, compiled
+from paper_case import SEGMENTS, Case, State, bent_state
+
+if TYPE_CHECKING:
+    import numpy as np
+    from casadi_contact import Library
+    from pinocchio_chain import Problem
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "derivations"))
 
-import reference_aba as aba_chain  # noqa: E402
+# Peers' lines begin with these names; the first is asked for its version.
+PACKAGES = ("casadi", "exudyn", "mujoco", "numba", "numpy", "pin", "pyelastica", "scipy")
 
-SEGMENTS = 25
 # Of the largest acceleration: tests/reference.rs asserts this of the same comparison.
 AGREEMENT = 1e-11
-# Of joint accelerations: by a factorisation of the 75 × 75 mass matrix, whose condition costs
-# digits.
-MUJOCO_AGREEMENT = 1e-7
+# By a factorisation of M, whose condition costs digits.
+DENSE_AGREEMENT = 1e-8
+# MuJoCo factorises M, too; and its rods on two hinges have a small inertia about their axes.
+MUJOCO_AGREEMENT = {"spherical": 1e-7, "universal": 1e-6}
+# Lanes have another sine: a last digit of it, times the condition of the problem.
+BATCH_AGREEMENT = 1e-11
 
 
-def relative(values: np.ndarray, expected: np.ndarray) -> float:
-    """Largest deviation, relative to the largest expected value."""
-    return float(np.max(np.abs(values - expected)) / np.max(np.abs(expected)))
+# ---------------------------------------------------------------------------- the table
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a ratio is to reach: at least, or at most."""
+
+    bound: float
+    at_least: bool = True
+
+    def met_by(self, value: float) -> bool:
+        """Whether it is met."""
+        return value >= self.bound if self.at_least else value <= self.bound
+
+    def shown(self, value: float) -> str:
+        """As a cell of the table."""
+        sign, word = "≥" if self.at_least else "≤", "met" if self.met_by(value) else "missed"
+        return f"{sign} {self.bound:g}: {word}"
+
+
+@dataclass
+class Line:
+    """One line of the table: the values of all rounds, in s unless `unit` is another one."""
+
+    name: str
+    note: str = ""
+    goal: Goal | None = None
+    values: list[float] = field(default_factory=list)
+    ratios: list[float] = field(default_factory=list)
+    unit: str = "s"
+
+    @property
+    def value(self) -> float:
+        """Median."""
+        return median(self.values)
+
+    @property
+    def judged(self) -> float:
+        """What the goal is for: the ratio, or the value where there is none."""
+        return median(self.ratios) if self.ratios else self.value
+
+    def cells(self) -> list[str]:
+        """Of the table, without its first."""
+        if not self.values:
+            return [self.name, "", "", "", self.note]
+        value = shown(self.value) if self.unit == "s" else f"{self.value:.3g} {self.unit}"
+        ratio = f"{median(self.ratios):.3g}" if self.ratios else ""
+        goal = self.goal.shown(self.judged) if self.goal else ""
+        return [self.name, value, ratio, goal, self.note]
+
+    def record(self) -> dict[str, object]:
+        """For --json."""
+        record: dict[str, object] = {"name": self.name, "remarks": self.note}
+        if self.values:
+            record |= {"unit": self.unit, "median": self.value, "rounds": self.values}
+        if self.ratios:
+            record |= {"ratio": median(self.ratios), "ratios": self.ratios}
+        if self.values and self.goal:
+            kind = "at_least" if self.goal.at_least else "at_most"
+            record["goal"] = {kind: self.goal.bound, "met": self.goal.met_by(self.judged)}
+        return record
+
+
+@dataclass
+class Group:
+    """Lines that are measured in turns; ratios are to the first of them."""
+
+    title: str
+    lines: list[Line] = field(default_factory=list)
+
+    def rows(self) -> str:
+        """Of the table."""
+        text = ""
+        for i, line in enumerate(self.lines):
+            text += f"| {' | '.join([self.title if i == 0 else '', *line.cells()])} |\n"
+        return text
+
+
+HEADER = "| what | code | median | ratio | goal | remarks |\n|---|---|---:|---:|---|---|\n"
+
+
+def shown(seconds: float) -> str:
+    """Three digits, in a unit that fits."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-9:.3g} ns"
+
+
+Measured = tuple[Line, Callable[[], float]]
+
+
+def interleaved(measured: Sequence[Measured], rounds: int) -> list[Line]:
+    """Measures every line once a round; ratios are to the first one."""
+    for _ in range(rounds):
+        for line, measure in measured:
+            line.values.append(measure())
+    lines = [line for line, _ in measured]
+    for line in lines[1:]:
+        pairs = zip(line.values, lines[0].values, strict=True)
+        line.ratios = [own / first for own, first in pairs]
+    return lines
+
+
+class Peers:
+    """The lines of a group, as far as they can be had."""
+
+    def __init__(self) -> None:
+        self.measured: list[Measured] = []
+        self.left_out: list[Line] = []
+
+    def add(self, name: str, prepare: Callable[[], list[Measured]]) -> None:
+        """The lines that `prepare` makes, or one that tells why there are none."""
+        progress(f"preparing {name}")
+        try:
+            self.measured += prepare()
+        except Exception as error:  # Whatever it is, it is this peer's, and the others go on.
+            traceback.print_exc()
+            reason = " ".join(str(error).split())[:160]
+            self.left_out.append(Line(name, f"left out: {type(error).__name__}: {reason}"))
+
+
+def progress(text: str) -> None:
+    """To standard error: the table is the output."""
+    print(f"peers: {text}", file=sys.stderr, flush=True)
+
+
+# ---------------------------------------------------------------------------- programs
 
 
 class Program:
     """A timing program that answers a line with a line."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, command: Sequence[str | Path]) -> None:
         self._process = subprocess.Popen(
-            [path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
 
     def __enter__(self) -> "Program":
@@ -65,129 +200,69 @@ class Program:
         self._process.stdin.close()
         self._process.wait()
 
-    def send(self, text: str) -> None:
-        """Writes without waiting for an answer."""
-        assert self._process.stdin
-        self._process.stdin.write(text + "\n")
-        self._process.stdin.flush()
-
     def ask(self, text: str) -> str:
         """Writes a line and reads one."""
-        self.send(text)
-        assert self._process.stdout
+        assert self._process.stdin and self._process.stdout
+        self._process.stdin.write(text + "\n")
+        self._process.stdin.flush()
         answer = self._process.stdout.readline()
         if not answer:
             raise RuntimeError("a timing program ended early")
         return answer
 
 
-def ask_bristle(bristle: Program, measure: str, **values: object) -> dict:
-    """What Bristle's program answers."""
-    return json.loads(bristle.ask(json.dumps({"measure": measure, **values})))
+class Bristle(Program):
+    """Bristle's timing program."""
+
+    def request(self, measure: str, **values: object) -> dict:
+        """What it answers."""
+        return json.loads(self.ask(json.dumps({"measure": measure, **values})))
+
+    def contact(self, case: Case, tolerance: float) -> tuple[float, float]:
+        """Seconds, and p_n in N s."""
+        answer = self.request(
+            "contact",
+            brushing_velocity_m_s=case[0],
+            penetration_depth_m=case[1],
+            relative_tolerance=tolerance,
+        )
+        return answer["seconds"], answer["impulse"]
+
+    def study(self, tolerance: float, threads: int | None = None) -> dict:
+        """Seconds and cases."""
+        return self.request("study", relative_tolerance=tolerance, threads=threads)
+
+    def impulses(self, tolerance: float) -> dict[Case, float]:
+        """p_n of the cases of the study."""
+        return {
+            (case["brushing_velocity_m_s"], case["penetration_depth_m"]): case["impulse"]
+            for case in self.study(tolerance)["cases"]
+        }
 
 
-@dataclass
-class Line:
-    """One line of the table: the times of all rounds in s."""
+@dataclass(frozen=True)
+class Setup:
+    """What the groups need."""
 
-    name: str
-    note: str = ""
-    seconds: list[float] = field(default_factory=list)
+    bristle: Bristle
+    command: Path | None
+    loops: list[Path]
+    directory: Path
+    quick: bool
+    full: bool
 
-
-def interleaved(lines: list[tuple[Line, Callable[[], float]]], rounds: int) -> list[Line]:
-    """Measures every line once a round."""
-    for _ in range(rounds):
-        for line, measure in lines:
-            line.seconds.append(measure())
-    return [line for line, _ in lines]
-
-
-def shown(seconds: float) -> str:
-    """Three digits, in a unit that fits."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 1e-9:.3g} ns"
-
-
-def table(title: str, lines: list[Line]) -> str:
-    """The first line is Bristle's; the others have a ratio to it."""
-    text = f"| {title} | time | peer / Bristle | remarks |\n|---|---:|---:|---|\n"
-    for line in lines:
-        pairs = zip(line.seconds, lines[0].seconds, strict=True)
-        ratio = f"{median(own / first for own, first in pairs):.3g}" if line is not lines[0] else ""
-        text += f"| {line.name} | {shown(median(line.seconds))} | {ratio} | {line.note} |\n"
-    return text
+    @property
+    def rounds(self) -> int:
+        """Of short measurements."""
+        return 5 if self.quick else 21
 
 
 # ---------------------------------------------------------------------------- accelerations
 
 
-def state() -> aba_chain.State:
-    """The bent, turning filament of `cargo bench --bench speed -- accelerations`."""
-    rate, angle = 10.0 / 0.18, -1.55
-    q, v = [], []
-    for k in range(SEGMENTS):
-        along = (k + 0.5) / SEGMENTS
-        bend = along**1.5
-        q += [np.pi / 2 + 0.02 * bend, angle - 0.6 * bend]
-        v += [2.0 * along, rate * (1.0 - 2.0 * along)]
-    return aba_chain.State(
-        "bench", aba_chain.YOUNGS_MODULUS_PA, angle, rate, 0.0, [0.0, 0.0, 0.0], q, v
-    )
-
-
-def pinocchio_problem(
-    at: aba_chain.State,
-) -> tuple[pinocchio.Model, np.ndarray, np.ndarray, np.ndarray]:
-    """Model, positions, velocities and torques that reference_aba.py computes for a state."""
-    found: list[tuple] = []
-    original = pinocchio.aba
-
-    def recorded(model: object, data: object, q: object, v: object, tau: object) -> object:
-        found.append((model, q, v, tau))
-        return original(model, data, q, v, tau)
-
-    pinocchio.aba = recorded
-    try:
-        aba_chain.accelerations(at)
-    finally:
-        pinocchio.aba = original
-    return found[0]
-
-
-def mujoco_chain(
-    gravity: np.ndarray, q: np.ndarray, v: np.ndarray, tau: np.ndarray
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Pinocchio's chain and state in MuJoCo: the same rates, but quaternions start with w."""
-    constants = aba_chain.chain_constants(SEGMENTS, aba_chain.YOUNGS_MODULUS_PA)
-    h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
-    bodies = ""
-    for k in range(SEGMENTS):
-        bodies += (
-            f'<body pos="0 0 {h if k else 0.0!r}"><joint type="ball"/>'
-            f'<inertial pos="0 0 {h / 2!r}" mass="{constants.segment_mass_kg!r}" '
-            f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
-        )
-    model = mujoco.MjModel.from_xml_string(
-        f"""<mujoco><compiler boundmass="0" boundinertia="0"/>
-        <option gravity="{" ".join(repr(float(x)) for x in gravity)}">
-        <flag contact="disable" constraint="disable" energy="disable"/></option>
-        <worldbody>{bodies}{"</body>" * SEGMENTS}</worldbody></mujoco>"""
-    )
-    data = mujoco.MjData(model)
-    data.qpos[:] = q.reshape(-1, 4)[:, [3, 0, 1, 2]].ravel()
-    data.qvel[:] = v
-    data.qfrc_applied[:] = tau
-    return model, data
-
-
-def accelerations(bristle: Program, loop: Path | None, rounds: int) -> str:
-    """Row 1."""
-    at = state()
-    calls = 20_000
-    request = {
+def state_of_bristle(at: State) -> dict[str, object]:
+    """As bristle.rs reads it."""
+    return {
         "base_angle": at.base_angle,
         "base_rate": at.base_rate,
         "base_acceleration": at.base_acceleration,
@@ -195,93 +270,227 @@ def accelerations(bristle: Program, loop: Path | None, rounds: int) -> str:
         "q": [at.q[i : i + 2] for i in range(0, len(at.q), 2)],
         "v": [at.v[i : i + 2] for i in range(0, len(at.v), 2)],
     }
-    ours = np.ravel(ask_bristle(bristle, "accelerations", calls=1, **request)["accelerations"])
-    theirs = np.array(aba_chain.accelerations(at))
-    deviation = relative(ours, theirs)
-    if not deviation <= AGREEMENT:
-        raise RuntimeError(f"Pinocchio's accelerations differ from Bristle's by {deviation:.1e}")
 
-    model, q, v, tau = pinocchio_problem(at)
-    data = model.createData()
+
+def deviation(values: "np.ndarray", expected: "np.ndarray", bound: float, of: str) -> float:
+    """Largest deviation, relative to the largest expected value; an error if it is too large."""
+    import numpy as np
+
+    values, expected = np.ravel(values), np.ravel(expected)
+    found = float(np.max(np.abs(values - expected)) / np.max(np.abs(expected)))
+    if not found <= bound:
+        raise RuntimeError(f"{of} differ by {found:.1e} of the largest")
+    return found
+
+
+CALLS = 20_000
+# In a batch: some full sets of lanes, not all of them alike.
+BATCH = 64
+
+Accelerations = Callable[[], "np.ndarray"]
+
+
+def accelerations(setup: Setup) -> list[Group]:
+    """One state at a time, and per state in a batch."""
+    import numpy as np
+
+    bristle, at = setup.bristle, bent_state(SEGMENTS)
+    request = state_of_bristle(at)
+    answer = bristle.request("accelerations", state=request, calls=1)
+    ours = np.ravel(answer["accelerations"])
 
     def of_bristle() -> float:
-        return ask_bristle(bristle, "accelerations", calls=calls, **request)["seconds"]
+        return bristle.request("accelerations", state=request, calls=CALLS)["seconds"]
 
-    def from_python() -> float:
-        few = calls // 10
-        start = time.perf_counter()
-        for _ in range(few):
-            pinocchio.aba(model, data, q, v, tau)
-        return (time.perf_counter() - start) / few
+    peers = Peers()
+    fastest: list[Callable[[], float]] = []
 
-    body_model, body_data = mujoco_chain(model.gravity.linear, q, v, tau)
-    mujoco.mj_forward(body_model, body_data)
-    expected = pinocchio.aba(model, data, q, v, tau).copy()
-    body_deviation = relative(body_data.qacc, expected)
-    if not body_deviation <= MUJOCO_AGREEMENT:
-        raise RuntimeError(f"MuJoCo differs from Pinocchio by {body_deviation:.1e}")
+    def pinocchio_lines() -> list[Measured]:
+        lines, loop = pinocchio_accelerations(setup, at, ours)
+        fastest.append(loop)
+        return lines
 
-    def of_mujoco() -> float:
-        few = calls // 40
-        start = time.perf_counter()
-        for _ in range(few):
-            mujoco.mj_forward(body_model, body_data)
-        return (time.perf_counter() - start) / few
+    peers.add("Pinocchio", pinocchio_lines)
+    peers.add("MuJoCo", lambda: mujoco_accelerations(at, ours))
+    peers.add("CasADi's C code", lambda: casadi_accelerations_lines(setup, at, ours))
+    note = "50 rates; springs and dampers included; generic x86-64"
+    first = Line("Bristle, `Dynamics::accelerations`", note)
+    lines = interleaved([(first, of_bristle), *peers.measured], setup.rounds)
+    single = Group(f"accelerations, n = {SEGMENTS}, one state at a time", lines + peers.left_out)
 
-    agreement = f"accelerations agree to {deviation:.0e} of the largest"
-    handicaps = "75 instead of 50 rates; torques of springs and dampers not counted"
-    lines = [
-        (Line("Bristle, `Dynamics::accelerations`"), of_bristle),
-        (
-            Line("Pinocchio, `aba`, from Python", f"with the call; {handicaps}; {agreement}"),
-            from_python,
-        ),
-        (
-            Line(
-                "MuJoCo, `mj_forward`, from Python",
-                f"with the call; contacts, constraints off; {handicaps}; agree to "
-                f"{body_deviation:.0e}",
-            ),
-            of_mujoco,
-        ),
+    # Each of the batch is checked against what one at a time gives.
+    states = [bent_state(SEGMENTS, 0.6 - 0.005 * i) for i in range(BATCH)]
+    requests = [state_of_bristle(one) for one in states]
+    alone = [
+        bristle.request("accelerations", state=one, calls=1)["accelerations"] for one in requests
     ]
-    if loop is None:
-        return table(f"accelerations, n = {SEGMENTS}, one state", interleaved(lines, rounds))
-    with Program(loop) as program:
-        constants = aba_chain.chain_constants(SEGMENTS, at.youngs_modulus_pa)
-        numbers = [
-            constants.segment_length_m,
-            constants.segment_mass_kg,
-            constants.segment_inertia_kg_m2,
-            *model.gravity.linear,
-        ]
-        program.send(" ".join([str(SEGMENTS), *(repr(float(x)) for x in numbers)]))
-        values = " ".join(repr(float(x)) for x in (*q, *v, *tau))
-        answer = np.array([float(x) for x in program.ask(f"1 {values}").split()])[2:]
-        error = relative(answer, expected)
-        if not error <= AGREEMENT:
-            raise RuntimeError(f"the loop in C++ computes something else: {error:.1e}")
+    together = bristle.request("batch", states=requests, calls=1)["accelerations"]
+    agreement = deviation(
+        np.array(together), np.array(alone), BATCH_AGREEMENT, "accelerations of the batch"
+    )
 
-        def in_cpp() -> float:
-            # The faster of the algorithm's two conventions.
-            return min(float(x) for x in program.ask(f"{calls // 2} {values}").split()[:2])
+    def of_batch() -> float:
+        return bristle.request("batch", states=requests, calls=CALLS // BATCH)["seconds"]
 
-        name = "Pinocchio, `aba`, from a loop in C++"
-        lines.insert(1, (Line(name, f"{handicaps}; {agreement}"), in_cpp))
-        return table(f"accelerations, n = {SEGMENTS}, one state", interleaved(lines, rounds))
+    note = f"{BATCH} different states, one thread; agree to {agreement:.0e}"
+    batch = [(Line("Bristle, `Batch::accelerations`", note), of_batch)]
+    if fastest:
+        batch.append(
+            (Line("Pinocchio, the fastest above", "it has no batches", Goal(40)), fastest[0])
+        )
+    lines = interleaved(batch, setup.rounds)
+    return [single, Group(f"the same, per state of a batch of {BATCH}", lines)]
+
+
+def pinocchio_accelerations(
+    setup: Setup, at: State, ours: "np.ndarray"
+) -> tuple[list[Measured], Callable[[], float]]:
+    """From C++ where it could be compiled, and from Python; the first has the goal."""
+    import pinocchio
+    from pinocchio_chain import JOINTS, problem
+
+    problems = [problem(at, joints) for joints in JOINTS]
+    agreement = 0.0
+    for one in problems:
+        found = pinocchio.aba(one.model, one.model.createData(), one.q, one.v, one.tau)
+        agreement = max(
+            agreement,
+            deviation(one.coordinates(found, at), ours, AGREEMENT, "Pinocchio's accelerations"),
+        )
+    # The loops of all kinds of joints and builds; the fastest is found once and then measured.
+    candidates: list[tuple[float, str, Callable[[], float], Problem]] = []
+    for program in setup.loops:
+        for one in problems:
+            loop = Program(one.arguments(program))
+            expected = pinocchio.aba(one.model, one.model.createData(), one.q, one.v, one.tau)
+            answer = [float(x) for x in loop.ask(f"1 {one.numbers()}").split()][2:]
+            deviation(answer, expected, AGREEMENT, f"accelerations of {program.name}")
+
+            def seconds(loop: Program = loop, one: "Problem" = one) -> float:
+                # The faster of the algorithm's two conventions.
+                answer = loop.ask(f"{CALLS // 4} {one.numbers()}")
+                return min(float(x) for x in answer.split()[:2])
+
+            label = f"{one.joints} joints, {one.model.nv} rates"
+            if program != setup.loops[0]:
+                label += ", -march=native"
+            candidates.append((min(seconds() for _ in range(3)), label, seconds, one))
+
+    def from_python(one: "Problem") -> Callable[[], float]:
+        data = one.model.createData()
+
+        def seconds() -> float:
+            start = time.perf_counter()
+            for _ in range(CALLS // 10):
+                pinocchio.aba(one.model, data, one.q, one.v, one.tau)
+            return (time.perf_counter() - start) / (CALLS // 10)
+
+        return seconds
+
+    python = min((min(from_python(one)() for _ in range(3)), i) for i, one in enumerate(problems))
+    chosen = problems[python[1]]
+    rest = f"torques of springs and dampers not counted; agree to {agreement:.0e}"
+    note = f"{chosen.joints} joints, {chosen.model.nv} rates; with the call; {rest}"
+    last = (Line("Pinocchio, `aba`, from Python", note), from_python(chosen))
+    if not candidates:
+        last[0].goal = Goal(10)
+        last[0].note += "; the loop in C++ could not be compiled"
+        return [last], last[1]
+    ranked = sorted(candidates, key=lambda candidate: candidate[0])
+    others = ", ".join(f"{label} {shown(value)}" for value, label, _, _ in ranked[1:])
+    note = f"{ranked[0][1]}, the fastest of {len(ranked)} ({others}); {rest}"
+    line = Line("Pinocchio, `aba`, loop in C++", note, Goal(10))
+    return [(line, ranked[0][2]), last], ranked[0][2]
+
+
+def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
+    """Two hinges a node, or ball joints: the faster one."""
+    import mujoco
+    import numpy as np
+    from mujoco_chain import chain_at
+    from pinocchio_chain import problem
+
+    calls, tried = CALLS // 40, []
+    for joints, bound in MUJOCO_AGREEMENT.items():
+        one = problem(at, joints)
+        model, data = chain_at(joints, one.model.gravity.linear, one.q, one.v, one.tau)
+        mujoco.mj_forward(model, data)
+        agreement = deviation(
+            one.coordinates(np.array(data.qacc), at), ours, bound, "MuJoCo's accelerations"
+        )
+
+        def seconds(model: object = model, data: object = data) -> float:
+            start = time.perf_counter()
+            for _ in range(calls):
+                mujoco.mj_forward(model, data)
+            return (time.perf_counter() - start) / calls
+
+        tried.append((min(seconds() for _ in range(3)), joints, agreement, model.nv, seconds))
+    _, joints, agreement, rates, seconds = min(tried, key=lambda one: one[0])
+    note = (
+        f"{'ball joints' if joints == 'spherical' else 'two hinges a node'}, {rates} rates; with "
+        f"the call; contacts and constraints off; torques not counted; agree to {agreement:.0e}"
+    )
+    return [(Line("MuJoCo, `mj_forward`, from Python", note), seconds)]
+
+
+def casadi_accelerations_lines(setup: Setup, at: State, ours: "np.ndarray") -> list[Measured]:
+    """The fastest of all flags and solvers, and the fastest of the generic builds."""
+    import numpy as np
+    from casadi_accelerations import compiled
+
+    variants, compiling = compiled(
+        setup.directory, at.base_angle, at.base_rate, at.base_acceleration
+    )
+    if not variants:
+        raise RuntimeError("the C code could not be compiled")
+    q, v = np.array(at.q), np.array(at.v)
+    agreement, tried = 0.0, []
+    for variant in variants:
+        name = f"accelerations of CasADi's code ({variant.label})"
+        found = deviation(variant.run(q, v, 1)[1], ours, DENSE_AGREEMENT, name)
+        agreement = max(agreement, found)
+        tried.append((min(variant.run(q, v, CALLS // 20)[0] for _ in range(3)), variant))
+    tried.sort(key=lambda one: one[0])
+    times = {name: seconds for name, seconds in compiling.items() if seconds > 0.5}
+    measured: list[Measured] = []
+    for kind, chosen in (
+        ("this processor's", [one for one in tried if "native" in one[1].label]),
+        ("generic x86-64", [one for one in tried if "native" not in one[1].label]),
+    ):
+        if not chosen:
+            continue
+        variant = chosen[0][1]
+        note = f"{kind} instructions: {variant.label}; 50 rates, dense; agree to {agreement:.0e}"
+        flags = variant.label.rsplit(",", 1)[0]
+        if flags in times:
+            note += f"; compiled in {shown(times[flags])}"
+
+        def seconds(variant: object = variant) -> float:
+            return variant.run(q, v, CALLS // 10)[0]
+
+        measured.append((Line("CasADi's C code for M and f, Cholesky", note), seconds))
+    return measured
 
 
 # ---------------------------------------------------------------------------- contacts
 
 
-# (v_b in m/s, a_e in m)
-Case = tuple[float, float]
-
 CASE: Case = (10.0, 1.0e-3)
 # Of p_n.
 ACCURACY = 1e-3
-# From tight to loose.
+# From tight to loose, in steps of √10.
 TOLERANCES = [10 ** (-k / 2) for k in range(12, 3, -1)]
+# The tolerance for which the goal names CasADi's time.
+TIGHT = 1e-7
+# From small to large, in s; codes with a fixed step get finer ones to choose from.
+STEPS = [10 ** (-6 + k / 8) for k in range(17)]
+# Nine tenths of the largest step at which PyElastica's rod is stable.
+ELASTICA_STEP_S = 5e-7
+ELASTICA_WARM_UP = 1e-4
+
+# Of a tolerance or a step: seconds, and p_n in N s.
+Pass = Callable[[float], tuple[float, float]]
 
 
 def reference_impulse(case: Case) -> float:
@@ -294,78 +503,172 @@ def reference_impulse(case: Case) -> float:
     raise LookupError(f"no reference for {case}")
 
 
-def loosest(error: Callable[[float], float]) -> tuple[float, float]:
-    """The loosest tolerance that is accurate, as all tighter ones are, and its error."""
+def loosest(error: Callable[[float], float], choices: Sequence[float]) -> tuple[float, float]:
+    """The loosest choice that is accurate, as all tighter ones are, and its error."""
     found: tuple[float, float] | None = None
-    for tolerance in TOLERANCES:
-        now = error(tolerance)
+    reached = float("inf")
+    for choice in choices:
+        now = error(choice)
+        reached = min(reached, now)
         if not now <= ACCURACY:
             break
-        found = (tolerance, now)
+        found = (choice, now)
     if found is None:
-        raise RuntimeError(f"no tolerance gives p_n to {ACCURACY}")
+        raise RuntimeError(f"p_n is not reached to {ACCURACY}, but to {reached:.1e}")
     return found
 
 
-def accuracy(found: tuple[float, float]) -> str:
-    """Remark on a tolerance and its error."""
-    tolerance, error = found
-    return f"relative tolerance {tolerance:.1e}, error of p_n {error:.1e}"
+def accuracy(found: tuple[float, float], of: str = "relative tolerance") -> str:
+    """Remark on a tolerance or step and its error."""
+    choice, error = found
+    value = f"{choice:.1e}" if of == "relative tolerance" else f"{choice * 1e6:.2g} µs"
+    return f"{of} {value}, error of p_n {error:.1e}"
 
 
-def contact_of_bristle(bristle: Program, case: Case, tolerance: float) -> tuple[float, float]:
-    """Seconds, and p_n in N s."""
-    answer = ask_bristle(
-        bristle,
-        "contact",
-        brushing_velocity_m_s=case[0],
-        penetration_depth_m=case[1],
-        relative_tolerance=tolerance,
-    )
-    return answer["seconds"], answer["impulse"]
-
-
-def fastest_linear_solver(function: casadi.Function) -> str:
-    """The one with the shortest of three passes, at a moderate tolerance."""
-
-    def seconds(linear_solver: str) -> float:
-        contact = Contact(function, CASE, 1e-4, linear_solver)
-        return min(contact.run()[0] for _ in range(3))
-
-    return min(LINEAR_SOLVERS, key=seconds)
-
-
-def one_contact(
-    bristle: Program, function: casadi.Function, linear_solver: str, rounds: int
-) -> str:
-    """Row 2."""
+def one_contact(setup: Setup) -> list[Group]:
+    """One pass, one thread, at equal accuracy."""
     exact = reference_impulse(CASE)
 
-    def error(impulse: float) -> float:
-        return abs(impulse / exact - 1)
+    def error(run: Pass) -> Callable[[float], float]:
+        return lambda choice: abs(run(choice)[1] / exact - 1)
 
-    ours = loosest(lambda tolerance: error(contact_of_bristle(bristle, CASE, tolerance)[1]))
-    theirs = loosest(
-        lambda tolerance: error(Contact(function, CASE, tolerance, linear_solver).run()[1])
-    )
-    contact = Contact(function, CASE, theirs[0], linear_solver)
-    lines = interleaved(
-        [
-            (
-                Line("Bristle, `simulate`", f"{accuracy(ours)}; spatial, all metrics"),
-                lambda: contact_of_bristle(bristle, CASE, ours[0])[0],
-            ),
-            (
-                Line(
-                    "CasADi's C code and CVODES",
-                    f"{accuracy(theirs)}; planar, p_n only, {linear_solver}",
-                ),
-                lambda: contact.run()[0],
-            ),
-        ],
-        rounds,
-    )
-    return table("one contact, v_b = 10 m/s, a_e = 1 mm, n = 25, one thread", lines)
+    def of_bristle(tolerance: float) -> tuple[float, float]:
+        return setup.bristle.contact(CASE, tolerance)
+
+    def line(
+        name: str,
+        run: Pass,
+        choices: Sequence[float],
+        note: str,
+        of: str = "relative tolerance",
+        goal: Goal | None = None,
+    ) -> Measured:
+        found = loosest(error(run), choices)
+        remark = Line(name, f"{accuracy(found, of)}; {note}", goal)
+        return remark, lambda: run(found[0])[0]
+
+    first = line("Bristle, `simulate`", of_bristle, TOLERANCES, "spatial, all metrics")
+    peers = Peers()
+
+    def casadi_lines(kind: str) -> list[Measured]:
+        from casadi_contact import LINEAR_SOLVERS, Contact
+
+        library = casadi_library(setup, kind)
+        solver = fastest_linear_solver(library, LINEAR_SOLVERS)
+        made: dict[float, Contact] = {}
+
+        def run(tolerance: float) -> tuple[float, float]:
+            if tolerance not in made:
+                made[tolerance] = Contact(library, CASE, tolerance, solver)
+            return made[tolerance].run()
+
+        note = f"{kind}, dense M, analytic Jacobian, p_n only, {solver}"
+        goal = Goal(80) if kind == "spatial" else None
+        lines = [line(f"CasADi's C code, CVODES, {kind}", run, TOLERANCES, note, goal=goal)]
+        if kind == "spatial":
+            remark = accuracy((TIGHT, error(run)(TIGHT)))
+            tight = Line("the same, tight", f"{remark}; not at equal accuracy")
+            lines.append((tight, lambda: run(TIGHT)[0]))
+        return lines
+
+    def scipy_line(kind: str) -> list[Measured]:
+        from casadi_contact import SciPyContact
+
+        library, tried = casadi_library(setup, kind), []
+        # Radau solves systems three times as large, which in space takes half a minute a pass.
+        methods = SciPyContact.METHODS if kind == "planar" else SciPyContact.METHODS[1:]
+        for method in methods:
+
+            def run(tolerance: float, method: str = method) -> tuple[float, float]:
+                return SciPyContact(library, CASE, tolerance, method).run()
+
+            found = loosest(error(run), TOLERANCES)
+            seconds = min(run(found[0])[0] for _ in range(2))
+            tried.append((seconds, method, found, run))
+        tried.sort(key=lambda one: one[0])
+        _, method, found, run = tried[0]
+        others = ", ".join(f"{method} {shown(seconds)}" for seconds, method, _, _ in tried[1:])
+        note = f"{accuracy(found)}; the same C code, called from Python; {kind} ({others})"
+        return [(Line(f"SciPy, {method}, {kind}", note), lambda: run(found[0])[0])]
+
+    def mujoco_lines() -> list[Measured]:
+        from mujoco_chain import HINGES, Contact, warnings_off
+
+        warnings_off()
+        lines = []
+        for joints in HINGES:
+
+            def run(step: float, joints: str = joints) -> tuple[float, float]:
+                return Contact(CASE, step, joints).run()
+
+            note = "implicitfast, soft contact of k_c, p_n summed in Python"
+            lines.append(line(f"MuJoCo, {joints}", run, STEPS, note, "step"))
+        return lines
+
+    def exudyn_line() -> list[Measured]:
+        from exudyn_chain import Contact, quiet
+
+        quiet()
+        note = "generalised-α, planar rigid bodies, its penalty contact, around which it refines"
+        # Up from 5 µs: smaller ones only take time.
+        choices = [step for step in STEPS if step > 5e-6]
+        name = "Exudyn, implicit, planar"
+        return [line(name, lambda step: Contact(CASE, step).run(), choices, note, "nominal step")]
+
+    def elastica_line() -> list[Measured]:
+        from elastica_rod import Contact
+
+        contact = Contact(CASE, ELASTICA_STEP_S)
+        contact.run(ELASTICA_WARM_UP)
+        found = (ELASTICA_STEP_S, abs(contact.run()[1] / exact - 1))
+        note = (
+            f"{accuracy(found, 'step')}, whatever the step: a rod that stretches and shears, not "
+            "the chain; not at equal accuracy"
+        )
+        name = "PyElastica, position Verlet, spatial"
+        return [(Line(name, note), lambda: contact.run()[0])]
+
+    peers.add("CasADi's C code, CVODES, spatial", lambda: casadi_lines("spatial"))
+    peers.add("CasADi's C code, CVODES, planar", lambda: casadi_lines("planar"))
+    peers.add("SciPy, spatial", lambda: scipy_line("spatial"))
+    peers.add("SciPy, planar", lambda: scipy_line("planar"))
+    peers.add("MuJoCo", mujoco_lines)
+    peers.add("Exudyn", exudyn_line)
+    peers.add("PyElastica", elastica_line)
+    lines = interleaved([first, *peers.measured], setup.rounds)
+    title = f"one contact, v_b = 10 m/s, a_e = 1 mm, n = {SEGMENTS}, one thread"
+    return [Group(title, lines + peers.left_out)]
+
+
+_libraries: dict[str, "Library"] = {}
+
+
+def casadi_library(setup: Setup, kind: str) -> "Library":
+    """Compiled at first use."""
+    from casadi_contact import Library
+    from casadi_equations import Planar, Spatial
+
+    if kind not in _libraries:
+        chosen = {"planar": Planar, "spatial": Spatial}[kind]
+        _libraries[kind] = Library(chosen, setup.directory)
+    return _libraries[kind]
+
+
+_linear_solvers: dict[str, str] = {}
+
+
+def fastest_linear_solver(library: "Library", choices: Sequence[str]) -> str:
+    """The one with the shortest of three passes, at a moderate tolerance."""
+    from casadi_contact import Contact
+
+    def seconds(solver: str) -> float:
+        contact = Contact(library, CASE, 1e-4, solver)
+        return min(contact.run()[0] for _ in range(3))
+
+    kind = library.kind.name
+    if kind not in _linear_solvers:
+        _linear_solvers[kind] = min(choices, key=seconds)
+    return _linear_solvers[kind]
 
 
 # ---------------------------------------------------------------------------- the study
@@ -374,122 +677,272 @@ def one_contact(
 # Every so many of the 120 cases are run on the peer unless --full asks for all; with 11 each depth
 # and almost each velocity comes up.
 STRIDE = 11
+# Of p_n; the other tolerances are held against it.
+STUDY_REFERENCE = 1e-8
+
+_library_of_worker: list["Library"] = []
 
 
-def run_case(
-    library: Path, case: Case, tolerance: float, linear_solver: str
-) -> tuple[float, float]:
-    """Seconds and p_n of a case, in a process of its own pool."""
-    function = casadi.external("contact", str(library))
-    return Contact(function, case, tolerance, linear_solver).run()
+def _start_worker(library: "Library") -> None:
+    _library_of_worker[:] = [library]
 
 
-def study(bristle: Program, library: Path, linear_solver: str, rounds: int, full: bool) -> str:
-    """Row 3."""
+def _run_case(case: Case, tolerance: float, solver: str) -> tuple[int, float, float]:
+    """Process, seconds and p_n of a case."""
+    from casadi_contact import Contact
 
-    def impulses(tolerance: float) -> dict[Case, float]:
-        answer = ask_bristle(bristle, "study", relative_tolerance=tolerance)
-        return {
-            (case["brushing_velocity_m_s"], case["penetration_depth_m"]): case["impulse"]
-            for case in answer["cases"]
-        }
+    return os.getpid(), *Contact(_library_of_worker[0], case, tolerance, solver).run()
 
-    exact = impulses(1e-8)
-    cases = list(exact)[:: 1 if full else STRIDE]
-    function = casadi.external("contact", str(library))
+
+def study(setup: Setup) -> list[Group]:
+    """The 120 contacts on all cores of both."""
+    bristle, cores = setup.bristle, os.cpu_count() or 1
+    exact = bristle.impulses(STUDY_REFERENCE)
+    cases = list(exact)[:: 1 if setup.full else STRIDE]
 
     def error_of_bristle(tolerance: float) -> float:
-        found = impulses(tolerance)
+        found = bristle.impulses(tolerance)
         return max(abs(found[case] / exact[case] - 1) for case in exact)
 
-    def error_of_peer(tolerance: float) -> float:
-        return max(
-            abs(Contact(function, case, tolerance, linear_solver).run()[1] / exact[case] - 1)
-            for case in cases
-        )
-
-    ours, theirs = loosest(error_of_bristle), loosest(error_of_peer)
-    cores = os.cpu_count() or 1
-    remark = f"{accuracy(theirs)} at most; "
-    if full:
-        remark += f"all {len(cases)} cases, {cores} processes"
+    ours = loosest(error_of_bristle, TOLERANCES)
+    note = f"{accuracy(ours)} at most; {cores} threads"
+    first: Measured = (
+        Line("Bristle, `run_study`", note),
+        lambda: bristle.study(ours[0])["seconds"],
+    )
+    peers, pools = Peers(), []
+    if setup.full:
+        how = f"all {len(cases)} cases, {cores} processes, the time of the longest"
     else:
-        remark += f"{len(cases)} of {len(exact)} cases, their sum scaled, divided by {cores} cores"
-    contacts = [Contact(function, case, theirs[0], linear_solver) for case in cases]
+        how = f"{len(cases)} of {len(exact)} cases, their sum scaled, divided by {cores} cores"
 
-    def of_bristle() -> float:
-        return ask_bristle(bristle, "study", relative_tolerance=ours[0])["seconds"]
+    def casadi_lines(kind: str) -> list[Measured]:
+        from casadi_contact import LINEAR_SOLVERS, Contact
 
-    def of_peer() -> float:
-        if not full:
-            return sum(contact.run()[0] for contact in contacts) * len(exact) / len(cases) / cores
-        start = time.perf_counter()
-        arguments = [(library, case, theirs[0], linear_solver) for case in cases]
-        pool.starmap(run_case, arguments, chunksize=1)
-        return time.perf_counter() - start
+        library = casadi_library(setup, kind)
+        solver = fastest_linear_solver(library, LINEAR_SOLVERS)
+        pool = get_context("spawn").Pool(cores, _start_worker, (library,))
+        pools.append(pool)
 
-    with Pool(cores) as pool:
-        lines = interleaved(
-            [
-                (
-                    Line("Bristle, `run_study`", f"{accuracy(ours)} at most; {cores} threads"),
-                    of_bristle,
-                ),
-                (Line("CasADi's C code and CVODES", remark), of_peer),
-            ],
-            rounds,
+        def runs(tolerance: float) -> list[tuple[int, float, float]]:
+            arguments = [(case, tolerance, solver) for case in cases]
+            return pool.starmap(_run_case, arguments, chunksize=1)
+
+        def error(tolerance: float) -> float:
+            found = zip(cases, runs(tolerance), strict=True)
+            return max(abs(impulse / exact[case] - 1) for case, (_, _, impulse) in found)
+
+        def measured(name: str, tolerance: float, note: str, goal: Goal | None) -> Measured:
+            contacts = [] if setup.full else [Contact(library, c, tolerance, solver) for c in cases]
+
+            def seconds() -> float:
+                if contacts:
+                    total = sum(contact.run()[0] for contact in contacts)
+                    return total * len(exact) / len(cases) / cores
+                # Setting the integrators up is not counted.
+                of_worker: dict[int, float] = {}
+                for worker, own, _ in runs(tolerance):
+                    of_worker[worker] = of_worker.get(worker, 0.0) + own
+                return max(of_worker.values())
+
+            return Line(name, f"{note}; {how}", goal), seconds
+
+        found = loosest(error, TOLERANCES)
+        goal = Goal(300) if kind == "spatial" else None
+        name = f"CasADi's C code, CVODES, {kind}"
+        lines = [measured(name, found[0], f"{accuracy(found)} at most; {solver}", goal)]
+        if kind == "spatial":
+            note = f"{accuracy((TIGHT, error(TIGHT)))} at most; not at equal accuracy"
+            lines.append(measured("the same, tight", TIGHT, note, None))
+        return lines
+
+    try:
+        peers.add("CasADi's C code, CVODES, spatial", lambda: casadi_lines("spatial"))
+        peers.add("CasADi's C code, CVODES, planar", lambda: casadi_lines("planar"))
+        lines = interleaved([first, *peers.measured], 1 if setup.quick else 3)
+    finally:
+        for pool in pools:
+            pool.terminate()
+    return [Group(f"the study, {len(exact)} contacts, {cores} cores", lines + peers.left_out)]
+
+
+# ---------------------------------------------------------------------------- Bristle alone
+
+
+def scaling(setup: Setup) -> list[Group]:
+    """One step over the number of segments; for comparison Pinocchio's accelerations."""
+    many = 200
+
+    def of_bristle(segments: int) -> Measured:
+        request = state_of_bristle(bent_state(segments))
+        goal = Goal(9, at_least=False) if segments == many else None
+        return (
+            Line(f"Bristle, n = {segments}", "residual, factorisation and solve", goal),
+            lambda: setup.bristle.request("step", state=request, calls=CALLS // 10)["seconds"],
         )
-    return table(f"the study, {len(exact)} contacts, {cores} cores", lines)
+
+    groups = [interleaved([of_bristle(SEGMENTS), of_bristle(many)], setup.rounds)]
+    peers = Peers()
+
+    def pinocchio_lines() -> list[Measured]:
+        from pinocchio_chain import problem
+
+        if not setup.loops:
+            raise RuntimeError("the loop in C++ could not be compiled")
+
+        def one(segments: int) -> Measured:
+            chain = problem(bent_state(segments), "universal")
+            loop = Program(chain.arguments(setup.loops[0]))
+            request = f"{CALLS // 20} {chain.numbers()}"
+            return (
+                Line(f"Pinocchio, `aba`, n = {segments}", "accelerations; for information"),
+                lambda: min(float(x) for x in loop.ask(request).split()[:2]),
+            )
+
+        return [one(SEGMENTS), one(many)]
+
+    peers.add("Pinocchio", pinocchio_lines)
+    groups.append(interleaved(peers.measured, setup.rounds) + peers.left_out)
+    titles = ("one implicit step, n = 200 over n = 25", "Pinocchio's, n = 200 over n = 25")
+    return [Group(title, lines) for title, lines in zip(titles, groups, strict=True) if lines]
+
+
+def threads(setup: Setup) -> list[Group]:
+    """The study on two threads and on one, at the tolerance of the example's file."""
+    if (os.cpu_count() or 1) < 2:
+        return [Group("the study on threads", [Line("Bristle", "left out: one core")])]
+    tolerance = 1e-6
+
+    def on(count: int) -> Callable[[], float]:
+        return lambda: setup.bristle.study(tolerance, count)["seconds"]
+
+    note = f"relative tolerance {tolerance:.0e}"
+    lines = [
+        (Line("Bristle, two threads", note), on(2)),
+        (Line("Bristle, one thread", note, Goal(1.9)), on(1)),
+    ]
+    return [Group("the study on one thread over two", interleaved(lines, 5 if setup.quick else 9))]
+
+
+def memory(setup: Setup) -> list[Group]:
+    """Peak resident memory of the command that makes the paper's study."""
+    line = Line("`bristle study`", "peak resident memory, all cores", Goal(50, False), unit="MB")
+    if not setup.command or not Path("/proc/self/status").exists():
+        line.note = "left out: needs Linux's /proc, and the command built"
+        return [Group("memory of the study", [line])]
+    with tempfile.TemporaryDirectory() as directory:
+        for _ in range(3):
+            line.values.append(peak_memory_mb(setup.command, Path(directory)))
+    return [Group("memory of the study", [line])]
+
+
+def peak_memory_mb(command: Path, directory: Path) -> float:
+    """Read while it runs; `getrusage` would count this process's memory before `exec`, too."""
+    arguments = [command, "study", ROOT / "examples" / "zirconia.toml", "--out", directory / "out"]
+    quiet = subprocess.DEVNULL
+    process = subprocess.Popen(arguments, stdout=quiet, stderr=quiet)
+    status, peak = Path(f"/proc/{process.pid}/status"), 0
+    while process.poll() is None:
+        for line in status.read_text(encoding="ascii").splitlines():
+            if line.startswith("VmHWM"):
+                peak = max(peak, int(line.split()[1]))
+        time.sleep(2e-3)
+    if process.returncode:
+        raise RuntimeError(f"bristle study ended with {process.returncode}")
+    return peak * 1024 / 1e6
 
 
 # ---------------------------------------------------------------------------- the whole
 
 
-def machine() -> str:
+GROUPS: dict[str, Callable[[Setup], list[Group]]] = {
+    "accelerations": accelerations,
+    "contact": one_contact,
+    "study": study,
+    "scaling": scaling,
+    "threads": threads,
+    "memory": memory,
+}
+
+
+def machine() -> dict[str, object]:
     """Processor, cores, load and versions."""
-    model = "unknown processor"
+    model = platform.processor() or "unknown processor"
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
         names = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
         model = names[0].split(":", 1)[1].strip() if names else model
-    rust = subprocess.run(["rustc", "--version"], check=True, stdout=subprocess.PIPE, text=True)
+    versions = {"Python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "missing"
+    for name in ("rustc", "cc"):
+        try:
+            found = subprocess.run([name, "--version"], capture_output=True, text=True, check=True)
+            versions[name] = found.stdout.splitlines()[0].strip().removeprefix(f"{name} ")
+        except (OSError, subprocess.CalledProcessError):
+            versions[name] = "missing"
     load = os.getloadavg()[0]
-    packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    return {"processor": model, "cores": os.cpu_count(), "load": load, "versions": versions}
+
+
+def markdown(before: dict, groups: list[Group]) -> str:
+    """The table, with the machine above it."""
+    versions = ", ".join(f"{name} {text}" for name, text in before["versions"].items())
     return (
-        f"{model}, {os.cpu_count()} cores, load {load:.1f}; "
-        f"Python {platform.python_version()}, {packages}, {rust.stdout.strip()}."
+        f"{before['processor']}, {before['cores']} cores, load {before['load']:.1f} before; "
+        f"{versions}.\n\n{HEADER}{''.join(group.rows() for group in groups)}"
     )
-
-
-PACKAGES = ("casadi", "mujoco", "pin", "numpy", "scipy")
 
 
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Called by run.py.")
     parser.add_argument("--bristle", type=Path, required=True, help="its timing program")
-    parser.add_argument("--pinocchio", type=Path, help="its timing program")
+    parser.add_argument("--command", type=Path, help="the program `bristle`")
+    parser.add_argument(
+        "--loop", type=Path, action="append", default=[], help="Pinocchio's timing programs"
+    )
     parser.add_argument("--directory", type=Path, required=True, help="for what is compiled")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--only", choices=GROUPS, action="append")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--full", action="store_true")
     arguments = parser.parse_args()
 
-    before = machine()
-    parts = []
-    with Program(arguments.bristle) as bristle:
-        rounds = 5 if arguments.quick else 21
-        parts.append(accelerations(bristle, arguments.pinocchio, rounds))
-        function = compiled(arguments.directory)
-        linear_solver = fastest_linear_solver(function)
-        parts.append(one_contact(bristle, function, linear_solver, rounds))
-        if not arguments.quick:
-            library = arguments.directory / "contact.so"
-            parts.append(study(bristle, library, linear_solver, 3, arguments.full))
-    text = "\n".join([f"{before}\n", *parts])
+    before, groups = machine(), []
+    with Bristle([arguments.bristle]) as bristle:
+        setup = Setup(
+            bristle,
+            arguments.command,
+            arguments.loop,
+            arguments.directory,
+            arguments.quick,
+            arguments.full,
+        )
+        for name, measure in GROUPS.items():
+            if arguments.only and name not in arguments.only:
+                continue
+            start = time.perf_counter()
+            groups += measure(setup)
+            progress(f"{name} took {time.perf_counter() - start:.0f} s")
+    text = markdown(before, groups)
     print(text)
     if arguments.out:
         arguments.out.write_text(text, encoding="utf-8", newline="\n")
+    if arguments.json:
+        record = {
+            "machine": before,
+            "groups": [
+                {"what": group.title, "lines": [line.record() for line in group.lines]}
+                for group in groups
+            ],
+        }
+        document = json.dumps(record, indent=1, ensure_ascii=False)
+        arguments.json.write_text(document + "\n", encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

@@ -92,3 +92,28 @@ class Pass:
     def end_s(self) -> float:
         """End of the simulation: the tail angle past nominal exit."""
         return (LEAD_ANGLE_RAD + self._contact_angle_rad + TAIL_ANGLE_RAD) / self.rate_rad_s
+
+
+@dataclass(frozen=True)
+class State:
+    """One instant of a chain, with the names of derivations/reference_aba.py."""
+
+    base_angle: float
+    base_rate: float
+    q: list[float]
+    v: list[float]
+    base_acceleration: float = 0.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    youngs_modulus_pa: float = YOUNGS_MODULUS_PA
+
+
+def bent_state(segments: int, bend: float = 0.6) -> State:
+    """The bent, turning filament of `cargo bench --bench speed -- accelerations`."""
+    rate, angle = 10.0 / TOOL_RADIUS_M, -1.55
+    q, v = [], []
+    for k in range(segments):
+        along = (k + 0.5) / segments
+        shape = along**1.5
+        q += [math.pi / 2 + 0.02 * shape, angle - bend * shape]
+        v += [2.0 * along, rate * (1.0 - 2.0 * along)]
+    return State(angle, rate, q, v)

@@ -1,20 +1,21 @@
 """Times of Bristle beside those of other codes on the same chain and the same contact: one table.
 
 What enters: nothing but this repository, the registries of Rust and Python, a C and a C++ compiler.
-What leaves: a table in Markdown, printed and written to --out.
+What leaves: a table in Markdown, printed and written to --out, and all rounds as JSON to --json.
 
 This makes the virtual environment and builds the programs, below Cargo's target directory;
-measure.py measures.
+measure.py measures. What is missing on this machine costs its lines of the table, and is told.
 
 Run from anywhere:
 
-    python3 benches/peers/run.py --out peers.md
-    python3 benches/peers/run.py --quick
+    python3 benches/peers/run.py --out peers.md --json peers.json
+    python3 benches/peers/run.py --only accelerations --quick
 """
 
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import venv
@@ -22,90 +23,142 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+LEAST_PYTHON = (3, 11)
+
+GROUPS = ("accelerations", "contact", "study", "scaling", "threads", "memory")
 
 # Of libpinocchio's CMake configuration.
 PINOCCHIO_FLAGS = (
-    "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
     "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
     "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
     "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
 )
+# The compiled algorithm of the package's library; and its headers, compiled for this processor.
+PINOCCHIO_BUILDS = {
+    "pinocchio_aba": ("-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",),
+    "pinocchio_aba_native": ("-march=native",),
+}
+
+
+def tell(text: str) -> None:
+    """To standard error: the table is the output."""
+    print(f"peers: {text}", file=sys.stderr, flush=True)
 
 
 def environment(directory: Path) -> Path:
-    """Python of a virtual environment with the pinned packages."""
+    """Python of a virtual environment with the pinned packages, as far as there are any for it."""
     python = directory / "bin" / "python"
     requirements = (HERE / "requirements.txt").read_text(encoding="utf-8")
     stamp = directory / "installed.txt"
-    if not stamp.exists() or stamp.read_text(encoding="utf-8") != requirements:
+    if stamp.exists() and stamp.read_text(encoding="utf-8") == requirements:
+        return python
+    tell(f"making a virtual environment in {directory}")
+    try:
         venv.create(directory, with_pip=True, clear=True)
-        subprocess.run(
-            [python, "-m", "pip", "install", "--quiet", "-r", HERE / "requirements.txt"],
-            check=True,
-        )
+    except (subprocess.CalledProcessError, OSError) as error:
+        sys.exit(f"Python's venv does not work here (Debian: apt install python3-venv): {error}")
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    if subprocess.run([*install, "-r", HERE / "requirements.txt"], check=False).returncode == 0:
         stamp.write_text(requirements, encoding="utf-8")
+        return python
+    # Not all can be had: each on its own, the others as constraints. Tried again in the next run.
+    for requirement in requirements.split():
+        command = [*install, requirement, "-c", HERE / "requirements.txt"]
+        if subprocess.run(command, check=False).returncode:
+            tell(f"{requirement} cannot be installed here; its lines will be left out")
     return python
 
 
-def bristle() -> Path:
-    """The timing program of Bristle, built as a release."""
-    command = ["cargo", "build", "--release", "--example", "peers", "--message-format=json"]
-    output = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
-    messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
-    programs = [
-        message["executable"]
-        for message in messages
-        if message.get("executable") and message["target"]["name"] == "peers"
-    ]
-    return Path(programs[-1])
+def bristle() -> tuple[Path, Path]:
+    """Bristle's timing program and its command, built as a release."""
+    if shutil.which("cargo") is None:
+        sys.exit("cargo is not installed: https://rustup.rs")
+    programs = []
+    for target in (("--example", "peers"), ("--bin", "bristle")):
+        tell(f"building {target[1]}")
+        command = ["cargo", "build", "--release", *target, "--message-format=json"]
+        result = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.PIPE, text=True)
+        if result.returncode:
+            sys.exit(f"{' '.join(command)} failed")
+        messages = [json.loads(line) for line in result.stdout.splitlines() if line[:1] == "{"]
+        programs += [
+            Path(message["executable"])
+            for message in messages
+            if message.get("executable") and message["target"]["name"] == target[1]
+        ][-1:]
+    return programs[0], programs[1]
 
 
-def pinocchio_loop(python: Path, directory: Path) -> Path | None:
-    """The timing program of Pinocchio, or None if the packages' headers do not serve here."""
-    source, program = HERE / "pinocchio_aba.cpp", directory / "venv" / "pinocchio_aba"
-    if program.exists() and program.stat().st_mtime > source.stat().st_mtime:
-        return program
+def pinocchio_loops(python: Path, directory: Path) -> list[Path]:
+    """The timing programs of Pinocchio, as far as the package's headers serve here."""
     where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     packages = Path(
         subprocess.run(where, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
     )
-    prefix = packages / "cmeel.prefix"
-    command = [
-        *("c++", "-std=c++17", "-O3", "-DNDEBUG", "-w", *PINOCCHIO_FLAGS),
-        *(source, "-o", program),
-        # CasADi brings the headers of Eigen with it.
-        *("-I", prefix / "include", "-isystem", packages / "casadi" / "include" / "eigen3"),
-        *("-L", prefix / "lib", "-lpinocchio_default", f"-Wl,-rpath,{prefix / 'lib'}"),
-    ]
-    with (directory / "pinocchio_aba.log").open("w", encoding="utf-8") as log:
-        try:
-            result = subprocess.run(command, stdout=log, stderr=log, check=False)
-        except FileNotFoundError:
-            return None
-    return program if result.returncode == 0 else None
+    prefix, source = packages / "cmeel.prefix", HERE / "pinocchio_aba.cpp"
+    programs = []
+    for name, flags in PINOCCHIO_BUILDS.items():
+        # Beside the packages, whose library it needs: it goes where they go.
+        program, log = packages / name, directory / f"{name}.log"
+        if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
+            tell(f"compiling {name}, a minute")
+            command = [
+                *("c++", "-std=c++17", "-O3", "-DNDEBUG", "-w", *PINOCCHIO_FLAGS, *flags),
+                *(source, "-o", program),
+                # CasADi brings the headers of Eigen with it.
+                *("-I", prefix / "include"),
+                *("-isystem", packages / "casadi" / "include" / "eigen3"),
+                *("-L", prefix / "lib", "-lpinocchio_default", f"-Wl,-rpath,{prefix / 'lib'}"),
+            ]
+            program.unlink(missing_ok=True)
+            with log.open("w", encoding="utf-8") as output:
+                try:
+                    subprocess.run(command, stdout=output, stderr=output, check=True)
+                except (OSError, subprocess.CalledProcessError) as error:
+                    tell(f"{name} cannot be compiled ({type(error).__name__}, see {log})")
+                    continue
+        programs.append(program)
+    return programs
 
 
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Measure Bristle and its peers; print one table.")
     parser.add_argument("--out", type=Path, help="file for the table, beside the standard output")
-    parser.add_argument("--quick", action="store_true", help="few rounds, no study: two minutes")
+    parser.add_argument("--json", type=Path, help="file for all rounds")
+    parser.add_argument(
+        "--only", choices=GROUPS, action="append", help="this group; may be repeated"
+    )
+    parser.add_argument("--quick", action="store_true", help="few rounds")
     parser.add_argument(
         "--full", action="store_true", help="all 120 cases of the study on the peer"
     )
     arguments = parser.parse_args()
+    if sys.version_info < LEAST_PYTHON:
+        sys.exit("this takes Python 3.11 or newer")
+    for compiler in ("cc", "c++"):
+        if shutil.which(compiler) is None:
+            tell(f"there is no {compiler}; what needs it will be left out")
 
     directory = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "peers"
     directory.mkdir(parents=True, exist_ok=True)
     python = environment(directory / "venv")
-    command = [python, HERE / "measure.py", "--bristle", bristle(), "--directory", directory]
-    if loop := pinocchio_loop(python, directory):
-        command += ["--pinocchio", loop]
-    if arguments.out:
-        command += ["--out", arguments.out]
+    example, program = bristle()
+    command = [python, HERE / "measure.py", "--bristle", example, "--command", program]
+    command += ["--directory", directory]
+    if not arguments.only or {"accelerations", "scaling"} & set(arguments.only):
+        for loop in pinocchio_loops(python, directory):
+            command += ["--loop", loop]
+    for name in ("out", "json"):
+        if path := getattr(arguments, name):
+            command += [f"--{name}", path]
+    for group in arguments.only or ():
+        command += ["--only", group]
     command += [f"--{name}" for name in ("quick", "full") if getattr(arguments, name)]
-    sys.exit(subprocess.run(command, check=False).returncode)
+    # Small matrices: threads inside the peers' linear algebra would only be in each other's way.
+    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    sys.exit(subprocess.run(command, env={**os.environ, **one_thread}, check=False).returncode)
 
 
 if __name__ == "__main__":

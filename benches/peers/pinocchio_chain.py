@@ -1,0 +1,172 @@
+"""The chain in Pinocchio: with spherical joints, and with two revolute joints at each node.
+
+With spherical joints (75 rates) it is that of derivations/reference_aba.py. With two revolute
+joints, or a universal one, a node has as many rates as φ and θ (50 in all), and rods then turn
+about their own axes as the joints make them. For the model's rods, which do not, that must cost
+nothing: they get no inertia about their axes, and no torques. Torques of springs and dampers on a
+rod are taken without their part along it, and summed from the tip for the joints inside.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+import reference_aba
+from paper_case import Chain, State
+
+# As pinocchio_aba.cpp names them.
+JOINTS = ("spherical", "universal", "revolutes")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What the articulated-body algorithm gets."""
+
+    joints: str
+    model: pinocchio.Model
+    axial_inertia: float
+    q: np.ndarray
+    v: np.ndarray
+    tau: np.ndarray
+
+    def arguments(self, program: Path) -> list[str]:
+        """Command line of pinocchio_aba.cpp."""
+        segments = self.model.njoints - 1
+        if self.joints == "revolutes":
+            segments //= 2
+        chain = Chain(segments)
+        numbers = [chain.length_m, chain.mass_kg, chain.inertia_kg_m2, self.axial_inertia]
+        numbers += [float(x) for x in self.model.gravity.linear]
+        return [str(program), self.joints, str(segments), *(repr(x) for x in numbers)]
+
+    def numbers(self) -> str:
+        """q, v and tau of a request."""
+        return " ".join(repr(float(x)) for x in (*self.q, *self.v, *self.tau))
+
+    def coordinates(self, joint_accelerations: np.ndarray, state: State) -> np.ndarray:
+        """φ̈_1, θ̈_1, … that belong to them."""
+        data = self.model.createData()
+        pinocchio.forwardKinematics(self.model, data, self.q, self.v, joint_accelerations)
+        world, result = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED, []
+        for k in range(len(state.q) // 2):
+            joint = 2 * k + 2 if self.joints == "revolutes" else k + 1
+            segment = reference_aba.Coordinates(
+                *state.q[2 * k : 2 * k + 2], *state.v[2 * k : 2 * k + 2]
+            )
+            direction = segment.rod.direction
+            turning = pinocchio.getAcceleration(self.model, data, joint, world).angular
+            omega = pinocchio.getVelocity(self.model, data, joint, world).angular
+            centripetal = np.cross(omega, np.cross(omega, direction))
+            result += segment.accelerations(np.cross(turning, direction) + centripetal)
+        return np.array(result)
+
+
+def problem(state: State, joints: str) -> Problem:
+    """The chain and the state with these joints."""
+    segments = [
+        reference_aba.Coordinates(*state.q[i : i + 2], *state.v[i : i + 2])
+        for i in range(0, len(state.q), 2)
+    ]
+    constants = reference_aba.chain_constants(len(segments), state.youngs_modulus_pa)
+    radial = np.array([np.cos(state.base_angle), np.sin(state.base_angle), 0.0])
+    tangential = np.array([-radial[1], radial[0], 0.0])
+    root_acceleration = reference_aba.BODY_RADIUS_M * (
+        state.base_acceleration * tangential - state.base_rate**2 * radial
+    )
+    gravity = np.array(state.gravity) - root_acceleration
+    rods = [reference_aba.Rod(radial, state.base_rate * tangential)]
+    rods += [segment.rod for segment in segments]
+    # On the outer side of each joint.
+    torques = [
+        reference_aba.joint_torque(stiffness, damping, inner, outer)
+        for stiffness, damping, inner, outer in zip(
+            constants.joint_stiffness_n_m,
+            constants.joint_damping_n_m_s,
+            rods[:-1],
+            rods[1:],
+            strict=True,
+        )
+    ]
+    if joints == "spherical":
+        return _spherical(segments, rods, torques, constants, gravity)
+    return _two_axes(joints, rods, torques, constants, gravity)
+
+
+def _spherical(
+    segments: list[reference_aba.Coordinates],
+    rods: list[reference_aba.Rod],
+    torques: list[np.ndarray],
+    constants: reference_aba.ChainConstants,
+    gravity: np.ndarray,
+) -> Problem:
+    """As in reference_aba.accelerations; the world stands in for segment 0."""
+    q, v, tau = [], [], []
+    inner_rotation, inner_velocity = np.eye(3), np.zeros(3)
+    for segment, rod, torque in zip(segments, rods[1:], torques, strict=True):
+        rotation = segment.rotation
+        quaternion = pinocchio.Quaternion(inner_rotation.T @ rotation)
+        quaternion.normalize()
+        q.append(quaternion.coeffs())
+        v.append(rotation.T @ (rod.angular_velocity - inner_velocity))
+        tau.append(rotation.T @ torque)
+        inner_rotation, inner_velocity = rotation, rod.angular_velocity
+    model = reference_aba.chain_of_bodies(constants, gravity)
+    inertia = constants.segment_inertia_kg_m2
+    return Problem("spherical", model, inertia, *(np.concatenate(x) for x in (q, v, tau)))
+
+
+def _two_axes(
+    joints: str,
+    rods: list[reference_aba.Rod],
+    torques: list[np.ndarray],
+    constants: reference_aba.ChainConstants,
+    gravity: np.ndarray,
+) -> Problem:
+    """R = R_x(α) R_y(β) from the inner rod's axes to the outer one's, whose third is along it."""
+    q, v, axes = [], [], []
+    rotation, omega = np.eye(3), np.zeros(3)
+    for rod in rods[1:]:
+        local = rotation.T @ rod.direction
+        alpha, beta = np.arctan2(-local[1], local[2]), np.arcsin(local[0])
+        first = rotation[:, 0]
+        turned = rotation @ pinocchio.utils.rotate("x", alpha)
+        second = turned[:, 1]
+        # ė − ω × e = (α̇ first + β̇ second) × e
+        rest = rod.direction_rate - np.cross(omega, rod.direction)
+        columns = np.column_stack([np.cross(first, rod.direction), np.cross(second, rod.direction)])
+        rates = np.linalg.lstsq(columns, rest, rcond=None)[0]
+        rotation = turned @ pinocchio.utils.rotate("y", beta)
+        omega = omega + rates[0] * first + rates[1] * second
+        q += [alpha, beta]
+        v += list(rates)
+        axes.append((first, second))
+    tau, outside = np.zeros(len(q)), np.zeros(3)
+    for k in reversed(range(len(torques))):
+        on_rod = torques[k] - (torques[k + 1] if k + 1 < len(torques) else 0.0)
+        direction = rods[k + 1].direction
+        outside = outside + on_rod - (on_rod @ direction) * direction
+        tau[2 * k], tau[2 * k + 1] = axes[k][0] @ outside, axes[k][1] @ outside
+
+    h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
+    body = pinocchio.Inertia(
+        constants.segment_mass_kg,
+        np.array([0.0, 0.0, h / 2]),
+        np.diag([inertia, inertia, 0.0]),
+    )
+    model = pinocchio.Model()
+    model.gravity.linear = gravity
+    parent, placement = 0, pinocchio.SE3.Identity()
+    x_axis, y_axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    for k in range(len(torques)):
+        if joints == "universal":
+            joint = pinocchio.JointModelUniversal(x_axis, y_axis)
+            parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}")
+        else:
+            parent = model.addJoint(parent, pinocchio.JointModelRX(), placement, f"x_{k + 1}")
+            parent = model.addJoint(
+                parent, pinocchio.JointModelRY(), pinocchio.SE3.Identity(), f"y_{k + 1}"
+            )
+        model.appendBodyToJoint(parent, body, pinocchio.SE3.Identity())
+        placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, h]))
+    return Problem(joints, model, 0.0, np.array(q), np.array(v), tau)
