@@ -390,7 +390,11 @@ def pinocchio_accelerations(
     python = min((min(from_python(one)() for _ in range(3)), i) for i, one in enumerate(problems))
     chosen = problems[python[1]]
     rest = f"torques of springs and dampers not counted; agree to {agreement:.0e}"
-    note = f"{chosen.joints} joints, {chosen.model.nv} rates; with the call; {rest}"
+    call = min(from_python(problem(bent_state(1), chosen.joints))() for _ in range(3))
+    note = (
+        f"{chosen.joints} joints, {chosen.model.nv} rates; with the call, which for one segment "
+        f"takes {shown(call)}; {rest}"
+    )
     last = (Line("Pinocchio, `aba`, from Python", note), from_python(chosen))
     if not candidates:
         last[0].goal = Goal(10)
@@ -427,9 +431,16 @@ def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
 
         tried.append((min(seconds() for _ in range(3)), joints, agreement, model.nv, seconds))
     _, joints, agreement, rates, seconds = min(tried, key=lambda one: one[0])
+    empty = mujoco.MjModel.from_xml_string("<mujoco/>")
+    nothing = mujoco.MjData(empty)
+    start = time.perf_counter()
+    for _ in range(calls):
+        mujoco.mj_forward(empty, nothing)
+    call = (time.perf_counter() - start) / calls
     note = (
         f"{'ball joints' if joints == 'spherical' else 'two hinges a node'}, {rates} rates; with "
-        f"the call; contacts and constraints off; torques not counted; agree to {agreement:.0e}"
+        f"the call, which for an empty model takes {shown(call)}; contacts and "
+        f"constraints off; torques not counted; agree to {agreement:.0e}"
     )
     return [(Line("MuJoCo, `mj_forward`, from Python", note), seconds)]
 
