@@ -18,6 +18,9 @@ from scipy.integrate import solve_ivp
 
 Equations = Planar | Spatial
 
+# CasADi asks for the given Jacobian once for so many columns: for all of them at once.
+casadi.GlobalOptions.setMaxNumDir(2 * Spatial.coordinates + 1)
+
 # CasADi's default and its other direct solvers for the Newton matrix; the fastest here is used.
 LINEAR_SOLVERS = ("qr", "lapacklu", "lapackqr", "csparse")
 

@@ -13,6 +13,7 @@ The contact is a force at the nodes, k_c δ, by its interface as well: its `RodP
 the elements' centres, cancels internal forces, and knows no p_n.
 """
 
+import logging
 import math
 import time
 
@@ -217,3 +218,8 @@ class Contact:
             instant = stepper.step(simulator, instant, step)
         seconds = time.perf_counter() - start
         return seconds, float(total[0]) * self._step_s
+
+
+def quiet() -> None:
+    """It warns of inertias that are small in SI units, each time that it makes a rod."""
+    logging.getLogger().setLevel(logging.ERROR)
