@@ -153,6 +153,11 @@ def interleaved(measured: Sequence[Measured], rounds: int) -> list[Line]:
     return lines
 
 
+def shortest(seconds: Callable[[], float]) -> float:
+    """Of some passes: what variants are chosen by."""
+    return min(seconds() for _ in range(5))
+
+
 class Peers:
     """The lines of a group, as far as they can be had."""
 
@@ -373,7 +378,7 @@ def pinocchio_accelerations(
             label = f"{one.joints} joints, {one.model.nv} rates"
             if program != setup.loops[0]:
                 label += ", -march=native"
-            candidates.append((min(seconds() for _ in range(3)), label, seconds, one))
+            candidates.append((shortest(seconds), label, seconds, one))
 
     def from_python(one: "Problem") -> Callable[[], float]:
         data = one.model.createData()
@@ -386,10 +391,9 @@ def pinocchio_accelerations(
 
         return seconds
 
-    python = min((min(from_python(one)() for _ in range(3)), i) for i, one in enumerate(problems))
-    chosen = problems[python[1]]
+    chosen = min(problems, key=lambda one: shortest(from_python(one)))
     rest = f"torques of springs and dampers not counted; agree to {agreement:.0e}"
-    call = min(from_python(problem(bent_state(1), chosen.joints))() for _ in range(3))
+    call = shortest(from_python(problem(bent_state(1), chosen.joints)))
     note = (
         f"{chosen.joints} joints, {chosen.model.nv} rates; with the call, which for one segment "
         f"takes {shown(call)}; {rest}"
@@ -427,14 +431,18 @@ def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
                 mujoco.mj_forward(model, data)
             return (time.perf_counter() - start) / calls
 
-        tried.append((min(seconds() for _ in range(3)), joints, agreement, model.nv, seconds))
+        tried.append((shortest(seconds), joints, agreement, model.nv, seconds))
     _, joints, agreement, rates, seconds = min(tried, key=lambda one: one[0])
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     nothing = mujoco.MjData(empty)
-    start = time.perf_counter()
-    for _ in range(calls):
-        mujoco.mj_forward(empty, nothing)
-    call = (time.perf_counter() - start) / calls
+
+    def of_nothing() -> float:
+        start = time.perf_counter()
+        for _ in range(calls):
+            mujoco.mj_forward(empty, nothing)
+        return (time.perf_counter() - start) / calls
+
+    call = shortest(of_nothing)
     note = (
         f"{'ball joints' if joints == 'spherical' else 'two hinges a node'}, {rates} rates; with "
         f"the call, which for an empty model takes {shown(call)}; contacts and "
@@ -459,7 +467,8 @@ def casadi_accelerations_lines(setup: Setup, at: State, ours: "np.ndarray") -> l
         name = f"accelerations of CasADi's code ({variant.label})"
         found = deviation(variant.run(q, v, 1)[1], ours, DENSE_AGREEMENT, name)
         agreement = max(agreement, found)
-        tried.append((min(variant.run(q, v, CALLS // 20)[0] for _ in range(3)), variant))
+        own = shortest(lambda variant=variant: variant.run(q, v, CALLS // 20)[0])
+        tried.append((own, variant))
     tried.sort(key=lambda one: one[0])
     times = {name: seconds for name, seconds in compiling.items() if seconds > 0.5}
     measured: list[Measured] = []
@@ -590,7 +599,7 @@ def one_contact(setup: Setup) -> list[Group]:
                 return SciPyContact(library, CASE, tolerance, method).run()
 
             found = loosest(error(run), TOLERANCES)
-            seconds = min(run(found[0])[0] for _ in range(2))
+            seconds = shortest(lambda run=run, found=found: run(found[0])[0])
             tried.append((seconds, method, found, run))
         tried.sort(key=lambda one: one[0])
         _, method, found, run = tried[0]
@@ -671,7 +680,7 @@ def fastest_linear_solver(library: "Library", choices: Sequence[str]) -> str:
 
     def seconds(solver: str) -> float:
         contact = Contact(library, CASE, 1e-4, solver)
-        return min(contact.run()[0] for _ in range(5))
+        return shortest(lambda: contact.run()[0])
 
     kind = library.kind.name
     if kind not in _linear_solvers:
