@@ -132,7 +132,7 @@ def main() -> None:
     )
     parser.add_argument("--quick", action="store_true", help="few rounds")
     parser.add_argument(
-        "--full", action="store_true", help="all 120 cases of the study on the peer"
+        "--full", action="store_true", help="time all 120 cases of the study on the peer, not 11"
     )
     arguments = parser.parse_args()
     if sys.version_info < LEAST_PYTHON:
