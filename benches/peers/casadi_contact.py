@@ -128,18 +128,31 @@ class Library:
 
 
 class Contact:
-    """One pass by CVODES."""
+    """One pass by CVODES; as `plain`, without the compiled code and its Jacobian.
 
-    def __init__(self, library: Library, case: Case, tolerance: float, linear_solver: str) -> None:
+    CasADi then evaluates the equations and differentiates them, through the solve, by itself.
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        case: Case,
+        tolerance: float,
+        linear_solver: str,
+        plain: bool = False,
+    ) -> None:
         contact_pass = Pass(case)
         self._parameters = library.parameters(contact_pass)
         self._start = library.start(contact_pass)
         instant, p = casadi.MX.sym("t"), casadi.MX.sym("p", 3)
         y = casadi.MX.sym("y", len(self._start))
+        ode = (
+            derivative(library.kind(), instant, y, p) if plain else library.function(instant, y, p)
+        )
         self._integrator = casadi.integrator(
             "pass",
             "cvodes",
-            {"t": instant, "x": y, "p": p, "ode": library.function(instant, y, p)},
+            {"t": instant, "x": y, "p": p, "ode": ode},
             0.0,
             contact_pass.end_s,
             {
