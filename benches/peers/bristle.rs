@@ -9,7 +9,7 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use bristle::document::Document;
-use bristle::equations::{Batch, Chain, Clamp, Dynamics, Member, NoLoads, StepWeights};
+use bristle::equations::{Batch, Chain, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
 use bristle::filament;
 use bristle::settings::Settings;
 use bristle::simulation::simulate;
@@ -129,7 +129,7 @@ fn step(state: &State, settings: Settings, calls: u32) -> Value {
     for _ in 0..calls {
         let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
         dynamics.residual(clamp, q, v, &accelerations, &NoLoads, &mut correction);
-        dynamics.factorise(clamp, v, &accelerations, &NoLoads, weights);
+        dynamics.factorise(clamp, v, &accelerations, &NoLoads, weights, LaneSet::first(1));
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
@@ -137,7 +137,7 @@ fn step(state: &State, settings: Settings, calls: u32) -> Value {
 
 fn study(study: Study, threads: Option<NonZeroUsize>) -> Result<Value, Box<dyn Error>> {
     let start = Instant::now();
-    let results = run_study(&study, threads, || (), simulate)?;
+    let results = run_study(&study, threads, || ())?;
     let seconds = start.elapsed().as_secs_f64();
     let mut cases = Vec::new();
     for (case, result) in results.into_iter().enumerate() {
