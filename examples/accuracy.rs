@@ -29,7 +29,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 const SIZE: (i32, i32) = (680, 430);
 /// Tolerances are powers of ten between these, and errors are shown between those.
 const EXPONENTS: (i32, i32) = (-8, -3);
-const ERROR_EXPONENTS: (i32, i32) = (-10, -2);
+const ERROR_EXPONENTS: (i32, i32) = (-11, -2);
 
 /// Errors below this power of ten are no longer known.
 const REFERENCE_EXPONENT: f64 = -9.0;
