@@ -67,13 +67,15 @@ impl Work {
 pub struct Filament {
     pub inner: FilamentSystem<RoundTool, Plane>,
     pub work: Work,
+    scratch: Vec<[f64; 2]>,
 }
 
 impl Filament {
     /// The nodes at `state`.
     pub fn track(&mut self, state: &Point, knots: &mut [Knot<3>]) {
-        self.work.placements += 1;
-        self.inner.rates(state.time, &state.q, &state.v, &state.accelerations);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.residual(state.time, &state.q, &state.v, &state.accelerations, &mut scratch);
+        self.scratch = scratch;
         self.inner.nodes(0, knots);
     }
 
@@ -222,7 +224,7 @@ impl Case {
         let plane = Plane::of(workpiece, self.nominal.tool_radius, process.penetration_depth_m);
         let chain = filament::chain(filament, process.gravity_m_s2);
         let inner = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
-        let mut system = Filament { inner, work: Work::default() };
+        let mut system = Filament { inner, work: Work::default(), scratch: vec![[0.0; 2]; filament.segments] };
         let q = vec![[std::f64::consts::FRAC_PI_2, motion.initial_angle]; n];
         let mut start = State::new(&mut system, 0.0, q, vec![[0.0, motion.rate]; n]);
         start.charts.clear();

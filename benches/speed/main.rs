@@ -6,11 +6,12 @@
 //! ```
 //!
 //! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of
-//! the paper's case, v_b = 10 m/s, a_e = 1 mm, n = 25. `derivation`: the equations, from energies to Rust.
+//! the paper's case, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `derivation`: the equations, from energies to Rust.
 
 mod fixed_size;
 
 use std::hint::black_box;
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use bristle::document::Document;
@@ -18,6 +19,7 @@ use bristle::equations::{Batch, Clamp, Dynamics, LaneSet, Member, NoLoads, StepW
 use bristle::filament;
 use bristle::settings::Settings;
 use bristle::simulation::simulate;
+use bristle::study::run_study;
 use bristle::tool::radial_clamp;
 use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::kernels::kernels;
@@ -27,12 +29,22 @@ use criterion::{Criterion, criterion_group, criterion_main};
 /// Of the source that the benchmarks emit.
 const ORIGIN: Origin<'_> = Origin { title: "A benchmark.", maker: bristle_codegen::MAKER, again: "cargo bench" };
 
-const SEGMENT_COUNTS: [usize; 2] = [25, 100];
+const SEGMENT_COUNTS: [usize; 3] = [25, 100, 200];
+/// The default, and one that gives the impulse to better than 0.1 %.
+const TOLERANCES: [f64; 2] = [1e-6, 1e-3];
+
+/// The example's file at another tolerance.
+fn example(relative_tolerance: f64) -> String {
+    let file = include_str!("../../examples/zirconia.toml");
+    let (before, rest) = file.split_once("relative_tolerance = ").expect("the example states it");
+    let (_, after) = rest.split_once('\n').expect("the line ends");
+    format!("{before}relative_tolerance = {relative_tolerance:e}\n{after}")
+}
 
 /// The paper's case, v_b = 10 m/s and a_e = 1 mm.
-fn paper_case() -> Settings {
-    let file = include_str!("../../examples/zirconia.toml");
-    Document::parse(file, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
+fn paper_case(relative_tolerance: f64) -> Settings {
+    let file = example(relative_tolerance);
+    Document::parse(&file, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
 }
 
 /// The filament of the paper in the middle of a contact: turning, bent by 0.6 rad and slightly out of the plane.
@@ -46,7 +58,7 @@ struct State {
 
 impl State {
     fn new(segments: usize) -> Self {
-        let settings = paper_case();
+        let settings = paper_case(1e-6);
         let body_radius = settings.tool.body_radius_m;
         let (angle, rate) = (-1.55, 10.0 / (body_radius + settings.filament.length_m));
         let filament = bristle::settings::FilamentSettings { segments, ..settings.filament };
@@ -170,11 +182,29 @@ fn implicit_step(criterion: &mut Criterion) {
 
 fn contact(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("contact");
-    let settings = paper_case();
     group.sample_size(30);
-    group.bench_function("v_b = 10 m per s, a_e = 1 mm", |bencher| {
-        bencher.iter(|| simulate(black_box(&settings)).expect("the case can be simulated"));
-    });
+    for tolerance in TOLERANCES {
+        let settings = paper_case(tolerance);
+        group.bench_function(format!("v_b = 10 m per s, a_e = 1 mm, tolerance {tolerance:e}"), |bencher| {
+            bencher.iter(|| simulate(black_box(&settings)).expect("the case can be simulated"));
+        });
+    }
+    group.finish();
+}
+
+fn whole_study(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("study");
+    group.sample_size(20);
+    for tolerance in TOLERANCES {
+        let file = example(tolerance);
+        let study = Document::parse(&file, "zirconia.toml").and_then(|document| document.study());
+        let study = study.expect("the example is a study");
+        for threads in [1, 2] {
+            group.bench_function(format!("120 contacts, tolerance {tolerance:e}, threads {threads}"), |bencher| {
+                bencher.iter(|| run_study(&study, NonZeroUsize::new(threads), || ()).expect("the threads start"));
+            });
+        }
+    }
     group.finish();
 }
 
@@ -200,5 +230,5 @@ fn derivation(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, accelerations, implicit_step, contact, derivation);
+criterion_group!(benches, accelerations, implicit_step, contact, whole_study, derivation);
 criterion_main!(benches);

@@ -373,6 +373,19 @@ fn excess<M: ClampMotion, W: Workpiece>(
     (if closed { -pressing } else { pressing }) - location
 }
 
+/// How far a node may move along the normal of the workpiece in a step of the length `length` (s), in m, by what it does
+/// at `knot`.
+fn normal_reach<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    knot: &Knot<3>,
+    time: f64,
+    length: f64,
+) -> f64 {
+    let approach = filament.approach(knot.value, knot.rate, time);
+    let bend = dot(knot.acceleration, approach.normal).abs();
+    length * (approach.penetration_rate.abs() + length * bend)
+}
+
 /// The earliest event of a step, by its interpolant.
 fn first_crossing<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
@@ -394,16 +407,26 @@ fn first_crossing<M: ClampMotion, W: Workpiece>(
         } else if after > 0.0 {
             1.0
         } else {
-            // The node may cross and come back: only worth a look if it moves that far within the step. (With contact
-            // damping its speed alone can make it cross.)
+            // The node may cross and come back: only worth a look if it moves that far within the step, first by its speed,
+            // then by what of it is along the normal. (With contact damping its speed alone can make it cross.)
             let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
-            let reach = step.length() * (speed(start) + speed(end));
-            if filament.law.damping == 0.0 && before.max(after) < -reach {
+            let gap = -before.max(after);
+            let undamped = filament.law.damping == 0.0;
+            if undamped && gap > step.length() * (speed(start) + speed(end)) {
                 continue;
             }
-            let inner = (1..INNER_POINTS).map(|i| i as f64 / INNER_POINTS as f64);
-            let best = inner.max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0.5);
+            let length = step.length();
+            let reach = normal_reach(filament, start, step.start.time, length)
+                + normal_reach(filament, end, step.end.time, length);
+            if undamped && gap > reach {
+                continue;
+            }
             let spacing = 1.0 / INNER_POINTS as f64;
+            let inner = (1..INNER_POINTS).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
+            let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
+            if undamped && -highest > spacing * reach {
+                continue;
+            }
             let (peak, highest) = maximise(at, best - spacing, best + spacing);
             if highest <= 0.0 {
                 continue;
