@@ -517,6 +517,16 @@ impl<T: Compiled> Dynamics<T> {
     }
 }
 
+impl<T: Lanewise> Dynamics<T> {
+    /// Position, velocity and acceleration of a node in one lane, where [`Dynamics::node_acceleration`] holds.
+    pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
+        let gravity = self.chain.gravity.map(|component| component.lane(lane));
+        let vectors = [self.positions[node], self.velocities[node], self.base_accelerations[node + 1]];
+        let [position, velocity, base] = vectors.map(|vector| vector.map(|component| component.lane(lane)));
+        [position, velocity, add(base, gravity)]
+    }
+}
+
 impl Dynamics<f64> {
     /// Refuses coordinates at a pole of their chart, within `|sin φ| <` [`POLE`](super::POLE).
     ///

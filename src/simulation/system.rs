@@ -203,11 +203,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// Position, velocity and acceleration of every node of `lane`, where a step has last arrived.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         for (node, knot) in knots.iter_mut().enumerate() {
-            *knot = Knot {
-                value: self.dynamics.positions()[node].map(|component| component.lane(lane)),
-                rate: self.dynamics.velocities()[node].map(|component| component.lane(lane)),
-                acceleration: self.dynamics.node_acceleration(node).map(|component| component.lane(lane)),
-            };
+            let [value, rate, acceleration] = self.dynamics.node_motion(node, lane);
+            *knot = Knot { value, rate, acceleration };
         }
     }
 
