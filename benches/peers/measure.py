@@ -514,7 +514,8 @@ Pass = Callable[[float], tuple[float, float]]
 def reference_impulse(case: Case) -> float:
     """p_n in N s of a case, by derivations/reference_contacts.py."""
     path = ROOT / "tests" / "data" / "reference_contacts.csv"
-    rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines()[1:])
+    lines = path.read_text(encoding="utf-8").splitlines()
+    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     for row in rows:
         if (float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])) == case:
             return float(row["contact_normal_impulse_n_s"])
