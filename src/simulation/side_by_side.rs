@@ -127,9 +127,7 @@ impl Batch {
         let mut alone = pass.system(false);
         let trajectory = pass.trajectory(&mut alone);
         self.system.set_filament(lane, pass.filament());
-        for (node, &closed) in trajectory.closed().iter().enumerate() {
-            self.system.set_closed(lane, node, closed);
-        }
+        trajectory.enter(lane, &mut self.system);
         self.stepper.set_tolerances(lane, trajectory.tolerances());
         self.runs[lane] = Some(Run { number: case.number, observer: pass.observer(), pass, trajectory });
     }
@@ -139,7 +137,7 @@ impl Batch {
         let Some(mut run) = self.runs[lane].take() else { return false };
         if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
             // Charts are the same in all lanes: a filament that leaves those about z goes on alone.
-            self.finish_alone(lane, run, done);
+            self.finish_alone(run, done);
             return false;
         }
         match run.trajectory.next_step(&self.system) {
@@ -160,16 +158,9 @@ impl Batch {
         }
     }
 
-    fn finish_alone(
-        &mut self,
-        lane: usize,
-        mut run: Run,
-        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
-    ) {
+    fn finish_alone(&self, mut run: Run, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
         let mut system = run.pass.system(false);
-        for (node, &closed) in run.trajectory.closed().iter().enumerate() {
-            system.set_closed(0, node, closed);
-        }
+        run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));
         let observer = &mut run.observer;
@@ -177,18 +168,12 @@ impl Batch {
             Ok(()) => run.report(done),
             Err(error) => done(run.number, Err(error.into())),
         }
-        self.clear(lane);
     }
 
-    /// Opens all nodes of a lane that has no case.
-    fn clear(&mut self, lane: usize) {
-        let filament = *self.system.filament(lane);
-        self.system.set_filament(lane, filament);
-    }
-
-    /// Lets a lane without a case stand still where another one is, so that its numbers stay finite.
+    /// Lets a lane without a case stand still where another one is, so that its numbers stay finite, with all nodes open.
     fn idle(&mut self, lane: usize, busy: usize) {
         let run = self.runs[busy].as_ref().expect("the lane has a case");
+        self.system.open_all(lane);
         self.stepper.set_start(lane, run.trajectory.start());
         self.steps.set_lane(lane, 0.0);
     }

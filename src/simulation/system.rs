@@ -176,8 +176,13 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         self.filaments[lane] = filament;
         self.dynamics.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
         self.clamp.0.set_lane(lane, f64::NAN);
-        for node in 0..self.closed.len() {
-            self.set_closed(lane, node, false);
+        self.open_all(lane);
+    }
+
+    /// Opens all nodes in `lane`.
+    pub fn open_all(&mut self, lane: usize) {
+        for closed in &mut self.closed {
+            closed.remove(lane);
         }
     }
 

@@ -177,9 +177,11 @@ impl Trajectory {
         &self.start
     }
 
-    /// Which nodes are closed there.
-    pub fn closed(&self) -> &[bool] {
-        &self.closed
+    /// Closes the nodes in `lane` of `system` that are closed there.
+    pub fn enter<M: ClampMotion, W: Workpiece, T: Compiled>(&self, lane: usize, system: &mut FilamentSystem<M, W, T>) {
+        for (node, &closed) in self.closed.iter().enumerate() {
+            system.set_closed(lane, node, closed);
+        }
     }
 
     /// What errors are measured against.
