@@ -4,7 +4,8 @@ Contact. MuJoCo has no springs between bodies and a plane but a soft constraint,
 d (k δ + b v + a_0)/Â with the impedance d, the acceleration a_0 that the node would have without
 the constraint, and the constant Â = `invweight0` in place of the inverse mass. (More exactly
 (1 − d) Â/d is added to the inverse mass.) At the smallest impedance that it allows, 1e-4, a_0 and
-the inverse mass drop out to that number, and a force k_c δ remains if `solref` is (−k_c Â, 0).
+the inverse mass drop out to that number, and a force k_c δ remains if `solref` is
+(−(1 − d) k_c Â, 0); in a pass of the paper's case to 2e-6 of its largest.
 
 The clamp turns with a body of 1000 kg m², which the filament cannot slow down.
 """
@@ -14,6 +15,7 @@ import time
 import mujoco
 import numpy as np
 from paper_case import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Chain, Pass
+from pass_motion import PassMotion
 
 IMPEDANCE = 1e-4
 # Of a node; the plane is moved by as much.
@@ -87,7 +89,8 @@ class Contact:
         )
         for k in range(SEGMENTS):
             inverse_mass = self._model.body(f"segment_{k}").invweight0[0]
-            self._model.pair_solref[k] = [-CONTACT_STIFFNESS_N_M * inverse_mass, 0.0]
+            stiffness = (1 - IMPEDANCE) * CONTACT_STIFFNESS_N_M
+            self._model.pair_solref[k] = [-stiffness * inverse_mass, 0.0]
             self._model.pair_solimp[k] = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
 
     def run(self) -> tuple[float, float]:
@@ -102,6 +105,22 @@ class Contact:
                 total += data.efc_force.sum()
         seconds = time.perf_counter() - start
         return seconds, float(total) * self._step_s
+
+    def motion(self) -> PassMotion:
+        """The whole pass, at every step."""
+        model, data = self._model, mujoco.MjData(self._model)
+        data.qpos[0], data.qvel[0] = self._pass.start_angle_rad, self._pass.rate_rad_s
+        steps = round(self._pass.end_s / self._step_s)
+        nodes = slice(model.geom("node_0").id, model.geom(f"node_{SEGMENTS - 1}").id + 1)
+        tips, forces, gaps = np.empty((steps + 1, 2)), np.empty(steps + 1), np.empty(steps + 1)
+        for step in range(steps + 1):
+            # Positions and contact force of this instant; a step leaves those before it.
+            mujoco.mj_forward(model, data)
+            tips[step] = data.geom_xpos[nodes.stop - 1, :2]
+            gaps[step] = data.geom_xpos[nodes, 1].min() - self._pass.plane_m
+            forces[step] = data.efc_force.sum() if data.ncon else 0.0
+            mujoco.mj_step(model, data)
+        return PassMotion(self._pass, self._step_s, tips, forces, gaps)
 
 
 def warnings_off() -> None:

@@ -1,0 +1,260 @@
+"""Whole motions by peers: a pass of the paper's case, and a beam that is spun up.
+
+What enters: nothing but the constants of paper_case.py and exudyn_cable.py, and for one row of the
+metrics the contacts in tests/data.
+What leaves, in benches/peers/trajectories: pass_mujoco.csv, pass_exudyn_ancf.csv, pass_metrics.csv
+and spin_up.csv, each with its own error, measured by refining.
+
+It needs the environment that run.py makes. Run from the repository root:
+
+    target/peers/venv/bin/python benches/peers/trajectories.py
+    target/peers/venv/bin/python benches/peers/trajectories.py --only spin_up
+"""
+
+import argparse
+import csv
+import io
+import platform
+from dataclasses import replace
+from pathlib import Path
+
+import exudyn
+import exudyn_cable
+import mujoco
+import mujoco_chain
+import numpy as np
+from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
+from paper_case import SEGMENTS, Case, Pass
+from pass_motion import COLUMNS, PassMotion
+
+HERE = Path(__file__).resolve().parent
+CONTACTS = HERE.parents[1] / "tests" / "data"
+CASE: Case = (10.0, 1e-3)
+PASS_ROWS = 1001
+SPIN_UP_ROWS = 201
+
+MUJOCO_STEPS = 1_320_000
+
+# What is refined, and how stiff the beam is axially, over its own stiffness.
+CABLE = Settings(elements=64, steps=132_000, tolerance_n=1e-5)
+CABLE_AXIAL_FACTOR = 1000.0
+SPIN_UP = Settings(elements=128, steps=64_000, tolerance_n=1e-1)
+SPIN_UP_AXIAL_FACTOR = 1000.0
+# The same with the stiffness of the beam itself; Newton's tolerance goes with it.
+OWN_CABLE = replace(CABLE, tolerance_n=1e-8)
+OWN_SPIN_UP = replace(SPIN_UP, tolerance_n=1e-4)
+# The effect of stretching is inversely proportional to the axial stiffness, so a tenth of it shows
+# nine times what is left.
+SOFTER = 10.0
+
+SPIN_UP_COLUMNS = ("time_s", "tip_along_m", "tip_across_m")
+METRICS = (
+    "contact_normal_impulse_n_s",
+    "contact_time_s",
+    "contact_count",
+    "peak_contact_normal_force_n",
+    "max_tip_deflection_m",
+)
+METRICS_COLUMNS = ("code", "segments", *METRICS, "impulse_error")
+
+Metrics = dict[str, float | int]
+
+
+def command(group: str) -> str:
+    """First line of a file."""
+    return (
+        f"# python benches/peers/trajectories.py --only {group} (Python "
+        f"{platform.python_version()}, exudyn {exudyn.__version__}, mujoco {mujoco.__version__}, "
+        f"numpy {np.__version__})"
+    )
+
+
+def differences(columns: tuple[str, ...], rows: np.ndarray, others: np.ndarray) -> str:
+    """Largest difference in each column but the first, in the unit of the column."""
+    largest = np.max(np.abs(rows - others), axis=0)[1:]
+    return ", ".join(f"{name} {x:.1g}" for name, x in zip(columns[1:], largest, strict=True))
+
+
+def change(metrics: Metrics, others: Metrics) -> float:
+    """Relative difference of p_n."""
+    name = "contact_normal_impulse_n_s"
+    return abs(others[name] / metrics[name] - 1)
+
+
+def write(name: str, comments: list[str], columns: tuple[str, ...], rows: np.ndarray) -> None:
+    """A file of numbers."""
+    lines = [*comments, ",".join(columns)]
+    lines += [",".join(f"{value:.12g}" for value in row) for row in rows]
+    write_text(name, "\n".join(lines) + "\n")
+
+
+def write_text(name: str, text: str) -> None:
+    """A file beside this script."""
+    path = HERE / "trajectories" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def mujoco_pass() -> tuple[Metrics, float]:
+    """Writes the file; the metrics, and the relative error of p_n."""
+
+    def motion(steps: int) -> PassMotion:
+        step_s = Pass(CASE).end_s / steps
+        return mujoco_chain.Contact(CASE, step_s, "one hinge, planar").motion()
+
+    fine, coarse = motion(MUJOCO_STEPS), motion(MUJOCO_STEPS // 2)
+    rows, coarse_rows = fine.rows(PASS_ROWS), coarse.rows(PASS_ROWS)
+    error = change(fine.metrics(), coarse.metrics())
+    comments = [
+        command("pass"),
+        f"# A pass of the paper's case by MuJoCo: {SEGMENTS} segments on planar hinges, brushing "
+        f"velocity {CASE[0]:g} m/s, penetration depth {CASE[1]:g} m, no friction, no gravity.",
+        f"# Settings: implicitfast, step {fine.step_s:.6g} s, no error control; the impulse by the "
+        "trapezoidal rule over all steps.",
+        "# Own error, largest difference to twice the step (the method is of first order, so "
+        f"that is what is left): {differences(COLUMNS, rows, coarse_rows)}; whole impulse, "
+        f"relative, {error:.1g}.",
+    ]
+    write("pass_mujoco.csv", comments, COLUMNS, rows)
+    return fine.metrics(), error
+
+
+def cable_pass() -> tuple[Metrics, float]:
+    """Writes the file; the metrics, and the relative error of p_n."""
+    motion, beside_tip_m = exudyn_cable.contact_pass(CASE, CABLE, CABLE_AXIAL_FACTOR)
+    rows, metrics = motion.rows(PASS_ROWS), motion.metrics()
+    half_mesh = replace(CABLE, elements=CABLE.elements // 2)
+    half_steps = replace(CABLE, steps=CABLE.steps // 2)
+    others = {
+        "half the elements": (half_mesh, CABLE_AXIAL_FACTOR),
+        "twice the step": (half_steps, CABLE_AXIAL_FACTOR),
+        "a tenth of the axial stiffness": (CABLE, CABLE_AXIAL_FACTOR / SOFTER),
+    }
+    comments = [
+        command("pass"),
+        "# A pass of the paper's case by Exudyn, a continuous beam of ObjectANCFCable2D (no "
+        f"segments): brushing velocity {CASE[0]:g} m/s, penetration depth {CASE[1]:g} m, no "
+        "friction, no gravity.",
+        f"# Settings: {CABLE.elements} elements, generalised alpha (spectral radius "
+        f"{exudyn_cable.SPECTRAL_RADIUS:g}), step {motion.step_s:.6g} s, Newton to "
+        f"{CABLE.tolerance_n:g} N, {CABLE_AXIAL_FACTOR:g} times the axial stiffness of the "
+        "filament, so that it hardly stretches; the impulse by the trapezoidal rule over all "
+        "steps.",
+        "# The tip alone has contact; the node beside it stays "
+        f"{beside_tip_m:.2g} m above the workpiece or more.",
+    ]
+    changes = {}
+    for name, (settings, axial_factor) in others.items():
+        other, _ = exudyn_cable.contact_pass(CASE, settings, axial_factor)
+        changes[name] = change(metrics, other.metrics())
+        comments.append(
+            f"# Largest difference to {name}: "
+            f"{differences(COLUMNS, rows, other.rows(PASS_ROWS))}; whole impulse, relative, "
+            f"{changes[name]:.1g}."
+        )
+    own, _ = exudyn_cable.contact_pass(CASE, OWN_CABLE, 1.0)
+    *refined, stretching = changes.values()
+    error = sum(refined) + stretching / (SOFTER - 1)
+    comments += [
+        "# With the axial stiffness of the filament itself, E A, the whole impulse is "
+        f"{own.metrics()['contact_normal_impulse_n_s']:.6g} N s, the peak force "
+        f"{own.metrics()['peak_contact_normal_force_n']:.4g} N, in "
+        f"{own.metrics()['contact_count']} contacts.",
+        "# Own error of the whole impulse against the inextensible beam, relative, mesh and step "
+        f"and a ninth of the last difference together: {error:.1g}.",
+    ]
+    write("pass_exudyn_ancf.csv", comments, COLUMNS, rows)
+    return metrics, error
+
+
+def reference_metrics(name: str) -> Metrics:
+    """Of the same pass, from a file of derivations/reference_contacts.py."""
+    with (CONTACTS / name).open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+            case = float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])
+            if case == CASE:
+                return {metric: float(row[metric]) for metric in METRICS}
+    raise ValueError(f"{name} has no row for {CASE}")
+
+
+def passes() -> None:
+    """The files of the pass."""
+    cvodes = reference_metrics("reference_contacts_cvodes.csv")
+    radau = reference_metrics("reference_contacts.csv")
+    rows = {
+        ("CasADi and CVODES", SEGMENTS): (cvodes, change(cvodes, radau)),
+        ("MuJoCo", SEGMENTS): mujoco_pass(),
+        ("Exudyn ANCF", ""): cable_pass(),
+    }
+    text = io.StringIO()
+    text.write(
+        f"{command('pass')}\n"
+        "# Metrics of the pass in pass_mujoco.csv and pass_exudyn_ancf.csv, whose first lines "
+        "tell the settings; and of CasADi and CVODES, copied from "
+        "tests/data/reference_contacts_cvodes.csv.\n"
+        "# impulse_error: relative, of the code's own p_n: MuJoCo's by twice the step, that of "
+        "Exudyn (a beam, not a chain) by mesh, step and axial stiffness, that of CasADi by the "
+        "difference to SciPy's Radau.\n"
+    )
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(METRICS_COLUMNS)
+    for (code, segments), (metrics, error) in rows.items():
+        values = [f"{metrics[name]:.12g}" for name in METRICS]
+        writer.writerow([code, segments, *values, f"{error:.1g}"])
+    write_text("pass_metrics.csv", text.getvalue())
+
+
+def spin_up() -> None:
+    """The file of the spin-up."""
+
+    def run(settings: Settings, axial_factor: float) -> np.ndarray:
+        return exudyn_cable.spin_up(settings, axial_factor, SPIN_UP_ROWS)
+
+    rows = run(SPIN_UP, SPIN_UP_AXIAL_FACTOR)
+    others = {
+        "half the elements": run(
+            replace(SPIN_UP, elements=SPIN_UP.elements // 2), SPIN_UP_AXIAL_FACTOR
+        ),
+        "twice the step": run(replace(SPIN_UP, steps=SPIN_UP.steps // 2), SPIN_UP_AXIAL_FACTOR),
+        "a tenth of the axial stiffness": run(SPIN_UP, SPIN_UP_AXIAL_FACTOR / SOFTER),
+        f"E A = {SPIN_UP_AXIAL_STIFFNESS_N:g} N, the published one": run(OWN_SPIN_UP, 1.0),
+    }
+    comments = [
+        command("spin_up"),
+        "# The spin-up of Simo and Vu-Quoc (1986, part II) by Exudyn, ObjectANCFCable2D: clamped "
+        "at the axis, L = 10 m, E I = 1.4e4 N m^2, 1.2 kg/m, no rotary inertia, no damping, no "
+        "gravity; psi = (6/15) (t^2/2 + (15/(2 pi))^2 (cos(2 pi t/15) - 1)) for t < 15 s, then "
+        "6 t - 45.",
+        "# Tip displacement along the clamp direction, which turns with psi, and across it, "
+        "positive in the direction of rotation.",
+        f"# Settings: {SPIN_UP.elements} elements, generalised alpha (spectral radius "
+        f"{exudyn_cable.SPECTRAL_RADIUS:g}), {SPIN_UP.steps} steps, Newton to "
+        f"{SPIN_UP.tolerance_n:g} N, E A = "
+        f"{SPIN_UP_AXIAL_FACTOR * SPIN_UP_AXIAL_STIFFNESS_N:g} N, so that it hardly stretches.",
+        "# Own error: that of the mesh falls by more than 4 when it is doubled, that of the step "
+        "by 4 when it is halved; stretching goes with 1 / (E A), so a ninth of that difference is "
+        "left.",
+    ]
+    comments += [
+        f"# Largest difference to {name}: {differences(SPIN_UP_COLUMNS, rows, other)}."
+        for name, other in others.items()
+    ]
+    write("spin_up.csv", comments, SPIN_UP_COLUMNS, rows)
+
+
+GROUPS = {"pass": passes, "spin_up": spin_up}
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="Write the motions that peers give.")
+    parser.add_argument("--only", choices=GROUPS, help="these files")
+    arguments = parser.parse_args()
+    exudyn_cable.quiet()
+    for name, group in GROUPS.items():
+        if arguments.only in (None, name):
+            group()
+
+
+if __name__ == "__main__":
+    main()
