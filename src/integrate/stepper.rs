@@ -30,7 +30,7 @@ const MAX_CONTRACTION: f64 = 0.5;
 const SLOWEST_DECLINE: f64 = 0.3;
 
 /// How the equations of a stage are solved by Newton's method (docs/integrators.md).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
     /// From an extrapolation of the stages before, trusting one iteration: for smooth systems, where more is as good.
     Predicted,

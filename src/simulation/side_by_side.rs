@@ -5,7 +5,7 @@ use super::system::FilamentSystem;
 use super::trajectory::Trajectory;
 use super::{METHOD, Pass, Simulation, SimulationError, simulate};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
-use crate::integrate::{SecondOrderSystem, Stepper};
+use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
 use crate::settings::Settings;
 use crate::tool::RoundTool;
 use crate::workpiece::Plane;
@@ -45,13 +45,14 @@ pub fn simulate_side_by_side(
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Kind {
     segments: usize,
-    friction: bool,
+    solution: StageSolution,
 }
 
 impl Kind {
     /// That of the pass that `settings` state.
     pub fn of(settings: &Settings) -> Self {
-        Self { segments: settings.filament.segments, friction: settings.contact.friction_coefficient != 0.0 }
+        let filament = Pass::new(settings).filament();
+        Self { segments: filament.chain.segments, solution: filament.stage_solution() }
     }
 }
 
