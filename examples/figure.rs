@@ -8,15 +8,15 @@
 mod common;
 
 use bristle::document::Document;
+use bristle::drawing::{
+    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, labelled, pixels, right_of, stroke,
+    svg, text, whole,
+};
 use bristle::metrics::NominalContact;
 use bristle::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::study::{CaseResult, Study, run_study};
 use bristle::tool::ClampMotion;
-use common::{
-    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, pixels, right_of, stroke, text, whole,
-    write_svg,
-};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
@@ -47,11 +47,12 @@ fn main() -> Result<()> {
     let study = document.study()?;
     let results = run_study(&study, None, || {})?;
 
-    write_svg(&path, SIZE, |root| {
+    let picture = svg(SIZE, |root| {
         let (left, right) = root.split_horizontally(fine(SPLIT));
         draw_contact(&left, &contact)?;
         draw_map(&right, &study, &results)
-    })
+    })?;
+    common::write(&path, &picture)
 }
 
 /// A filament on its way over the workpiece: `x` along the surface and `y` above it, in mm.
@@ -156,12 +157,10 @@ fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
     ])?;
 
     let pixel = pixels(area, &chart);
-    let ticks: Vec<f64> = (-4..=4).map(|i| f64::from(i) * 10.0).collect();
-    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, whole, false, |x| {
-        pixel((x, y.start))
-    })?;
-    let heights: Vec<f64> = (0..=5).map(|i| f64::from(i) * 10.0).collect();
-    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, whole, true, |y| pixel((-half, y)))?;
+    let ticks = labelled((-4..=4).map(|i| f64::from(i) * 10.0), whole);
+    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, false, |x| pixel((x, y.start)))?;
+    let heights = labelled((0..=5).map(|i| f64::from(i) * 10.0), whole);
+    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, true, |y| pixel((-half, y)))?;
     Ok(())
 }
 
@@ -187,11 +186,11 @@ fn draw_map(area: &Area<'_>, study: &Study, results: &[CaseResult]) -> Result<()
     chart.draw_series([PathElement::new(frame, stroke(WHITE, 20))])?;
 
     let pixel = pixels(area, &chart);
-    let velocities: Vec<f64> = (1..=6).map(|i| 5.0 * f64::from(i)).collect();
-    let depths: Vec<f64> = (1..=5).map(f64::from).collect();
+    let velocities = labelled((1..=6).map(|i| 5.0 * f64::from(i)), whole);
+    let depths = labelled((1..=5).map(f64::from), whole);
     let name = "brushing velocity v_b in m/s";
-    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, whole, false, |x| pixel((x, y.start)))?;
-    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, whole, true, |y| pixel((x.start, y)))?;
+    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, false, |x| pixel((x, y.start)))?;
+    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, true, |y| pixel((x.start, y)))?;
 
     // The colour bar.
     let (bar, bar_width) = (left + width + 22, 14);

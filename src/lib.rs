@@ -9,7 +9,7 @@
 //! 4. [`integrate`]: implicit, error-controlled steps;
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
-//! 7. [`report`], [`tables`]: results as files and as text.
+//! 7. [`report`], [`tables`], [`drawing`]: results as files, as text and as pictures.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
@@ -17,6 +17,7 @@ pub mod comparison;
 pub mod contact;
 pub mod derive;
 pub mod document;
+pub mod drawing;
 pub mod equations;
 pub mod evaluation;
 pub mod filament;

@@ -1,8 +1,6 @@
 //! What several test files share: the paper's case, random states, and the tolerances with their reasons.
 #![allow(dead_code, reason = "each test file uses a part")]
 
-pub mod accuracy;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
