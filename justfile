@@ -18,6 +18,10 @@ lint:
 study file='examples/zirconia.toml' out='results':
     cargo run --release -- study {{file}} --out {{out}}
 
+# The simulator beside exact solutions, other codes and the paper, into docs/
+validate *arguments='--full --out docs':
+    cargo run --release -- validate {{arguments}}
+
 # The README's picture
 figure:
     cargo run --release --example figure

@@ -27,8 +27,9 @@ use bristle::tables::study_tables;
 use bristle_codegen::compare::States;
 
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text};
+use crate::validation::{self, Extent};
 
-/// Exit status where two derivations disagree.
+/// Exit status where what is compared disagrees.
 const DISAGREEMENT: u8 = 1;
 /// Exit status where the input or the call is wrong.
 const BAD_INPUT: u8 = 2;
@@ -38,6 +39,8 @@ const SIMULATION_FAILED: u8 = 3;
 const RUNS: &str = "runs.csv";
 const METRICS: &str = "metrics.json";
 const HISTORY: &str = "history.csv";
+const COMPARISONS: &str = "validation.csv";
+const PAGE: &str = "validation.md";
 /// Most threads that a study may ask for.
 const MAX_THREADS: u64 = 1024;
 /// Most states that a comparison may ask for.
@@ -50,6 +53,7 @@ Examples:
   bristle study examples/zirconia.toml --out results    all contacts of a study
   bristle simulate examples/zirconia.toml --out one     one contact and its course over time
   bristle derive --segments 2                           the equations of motion, to read
+  bristle validate                                      the simulator beside exact solutions
 
 Units are SI throughout, angles in radians. The unit is part of each name, as in length_m or
 contact_normal_impulse_n_s.
@@ -75,6 +79,7 @@ enum Command {
     Evaluate(EvaluateArgs),
     Derive(DeriveArgs),
     Compare(CompareArgs),
+    Validate(ValidateArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
@@ -183,6 +188,21 @@ struct CompareArgs {
     bent: bool,
 }
 
+/// Compare the simulator with exact solutions, other codes and the paper, and write DIR/validation.csv
+///
+/// The table shows each number beside what it should be, who says so, its error and how far it may be off. validation.csv has
+/// the same with all digits; validation.md is a page with the formulas, the reasons for the tolerances and the figures, which
+/// lie beside it as SVG. The exit status is 1 if one number is off by more than its tolerance, or cannot be computed.
+#[derive(Args)]
+struct ValidateArgs {
+    /// Studies of convergence too
+    #[arg(long)]
+    full: bool,
+    /// Directory for the results, made where there is none
+    #[arg(long, value_name = "DIR", default_value = "validation")]
+    out: PathBuf,
+}
+
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct EquationsArgs {
@@ -253,6 +273,8 @@ enum CliError {
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
+    #[error("cannot draw a figure: {0}")]
+    Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
     #[error("cannot write to stdout: {0}")]
@@ -267,6 +289,7 @@ pub fn run() -> ExitCode {
         Command::Evaluate(arguments) => evaluate_state(&arguments),
         Command::Derive(arguments) => derive_equations(&arguments),
         Command::Compare(arguments) => compare_derivations(&arguments),
+        Command::Validate(arguments) => validate(&arguments),
         Command::Schema => print(&input_schema()),
     };
     match result {
@@ -363,8 +386,40 @@ fn compare_derivations(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
     let which = if arguments.bent { States::Bent } else { States::All };
     let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
         .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;
-    let status = print(&comparison.to_string())?;
-    Ok(if comparison.agrees() { status } else { DISAGREEMENT.into() })
+    print(&comparison.to_string())?;
+    Ok(agreement(comparison.agrees()))
+}
+
+fn validate(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
+    let extent = if arguments.full { Extent::Full } else { Extent::Quick };
+    prepare_directory(&arguments.out, &[COMPARISONS, PAGE])?;
+
+    let start = Instant::now();
+    let bar = ProgressBar::new(validation::case_count() as u64).with_style(progress_style());
+    let outcomes = validation::run(extent, || bar.inc(1));
+    bar.finish_and_clear();
+    let seconds = start.elapsed().as_secs_f64();
+
+    let stage =
+        |name: &str, text: String| StagedFile::write(arguments.out.join(name), |out| out.write_all(text.as_bytes()));
+    let comparisons = arguments.out.join(COMPARISONS);
+    let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, &outcomes))?];
+    files.push(stage(PAGE, validation::page(&outcomes, extent))?);
+    for figure in outcomes.iter().flat_map(|outcome| outcome.figures()) {
+        files.push(stage(&format!("{}.svg", figure.name), validation::svg(figure).map_err(CliError::Drawing)?)?);
+    }
+    for file in files {
+        say_written(&file.commit()?);
+    }
+    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
+    // Last, so that the verdict is what a terminal shows.
+    print(&validation::table(&outcomes))?;
+    Ok(agreement(validation::agrees(&outcomes)))
+}
+
+/// Exit status of a comparison.
+fn agreement(agrees: bool) -> ExitCode {
+    if agrees { ExitCode::SUCCESS } else { DISAGREEMENT.into() }
 }
 
 /// Writes data to stdout. That a reader such as `head` has seen enough is no error.
@@ -383,4 +438,15 @@ fn say(message: impl Display) {
 
 fn say_written(path: &Path) {
     say(format_args!("wrote {}", path.display()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_is_an_exit_status() {
+        assert_eq!(agreement(true), ExitCode::SUCCESS);
+        assert_eq!(agreement(false), ExitCode::from(1));
+    }
 }

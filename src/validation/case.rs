@@ -1,0 +1,172 @@
+//! What a case of the validation says: its formula, what was computed beside it, and whether that is near enough.
+
+use super::sources::Source;
+use super::tolerances::{BOUNDS, Measure, Tolerance};
+
+/// A case: one paragraph of the page.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Heading.
+    pub title: &'static str,
+    /// What is computed, the exact formula and how they are compared; Markdown.
+    pub text: String,
+    /// The comparisons.
+    pub checks: Vec<Check>,
+    /// What they look like.
+    pub figures: Vec<Figure>,
+}
+
+/// One number beside what it should be.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// For which parameters.
+    pub subject: String,
+    /// The symbol, with its unit if it has one.
+    pub quantity: &'static str,
+    /// What it should be.
+    pub expected: Expected,
+    /// Who says so.
+    pub source: &'static Source,
+    /// What Bristle gives.
+    pub computed: f64,
+    /// How far it may be off.
+    pub tolerance: &'static Tolerance,
+}
+
+/// What a number should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// This, within the tolerance.
+    Value(f64),
+    /// Between these, where only bounds are known; the tolerance is none.
+    Between(f64, f64),
+}
+
+impl Check {
+    /// A number that should be `expected`.
+    pub fn value(
+        subject: String,
+        quantity: &'static str,
+        expected: f64,
+        source: &'static Source,
+        computed: f64,
+        tolerance: &'static Tolerance,
+    ) -> Self {
+        Self { subject, quantity, expected: Expected::Value(expected), source, computed, tolerance }
+    }
+
+    /// A number that should lie between `low` and `high`.
+    pub fn between(
+        subject: String,
+        quantity: &'static str,
+        [low, high]: [f64; 2],
+        source: &'static Source,
+        computed: f64,
+    ) -> Self {
+        Self { subject, quantity, expected: Expected::Between(low, high), source, computed, tolerance: BOUNDS }
+    }
+
+    /// The lowest and the highest number that pass.
+    pub fn limits(&self) -> [f64; 2] {
+        match self.expected {
+            Expected::Value(value) => {
+                let margin = match self.tolerance.measure {
+                    Measure::Relative => self.tolerance.value * value.abs(),
+                    Measure::Absolute => self.tolerance.value,
+                };
+                [value - margin, value + margin]
+            }
+            Expected::Between(low, high) => [low, high],
+        }
+    }
+
+    /// How far the number is off, as the tolerance measures it; from bounds, how far outside.
+    pub fn error(&self) -> f64 {
+        match self.expected {
+            Expected::Value(value) => {
+                let difference = (self.computed - value).abs();
+                match self.tolerance.measure {
+                    Measure::Relative => difference / value.abs(),
+                    Measure::Absolute => difference,
+                }
+            }
+            // The larger of a number and NaN would be the number.
+            Expected::Between(low, high) if [low, high, self.computed].into_iter().any(f64::is_nan) => f64::NAN,
+            Expected::Between(low, high) => (low - self.computed).max(self.computed - high).max(0.0),
+        }
+    }
+
+    /// True if the number is near enough; one that is not finite never is.
+    pub fn passes(&self) -> bool {
+        self.computed.is_finite() && self.error() <= self.tolerance.value
+    }
+}
+
+/// A diagram of a case.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Name of its file, without `.svg`.
+    pub name: &'static str,
+    /// Heading.
+    pub title: String,
+    /// What it shows, for those who do not see it.
+    pub description: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// What is drawn, in this order.
+    pub curves: Vec<Curve>,
+}
+
+/// An axis of a diagram.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: &'static str,
+    /// Powers of ten at equal distances.
+    pub logarithmic: bool,
+}
+
+/// Points of a diagram.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Name in the legend.
+    pub name: String,
+    /// The points.
+    pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub look: Look,
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// A thin grey line: what is exact, or another code.
+    Reference,
+    /// Markers.
+    Markers,
+    /// Markers, joined.
+    Joined,
+    /// A line in colour.
+    Line,
+}
+
+impl Axis {
+    /// An axis with equal distances for equal differences.
+    pub const fn linear(label: &'static str) -> Self {
+        Self { label, logarithmic: false }
+    }
+
+    /// An axis with equal distances for equal ratios.
+    pub const fn logarithmic(label: &'static str) -> Self {
+        Self { label, logarithmic: true }
+    }
+}
+
+impl Curve {
+    /// A curve.
+    pub fn new(name: impl Into<String>, look: Look, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, look }
+    }
+}

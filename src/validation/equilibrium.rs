@@ -1,0 +1,87 @@
+//! Shapes of a clamped chain at rest, by Newton's method on the solver's own equations and step matrix.
+
+use std::f64::consts::FRAC_PI_2;
+
+use bristle::equations::{Chain, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights};
+use bristle::tool::ClampMotion;
+
+use super::Failure;
+use super::chains::Wall;
+
+/// What acts on the chain beside its weight.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Load {
+    /// Dead force on the tip.
+    pub force: [f64; 3],
+    /// Moment about `z` on the last segment, of a chain in the plane across `z`.
+    pub moment: f64,
+}
+
+/// A chain at rest.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Where its tip is.
+    pub tip: [f64; 3],
+    /// Polar angle and azimuth of its last segment.
+    pub last: [f64; 2],
+}
+
+/// A part of a load, that the tip bears.
+struct Tip {
+    node: usize,
+    force: [f64; 3],
+}
+
+impl NodeLoads<f64> for Tip {
+    fn force(&self, node: usize, _: [f64; 3], _: [f64; 3]) -> Option<[f64; 3]> {
+        (node == self.node).then_some(self.force)
+    }
+
+    fn tangent(&self, _: usize, _: [f64; 3], _: [f64; 3]) -> Option<NodeTangent<f64>> {
+        None
+    }
+}
+
+/// The shape of `chain`, clamped along `x`, under `load` and its weight, both brought on in `parts` equal parts.
+///
+/// # Errors
+/// If Newton's method does not converge.
+pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape, Failure> {
+    let n = chain.segments;
+    let reach = chain.length * (n * n) as f64;
+    let (clamp, rest) = (Wall.at(0.0), vec![[0.0; 2]; n]);
+    let mut q = vec![[FRAC_PI_2, 0.0]; n];
+    let mut dynamics = Dynamics::new(chain);
+    for part in 1..=parts {
+        let share = part as f64 / parts as f64;
+        dynamics = Dynamics::new(Chain { gravity: chain.gravity.map(|component| share * component), ..chain });
+        let tip = Tip { node: n - 1, force: load.force.map(|component| share * component) };
+        let mut converged = false;
+        for _ in 0..60 {
+            let mut change = rest.clone();
+            dynamics.residual(&clamp, &q, &rest, &rest, &tip, &mut change);
+            change[n - 1][1] -= share * load.moment;
+            // With so long a step, beside the periods of the chain, the stiffness is all that the step matrix sees.
+            let weights =
+                StepWeights { coordinates: 1e10 * chain.mass / chain.joint_stiffness * reach * reach, rates: 0.0 };
+            dynamics.factorise(&clamp, &rest, &rest, &tip, weights, LaneSet::first(1));
+            dynamics.solve(&mut change);
+            let mut largest = 0.0_f64;
+            for (q, change) in q.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
+                let change = weights.coordinates * change;
+                largest = largest.max(change.abs());
+                *q -= change.clamp(-0.2, 0.2);
+            }
+            // What is left is that of the rounding in the torques, which grows with n².
+            converged = largest < 1e-13 * (n * n) as f64;
+            if largest < 1e-14 {
+                break;
+            }
+        }
+        if !converged {
+            return Err(Failure::NoEquilibrium);
+        }
+    }
+    dynamics.place(&clamp, &q, &rest);
+    Ok(Shape { tip: dynamics.positions()[n - 1], last: q[n - 1] })
+}

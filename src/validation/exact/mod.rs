@@ -1,0 +1,23 @@
+//! Exact solutions, from their formulas. Nothing here knows the solver.
+
+pub mod beam;
+pub mod elastica;
+pub mod impact;
+pub mod pendulum;
+pub mod rotating_beam;
+
+/// A zero of `f` between `low` and `high`, where its signs differ, to rounding.
+fn zero(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let rises = f(low) < 0.0;
+    loop {
+        let middle = low + (high - low) / 2.0;
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if (f(middle) < 0.0) == rises {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}

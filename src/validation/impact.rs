@@ -1,0 +1,208 @@
+//! Impacts and sliding of a single rod.
+
+use std::f64::consts::FRAC_PI_2;
+
+use bristle::contact::ContactLaw;
+use bristle::equations::Chain;
+use bristle::integrate::Tolerances;
+use bristle::integrate::tableau::ESDIRK54;
+use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate};
+use bristle::workpiece::Plane;
+
+use super::case::{Axis, Case, Check, Curve, Figure, Look};
+use super::chains::{Wall, crossing, rods};
+use super::exact::impact::{Elastic, restitution, sliding_distance};
+use super::{Extent, Failure, Group, sources, tolerances};
+
+/// The group.
+pub const GROUP: Group = Group {
+    title: "Impact",
+    purpose: "The contact law and the location of its events, on a single rod that turns about a fixed point at x = 0 and whose \
+        tip, at x = 1 m, meets a plane. Its penetrations are so small that the tip moves along a straight line: a point mass, \
+        of the moment of inertia over the square of the length.",
+    cases: &[restitutions, elastic, sliding],
+};
+
+/// A law without friction.
+fn law(stiffness: f64, exponent: f64, damping: f64) -> ContactLaw {
+    ContactLaw { stiffness, exponent, damping, radius: 0.0, friction: 0.0, regularisation: 1e-3 }
+}
+
+/// What is seen of an impact of a rod's tip.
+struct Impact {
+    /// Speed of the tip after it, over that before.
+    restitution: f64,
+    /// Time in contact in s.
+    duration: f64,
+    /// Force where the tip turns back in N.
+    peak: f64,
+    /// `∫ F_n dt` in N s.
+    impulse: f64,
+    /// Energy that the contact has taken, over that of the motion before.
+    dissipated: f64,
+}
+
+/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s).
+fn hit(law: ContactLaw, mass: f64, speed: f64) -> Result<Impact, Failure> {
+    let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
+    let mut system = FilamentSystem::new(point_mass(mass), Wall, law, plane, true);
+    let elastic = Elastic { mass, speed, stiffness: law.stiffness, exponent: law.exponent };
+    // From a tenth of the duration before the contact; damping makes it no longer than twice as long.
+    let before = 0.1 * elastic.duration();
+    let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
+    let tolerances = Tolerances { relative: 1e-10, angle_scale: elastic.depth(), rate_scale: speed };
+    let (mut peak, mut closed_at, mut opened_at) = (f64::NAN, f64::NAN, f64::NAN);
+    let (end, _) = integrate(&mut system, start, 4.0 * elastic.duration(), &ESDIRK54, tolerances, |step| {
+        if step.closed[0] {
+            if closed_at.is_nan() {
+                closed_at = step.start.time;
+            }
+            opened_at = step.end.time;
+            // Without damping the force is largest where the tip turns back.
+            if let Some(s) = crossing(|s| step.node(0, s).1[1]) {
+                let (position, velocity) = step.node(0, s);
+                peak = law.normal_force(&law.approach(&plane, position, velocity, step.time(s)));
+            }
+        }
+    })?;
+    Ok(Impact {
+        restitution: end.v[0][1] / speed,
+        duration: opened_at - closed_at,
+        peak,
+        impulse: end.integrals[integral::NORMAL_IMPULSE],
+        dissipated: end.integrals[integral::CONTACT_DISSIPATION] / (0.5 * mass * speed * speed),
+    })
+}
+
+/// A rod whose tip, across it, has the inertia of the mass `mass` (kg).
+fn point_mass(mass: f64) -> Chain<f64> {
+    // m L²/3 about the end of a slender rod.
+    rods(1, 3.0 * mass, 3.0 * mass / 12.0, [0.0; 3])
+}
+
+fn restitutions(_: Extent) -> Result<Case, Failure> {
+    let mut checks = Vec::new();
+    let mut curves = Vec::new();
+    const SPEED: f64 = 2.0;
+    for exponent in [1.0, 1.5] {
+        let mut points = Vec::new();
+        for chi_v in [0.05, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0] {
+            let impact = hit(law(1e7, exponent, chi_v / SPEED), 0.01, SPEED)?;
+            let exact = restitution(chi_v);
+            let subject = format!("χv = {chi_v}, p = {exponent}");
+            let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
+            checks.push(Check::value(subject.clone(), "e", exact, source, impact.restitution, tolerance));
+            let lost = 1.0 - exact * exact;
+            checks.push(Check::value(subject, "energy taken", lost, source, impact.dissipated, tolerance));
+            points.push((chi_v, impact.restitution));
+        }
+        curves.push(Curve::new(format!("rod, p = {exponent}"), Look::Markers, points));
+    }
+    for (stiffness, exponent, mass) in [(1e5, 1.0, 0.01), (1e9, 1.0, 0.01), (1e7, 1.0, 1.0), (1e9, 1.5, 1e-4)] {
+        let impact = hit(law(stiffness, exponent, 0.5 / SPEED), mass, SPEED)?;
+        let subject = format!("χv = 0.5, k_c = {stiffness:e}, p = {exponent}, m = {mass} kg");
+        let computed = impact.restitution;
+        let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
+        checks.push(Check::value(subject, "e", restitution(0.5), source, computed, tolerance));
+    }
+    let exact = (1..=100).map(|i| 0.02 * f64::from(i)).map(|chi_v| (chi_v, restitution(chi_v)));
+    curves.push(Curve::new("Hunt and Crossley", Look::Reference, exact.collect()));
+    let figure = Figure {
+        name: "validation_restitution",
+        title: "Restitution of an impact".to_owned(),
+        description: "Restitution over χ times the speed: it falls from 1 to 0.41, and impacts with p = 1 and p = 1.5 lie on one \
+            curve."
+            .to_owned(),
+        x: Axis::linear("χ v"),
+        y: Axis::linear("restitution e"),
+        curves,
+    };
+    Ok(Case {
+        title: "Restitution under the law of Hunt and Crossley",
+        text: "A point mass at the speed v on `F_n = k_c δ^p (1 + χ δ̇)` leaves at e v with\n\n\
+            ```text\n(1 + e) χv = ln[(1 + χv)/(1 − e χv)]\n```\n\n\
+            whatever stiffness, exponent and mass; the contact takes the share `1 − e²` of the energy, which the solver \
+            integrates beside the motion."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn elastic(_: Extent) -> Result<Case, Failure> {
+    let mut checks = Vec::new();
+    for (exponent, stiffness, mass, speed) in [
+        (1.0, 1e7, 0.1, 0.01),
+        (1.0, 1e9, 1e-3, 1.0),
+        (1.5, 1e10, 0.01, 1.0),
+        (1.5, 1e9, 0.1, 0.1),
+        (2.0, 1e12, 0.01, 1.0),
+    ] {
+        let exact = Elastic { mass, speed, stiffness, exponent };
+        let impact = hit(law(stiffness, exponent, 0.0), mass, speed)?;
+        let subject = format!("p = {exponent}, k_c = {stiffness:e}, m = {mass} kg, v = {speed} m/s");
+        for (quantity, exact, computed) in [
+            ("duration in s", exact.duration(), impact.duration),
+            ("max F_n in N", exact.peak(), impact.peak),
+            ("∫ F_n dt in N s", 2.0 * mass * speed, impact.impulse),
+            ("e", 1.0, impact.restitution),
+        ] {
+            let (source, tolerance) = (sources::JOHNSON, tolerances::IMPACT);
+            checks.push(Check::value(subject.clone(), quantity, exact, source, computed, tolerance));
+        }
+    }
+    Ok(Case {
+        title: "Duration and peak force without damping",
+        text: "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, where its energy is in the \
+            contact, after\n\n\
+            ```text\nT/2 = δ_max/v ∫ dx/√(1 − x^(p+1)) = δ_max/v · √π Γ(1 + 1/(p+1))/Γ(½ + 1/(p+1))\n```\n\n\
+            which is `T = π √(m/k_c)` for p = 1 and `2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v."
+            .to_owned(),
+        checks,
+        figures: vec![],
+    })
+}
+
+fn sliding(_: Extent) -> Result<Case, Failure> {
+    const GRAVITY: f64 = 9.81;
+    const MASS: f64 = 2.0;
+    const STIFFNESS: f64 = 1e6;
+    let mut checks = Vec::new();
+    for (friction, speed, regularisation) in [(0.1, 1.0, 1e-3), (0.4, 2.0, 1e-3), (0.4, 2.0, 1e-4), (0.3, 0.5, 0.05)] {
+        // The tip bears half the weight, and is as deep in the plane as that takes where the rod is level.
+        let normal = MASS * GRAVITY / 2.0;
+        let plane = Plane::new([0.0, 0.0, normal / STIFFNESS], [0.0, 0.0, 1.0], [0.0; 3]);
+        let law = ContactLaw { friction, regularisation, ..law(STIFFNESS, 1.0, 0.0) };
+        let chain = rods(1, MASS, MASS / 12.0, [0.0, 0.0, -GRAVITY]);
+        let inertia = MASS / 3.0;
+        let deceleration = friction * normal / inertia;
+        let mut system = FilamentSystem::new(chain, Wall, law, plane, true);
+        let start: FilamentState = system.state(0.0, vec![[FRAC_PI_2, 0.0]], vec![[0.0, speed]]);
+        let tolerances = Tolerances { relative: 1e-9, angle_scale: 1.0, rate_scale: speed };
+        // What is left of the speed falls with the time constant v_reg/a.
+        let end_time = (speed + 40.0 * regularisation) / deceleration;
+        let (end, _) = integrate(&mut system, start, end_time, &ESDIRK54, tolerances, |_| ())?;
+        let subject = format!("µ = {friction}, v = {speed} m/s, v_reg = {regularisation} m/s");
+        let exact = sliding_distance(speed, deceleration, regularisation);
+        let coulomb = speed * speed / (2.0 * deceleration);
+        let energy = 0.5 * inertia * speed * speed;
+        let taken = end.integrals[integral::CONTACT_DISSIPATION];
+        let (source, tolerance) = (sources::COULOMB, tolerances::SLIDING);
+        checks.push(Check::value(subject.clone(), "distance in m", exact, source, end.q[0][1], tolerance));
+        checks.push(Check::value(subject.clone(), "energy taken in J", energy, source, taken, tolerance));
+        if regularisation < 1e-3 * speed {
+            let tolerance = tolerances::REGULARISATION;
+            checks.push(Check::value(subject, "distance in m, v_reg → 0", coulomb, source, end.q[0][1], tolerance));
+        }
+    }
+    Ok(Case {
+        title: "Sliding to rest under Coulomb's friction",
+        text: "The tip of a level rod slides on a plane, on which it rests with half the weight of the rod, until friction has \
+            stopped it. With the deceleration `a = µ F_n L²/I` and the regularisation `v/√(v² + v_reg²)` the distance is\n\n\
+            ```text\n∫ √(v² + v_reg²) dv/a = [v √(v² + v_reg²) + v_reg² arsinh(v/v_reg)]/(2a)  →  v²/(2a)\n```\n\n\
+            and friction takes all of the energy."
+            .to_owned(),
+        checks,
+        figures: vec![],
+    })
+}

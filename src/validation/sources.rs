@@ -1,0 +1,64 @@
+//! Where the references come from.
+
+/// A source.
+#[derive(Debug)]
+pub struct Source {
+    /// How it is called in tables.
+    pub key: &'static str,
+    /// What it is.
+    pub citation: &'static str,
+}
+
+/// Declares sources, and the list of them.
+macro_rules! sources {
+    ($($constant:ident = $key:literal: $citation:literal;)*) => {
+        $(
+            #[doc = $citation]
+            pub const $constant: &Source = &Source { key: $key, citation: $citation };
+        )*
+
+        /// All of them, in the order of the page.
+        pub const LIST: &[&Source] = &[$($constant),*];
+    };
+}
+
+sources! {
+    EXACT = "exact": "An exact property of the model, stated with the case";
+    SYMMETRY = "symmetry": "The model has no direction of its own: the same motion in other coordinates";
+    CHAIN = "order of chain": "The chain's error falls as n⁻², docs/MODEL.md, \"Energies\"";
+    MODEL = "model": "docs/MODEL.md, which defines it";
+    BISSHOPP = "Bisshopp 1945": "K. E. Bisshopp and D. C. Drucker, Large deflection of cantilever beams, Quarterly of \
+        Applied Mathematics 3 (1945) 272–275";
+    HEAVY_ELASTICA = "heavy elastica": "F. V. Rohde, Large deflections of a cantilever beam with uniformly distributed load, \
+        Quarterly of Applied Mathematics 11 (1953) 337–338, for the equation; the series is our own";
+    TIMOSHENKO = "Timoshenko 1961": "S. P. Timoshenko and J. M. Gere, Theory of elastic stability, 2nd edition, McGraw-Hill \
+        1961, section 2.7";
+    BEAM = "Euler, Bernoulli": "The beam of Euler and Bernoulli, as in S. Timoshenko, Vibration problems in engineering, \
+        2nd edition, Van Nostrand 1937";
+    BERNOULLI = "D. Bernoulli 1738": "D. Bernoulli, Theoremata de oscillationibus corporum filo flexili connexorum et catenae \
+        verticaliter suspensae, Commentarii Academiae Scientiarum Imperialis Petropolitanae 6 (1738) 108–122";
+    WRIGHT = "Wright 1982": "A. D. Wright, C. E. Smith, R. W. Thresher and J. L. C. Wang, Vibration modes of centrifugally \
+        stiffened beams, Journal of Applied Mechanics 49 (1982) 197–202";
+    SOUTHWELL = "Southwell 1921": "R. V. Southwell and B. S. Gough, On the free transverse vibrations of airscrew blades, \
+        Aeronautical Research Committee, Reports and Memoranda 766 (1921)";
+    WHITTAKER = "Whittaker 1937": "E. T. Whittaker, Analytical dynamics of particles and rigid bodies, 4th edition, Cambridge \
+        1937, article 55";
+    TAYLOR = "Taylor series": "derivations/trajectories/double_pendulum.csv, by derivations/reference_pendulum.py";
+    HUNT_CROSSLEY = "Hunt 1975": "K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in \
+        vibroimpact, Journal of Applied Mechanics 42 (1975) 440–445, for the law; its integral in docs/MODEL.md";
+    JOHNSON = "Johnson 1985": "K. L. Johnson, Contact mechanics, Cambridge University Press 1985, section 11.4";
+    COULOMB = "Coulomb": "Coulomb's law of friction";
+    CVODES = "CVODES": "tests/data/reference_contacts_cvodes.csv, by derivations/reference_contacts.py: CasADi and SUNDIALS' \
+        CVODES at 1e-11";
+    RADAU = "Radau": "tests/data/reference_contacts.csv, by derivations/reference_contacts.py: CasADi and SciPy's Radau at 1e-9";
+    CONTROL = "step control": "Errors in proportion to the tolerance, which a step control aims at";
+    PENALTY = "penalty": "What a linear contact of the stiffness k_c does: a depth of F_n/k_c, impacts of the duration k_c^−½";
+    CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
+    MUJOCO = "MuJoCo 4.0": "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
+    EXUDYN = "Exudyn 1.13": "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
+    DAMPED_BEAM = "damped beam": "The end of a beam with damping in proportion to its stiffness, as stated with the case";
+    SIMO = "Simo 1986": "The beam and the motion of J. C. Simo and L. Vu-Quoc, On the dynamics of flexible beams under large \
+        overall motions, the plane case, part II, Journal of Applied Mechanics 53 (1986) 855–863, by Exudyn 1.13: \
+        benches/peers/trajectories/spin_up.csv, by benches/peers/trajectories.py";
+    PAPER = "Uhlmann 2021": "E. Uhlmann and A. Hoyer, Modeling of contact forces for brushing tools, Ceramics 2021 (docs/MODEL.md)";
+}
