@@ -3,7 +3,8 @@
 Each node has its position and the slope vector as coordinates, each element a cubic; there are no
 angles, no joints and no constraints between elements. The beam bends and stretches but does not
 shear, and its cross-section has no rotary inertia: with a large axial stiffness it is what the
-chain becomes for n → ∞. It is clamped to a hub on the axis whose angle is prescribed.
+chain becomes for n → ∞. It is clamped to a hub on the axis whose angle is prescribed. The spin-up
+is also solved by another kind of element, ObjectBeamGeometricallyExact2D.
 
 Steps are equal (generalised-α, index 3). A penalty contact switches in discontinuous iterations.
 Residuals of Newton's method are forces in N; rounding leaves some 1e-16 of the axial stiffness
@@ -24,6 +25,7 @@ from exudyn.itemInterface import (
     NodePointGround,
     NodeRigidBody2D,
     ObjectANCFCable2D,
+    ObjectBeamGeometricallyExact2D,
     ObjectConnectorCoordinate,
     ObjectContactCoordinate,
     ObjectJointGeneric,
@@ -87,7 +89,7 @@ class Cable:
         turned_rad: OfTime,
         rate_rad_s: OfTime,
     ) -> None:
-        """The hub turns by turned_rad(t) from its start; the beam turns rigidly with it at first."""
+        """The hub turns by turned_rad(t); at first the beam turns rigidly with it."""
         self._container = exudyn.SystemContainer()
         self._system = system = self._container.AddSystem()
         self._sensors: list[int] = []
@@ -128,20 +130,7 @@ class Cable:
         hub = system.AddObject(
             ObjectRigidBody2D(mass=HUB_INERTIA, inertia=HUB_INERTIA, nodeNumber=hub_node)
         )
-        self._ground = self._coordinate(system.AddNode(NodePointGround()), 0)
-        for coordinate in range(2):
-            system.AddObject(
-                ObjectConnectorCoordinate(
-                    markerNumbers=[self._ground, self._coordinate(hub_node, coordinate)]
-                )
-            )
-        system.AddObject(
-            ObjectConnectorCoordinate(
-                markerNumbers=[self._ground, self._coordinate(hub_node, 2)],
-                offsetUserFunction=lambda _system, time, _item, _offset: turned_rad(time),
-                offsetUserFunction_t=lambda _system, time, _item, _offset: rate_rad_s(time),
-            )
-        )
+        self._ground = place(system, hub_node, turned_rad, rate_rad_s)
         # Position and direction at the root; the strain there is free.
         clamp = [
             system.AddMarker(MarkerBodyRigid(bodyNumber=hub, localPosition=[root_radius_m, 0, 0])),
@@ -151,15 +140,9 @@ class Cable:
             ObjectJointGeneric(markerNumbers=clamp, constrainedAxes=[1, 1, 0, 0, 0, 1])
         )
 
-    def _coordinate(self, node: int, coordinate: int) -> int:
-        """A marker on a coordinate of a node."""
-        return self._system.AddMarker(
-            MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)
-        )
-
     def touch(self, node: int, stiffness_n_m: float, plane_m: float) -> None:
         """A penalty contact of a node, k_c δ, with a plane at this y."""
-        node_height = self._coordinate(self._nodes[node], 1)
+        node_height = coordinate_marker(self._system, self._nodes[node], 1)
         state = self._system.AddNode(
             NodeGenericData(numberOfDataCoordinates=1, initialCoordinates=[OPEN_GAP_M])
         )
@@ -175,42 +158,73 @@ class Cable:
 
     def watch(self, node: int) -> None:
         """The position of this node is part of the result."""
-        self._sensors.append(
-            self._system.AddSensor(
-                SensorNode(
-                    nodeNumber=self._nodes[node],
-                    outputVariableType=exudyn.OutputVariableType.Position,
-                    storeInternal=True,
-                    writeToFile=False,
-                )
-            )
-        )
+        self._sensors.append(position_sensor(self._system, self._nodes[node]))
 
     def run(self, settings: Settings, end_s: float, every: int) -> list[np.ndarray]:
-        """Positions x and y of the watched nodes, from t = 0 to the end, at every so many steps."""
-        step_s = end_s / settings.steps
-        options = exudyn.SimulationSettings()
-        options.solution.file.write = False
-        options.solution.sensors.writePeriod = every * step_s
-        options.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
-        integration = options.timeIntegration
-        integration.verboseMode = 0
-        integration.endTime = end_s
-        integration.numberOfSteps = settings.steps
-        # Equal steps or none: where Newton's method does not converge, this stops.
-        integration.adaptiveStep = False
-        integration.newton.absoluteTolerance = settings.tolerance_n
-        integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
-        integration.discontinuous.iterationTolerance = DISCONTINUOUS_TOLERANCE
-        self._system.Assemble()
-        self._system.SolveDynamic(options, exudyn.DynamicSolverType.GeneralizedAlpha)
-        positions, times = [], np.linspace(0.0, end_s, settings.steps // every + 1)
-        for sensor in self._sensors:
-            values = self._system.GetSensorStoredData(sensor)
-            if len(values) != len(times) or np.max(np.abs(values[:, 0] - times)) > 1e-3 * step_s:
-                raise RuntimeError(f"{settings}: not the steps that were asked for")
-            positions.append(values[:, 1:3])
-        return positions
+        """Positions of the watched nodes, as solved() tells."""
+        return solved(self._system, self._sensors, settings, end_s, every)
+
+
+def coordinate_marker(system: "exudyn.MainSystem", node: int, coordinate: int) -> int:
+    """A marker on a coordinate of a node."""
+    return system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+
+
+def place(system: "exudyn.MainSystem", node: int, turned_rad: OfTime, rate_rad_s: OfTime) -> int:
+    """Fixes x and y of a node and prescribes its angle; returns a marker on the ground."""
+    ground = coordinate_marker(system, system.AddNode(NodePointGround()), 0)
+    for coordinate in range(2):
+        held = [ground, coordinate_marker(system, node, coordinate)]
+        system.AddObject(ObjectConnectorCoordinate(markerNumbers=held))
+    system.AddObject(
+        ObjectConnectorCoordinate(
+            markerNumbers=[ground, coordinate_marker(system, node, 2)],
+            offsetUserFunction=lambda _system, time, _item, _offset: turned_rad(time),
+            offsetUserFunction_t=lambda _system, time, _item, _offset: rate_rad_s(time),
+        )
+    )
+    return ground
+
+
+def position_sensor(system: "exudyn.MainSystem", node: int) -> int:
+    """A sensor that keeps the positions of a node."""
+    return system.AddSensor(
+        SensorNode(
+            nodeNumber=node,
+            outputVariableType=exudyn.OutputVariableType.Position,
+            storeInternal=True,
+            writeToFile=False,
+        )
+    )
+
+
+def solved(
+    system: "exudyn.MainSystem", sensors: list[int], settings: Settings, end_s: float, every: int
+) -> list[np.ndarray]:
+    """Positions x and y by these sensors, from t = 0 to the end, at every so many steps."""
+    step_s = end_s / settings.steps
+    options = exudyn.SimulationSettings()
+    options.solution.file.write = False
+    options.solution.sensors.writePeriod = every * step_s
+    options.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
+    integration = options.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = end_s
+    integration.numberOfSteps = settings.steps
+    # Equal steps or none: where Newton's method does not converge, this stops.
+    integration.adaptiveStep = False
+    integration.newton.absoluteTolerance = settings.tolerance_n
+    integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+    integration.discontinuous.iterationTolerance = DISCONTINUOUS_TOLERANCE
+    system.Assemble()
+    system.SolveDynamic(options, exudyn.DynamicSolverType.GeneralizedAlpha)
+    positions, times = [], np.linspace(0.0, end_s, settings.steps // every + 1)
+    for sensor in sensors:
+        values = system.GetSensorStoredData(sensor)
+        if len(values) != len(times) or np.max(np.abs(values[:, 0] - times)) > 1e-3 * step_s:
+            raise RuntimeError(f"{settings}: not the steps that were asked for")
+        positions.append(values[:, 1:3])
+    return positions
 
 
 def filament(axial_factor: float) -> Beam:
@@ -224,9 +238,7 @@ def filament(axial_factor: float) -> Beam:
     )
 
 
-def contact_pass(
-    case: Case, settings: Settings, axial_factor: float
-) -> tuple[PassMotion, float]:
+def contact_pass(case: Case, settings: Settings, axial_factor: float) -> tuple[PassMotion, float]:
     """One pass, and the smallest gap of the node beside the tip in m: the tip alone has contact."""
     of = Pass(case)
     cable = Cable(
@@ -288,7 +300,43 @@ def spin_up(settings: Settings, axial_factor: float, rows: int) -> np.ndarray:
     cable = Cable(beam, settings.elements, 0.0, 0.0, spin_up_angle_rad, spin_up_rate_rad_s)
     cable.watch(settings.elements)
     (tips,) = cable.run(settings, SPIN_UP_END_S, every=settings.steps // (rows - 1))
-    times = np.linspace(0.0, SPIN_UP_END_S, rows)
+    return displacements(beam, tips)
+
+
+def exact_spin_up(settings: Settings, axial_factor: float, rows: int) -> np.ndarray:
+    """The same by geometrically exact elements of three nodes, with x, y and an angle.
+
+    They shear, too; their shear stiffness is the axial one.
+    """
+    beam = spin_up_beam(axial_factor)
+    container = exudyn.SystemContainer()
+    system = container.AddSystem()
+    h = beam.length_m / settings.elements
+    nodes = [
+        system.AddNode(NodeRigidBody2D(referenceCoordinates=[h / 2 * k, 0, 0]))
+        for k in range(2 * settings.elements + 1)
+    ]
+    for k in range(settings.elements):
+        system.AddObject(
+            ObjectBeamGeometricallyExact2D(
+                nodeNumbers=nodes[2 * k : 2 * k + 3],
+                length=h,
+                massPerLength=beam.mass_per_length_kg_m,
+                crossSectionInertia=0.0,
+                bendingStiffness=beam.bending_stiffness_n_m2,
+                axialStiffness=beam.axial_stiffness_n,
+                shearStiffness=beam.axial_stiffness_n,
+            )
+        )
+    place(system, nodes[0], spin_up_angle_rad, spin_up_rate_rad_s)
+    tip = position_sensor(system, nodes[-1])
+    (tips,) = solved(system, [tip], settings, SPIN_UP_END_S, settings.steps // (rows - 1))
+    return displacements(beam, tips)
+
+
+def displacements(beam: Beam, tips: np.ndarray) -> np.ndarray:
+    """Times in s, and the displacement in m: along the clamp direction, across it."""
+    times = np.linspace(0.0, SPIN_UP_END_S, len(tips))
     angles = np.array([spin_up_angle_rad(time) for time in times])
     cosines, sines = np.cos(angles), np.sin(angles)
     along = tips[:, 0] * cosines + tips[:, 1] * sines - beam.length_m
