@@ -5,7 +5,7 @@ d (k δ + b v + a_0)/Â with the impedance d, the acceleration a_0 that the node
 the constraint, and the constant Â = `invweight0` in place of the inverse mass. (More exactly
 (1 − d) Â/d is added to the inverse mass.) At the smallest impedance that it allows, 1e-4, a_0 and
 the inverse mass drop out to that number, and a force k_c δ remains if `solref` is
-(−(1 − d) k_c Â, 0); in a pass of the paper's case to 2e-6 of its largest.
+(−(1 − d) k_c Â, 0); in a pass of the paper's case to 3e-6 of its largest.
 
 The clamp turns with a body of 1000 kg m², which the filament cannot slow down.
 """

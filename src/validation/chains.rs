@@ -14,7 +14,8 @@ use bristle::workpiece::Plane;
 use serde::de::DeserializeOwned;
 
 use super::Failure;
-use super::case::{Axis, Curve, Figure, Look};
+use super::case::{Axis, Check, Curve, Figure, Look};
+use super::sources;
 
 /// The study of the paper's case, as users run it.
 const STUDY: &str = include_str!("../../examples/zirconia.toml");
@@ -175,4 +176,42 @@ pub fn worse(a: f64, b: f64) -> f64 {
 pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     reader.deserialize().collect::<Result<_, _>>().map_err(|error| Failure::Reference(error.to_string()))
+}
+
+/// Slope of the straight line through points in logarithms, by least squares.
+pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
+    let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
+        / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
+
+/// A diagram of errors over the solver's tolerance, with a comparison of the slope of each curve, which should be one.
+pub fn tolerance_study(
+    name: &'static str,
+    title: &str,
+    courses: Vec<(String, Vec<(f64, f64)>)>,
+) -> (Vec<Check>, Figure) {
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (label, course) in courses {
+        let subject = format!("slope over the tolerance, {label}");
+        let slope = logarithmic_slope(&course);
+        checks.push(Check::between(subject, "order", [0.8, 1.2], sources::CONTROL, slope));
+        for (tolerance, _) in &course {
+            (low, high) = (low.min(*tolerance), high.max(*tolerance));
+        }
+        curves.push(Curve::new(label, Look::Joined, course));
+    }
+    curves.push(Curve::new("error = tolerance", Look::Reference, vec![(low, low), (high, high)]));
+    let figure = Figure {
+        name,
+        title: title.to_owned(),
+        description: "Errors over the solver's tolerance, both logarithmic: all fall in proportion to it.".to_owned(),
+        x: Axis::logarithmic("relative tolerance of the solver"),
+        y: Axis::logarithmic("error"),
+        curves,
+    };
+    (checks, figure)
 }

@@ -22,6 +22,8 @@ pub struct Load {
 pub struct Shape {
     /// Where its tip is.
     pub tip: [f64; 3],
+    /// Where its nodes are, the tip the last.
+    pub nodes: Vec<[f64; 3]>,
     /// Polar angle and azimuth of its last segment.
     pub last: [f64; 2],
 }
@@ -83,5 +85,6 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
         }
     }
     dynamics.place(&clamp, &q, &rest);
-    Ok(Shape { tip: dynamics.positions()[n - 1], last: q[n - 1] })
+    let nodes = dynamics.positions().to_vec();
+    Ok(Shape { tip: nodes[n - 1], nodes, last: q[n - 1] })
 }

@@ -1,6 +1,6 @@
 //! Impacts and sliding of a single rod.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::contact::ContactLaw;
 use bristle::equations::Chain;
@@ -10,7 +10,7 @@ use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate};
 use bristle::workpiece::Plane;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
-use super::chains::{Wall, crossing, rods};
+use super::chains::{Wall, crossing, rods, tolerance_study};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
 use super::{Extent, Failure, Group, sources, tolerances};
 
@@ -28,6 +28,9 @@ fn law(stiffness: f64, exponent: f64, damping: f64) -> ContactLaw {
     ContactLaw { stiffness, exponent, damping, radius: 0.0, friction: 0.0, regularisation: 1e-3 }
 }
 
+/// Relative tolerance of the impacts.
+const RELATIVE: f64 = 1e-10;
+
 /// What is seen of an impact of a rod's tip.
 struct Impact {
     /// Speed of the tip after it, over that before.
@@ -40,29 +43,35 @@ struct Impact {
     impulse: f64,
     /// Energy that the contact has taken, over that of the motion before.
     dissipated: f64,
+    /// Force in N over the time since the contact's begin in s.
+    force: Vec<(f64, f64)>,
 }
 
-/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s).
-fn hit(law: ContactLaw, mass: f64, speed: f64) -> Result<Impact, Failure> {
+/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s), at the relative tolerance `relative`.
+fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, Failure> {
     let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
     let mut system = FilamentSystem::new(point_mass(mass), Wall, law, plane, true);
     let elastic = Elastic { mass, speed, stiffness: law.stiffness, exponent: law.exponent };
     // From a tenth of the duration before the contact; damping makes it no longer than twice as long.
     let before = 0.1 * elastic.duration();
     let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
-    let tolerances = Tolerances { relative: 1e-10, angle_scale: elastic.depth(), rate_scale: speed };
-    let (mut peak, mut closed_at, mut opened_at) = (f64::NAN, f64::NAN, f64::NAN);
+    let tolerances = Tolerances { relative, angle_scale: elastic.depth(), rate_scale: speed };
+    let (mut peak, mut closed_at, mut opened_at, mut force) = (f64::NAN, f64::NAN, f64::NAN, Vec::new());
     let (end, _) = integrate(&mut system, start, 4.0 * elastic.duration(), &ESDIRK54, tolerances, |step| {
         if step.closed[0] {
             if closed_at.is_nan() {
                 closed_at = step.start.time;
             }
             opened_at = step.end.time;
+            let at = |s: f64| {
+                let (position, velocity) = step.node(0, s);
+                law.normal_force(&law.approach(&plane, position, velocity, step.time(s)))
+            };
             // Without damping the force is largest where the tip turns back.
             if let Some(s) = crossing(|s| step.node(0, s).1[1]) {
-                let (position, velocity) = step.node(0, s);
-                peak = law.normal_force(&law.approach(&plane, position, velocity, step.time(s)));
+                peak = at(s);
             }
+            force.push((step.end.time - closed_at, at(1.0)));
         }
     })?;
     Ok(Impact {
@@ -71,6 +80,7 @@ fn hit(law: ContactLaw, mass: f64, speed: f64) -> Result<Impact, Failure> {
         peak,
         impulse: end.integrals[integral::NORMAL_IMPULSE],
         dissipated: end.integrals[integral::CONTACT_DISSIPATION] / (0.5 * mass * speed * speed),
+        force,
     })
 }
 
@@ -87,7 +97,7 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
     for exponent in [1.0, 1.5] {
         let mut points = Vec::new();
         for chi_v in [0.05, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0] {
-            let impact = hit(law(1e7, exponent, chi_v / SPEED), 0.01, SPEED)?;
+            let impact = hit(law(1e7, exponent, chi_v / SPEED), 0.01, SPEED, RELATIVE)?;
             let exact = restitution(chi_v);
             let subject = format!("χv = {chi_v}, p = {exponent}");
             let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
@@ -99,7 +109,7 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
         curves.push(Curve::new(format!("rod, p = {exponent}"), Look::Markers, points));
     }
     for (stiffness, exponent, mass) in [(1e5, 1.0, 0.01), (1e9, 1.0, 0.01), (1e7, 1.0, 1.0), (1e9, 1.5, 1e-4)] {
-        let impact = hit(law(stiffness, exponent, 0.5 / SPEED), mass, SPEED)?;
+        let impact = hit(law(stiffness, exponent, 0.5 / SPEED), mass, SPEED, RELATIVE)?;
         let subject = format!("χv = 0.5, k_c = {stiffness:e}, p = {exponent}, m = {mass} kg");
         let computed = impact.restitution;
         let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
@@ -117,6 +127,18 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("restitution e"),
         curves,
     };
+    let mut courses = Vec::new();
+    for exponent in [1.0, 1.5] {
+        let mut course = Vec::new();
+        for relative in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+            let impact = hit(law(1e9, exponent, 0.5 / SPEED), 0.01, SPEED, relative)?;
+            course.push((relative, (impact.restitution / restitution(0.5) - 1.0).abs()));
+        }
+        courses.push((format!("e at χv = 0.5, p = {exponent}"), course));
+    }
+    let (slopes, convergence) =
+        tolerance_study("validation_restitution_tolerance", "Relative error of the restitution", courses);
+    checks.extend(slopes);
     Ok(Case {
         title: "Restitution under the law of Hunt and Crossley",
         text: "A point mass at the speed v on `F_n = k_c δ^p (1 + χ δ̇)` leaves at e v with\n\n\
@@ -125,12 +147,12 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
             integrates beside the motion."
             .to_owned(),
         checks,
-        figures: vec![figure],
+        figures: vec![figure, convergence],
     })
 }
 
 fn elastic(_: Extent) -> Result<Case, Failure> {
-    let mut checks = Vec::new();
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (exponent, stiffness, mass, speed) in [
         (1.0, 1e7, 0.1, 0.01),
         (1.0, 1e9, 1e-3, 1.0),
@@ -139,7 +161,7 @@ fn elastic(_: Extent) -> Result<Case, Failure> {
         (2.0, 1e12, 0.01, 1.0),
     ] {
         let exact = Elastic { mass, speed, stiffness, exponent };
-        let impact = hit(law(stiffness, exponent, 0.0), mass, speed)?;
+        let impact = hit(law(stiffness, exponent, 0.0), mass, speed, RELATIVE)?;
         let subject = format!("p = {exponent}, k_c = {stiffness:e}, m = {mass} kg, v = {speed} m/s");
         for (quantity, exact, computed) in [
             ("duration in s", exact.duration(), impact.duration),
@@ -150,7 +172,23 @@ fn elastic(_: Extent) -> Result<Case, Failure> {
             let (source, tolerance) = (sources::JOHNSON, tolerances::IMPACT);
             checks.push(Check::value(subject.clone(), quantity, exact, source, computed, tolerance));
         }
+        if speed == 1.0 {
+            let scaled = impact.force.iter().map(|(time, force)| (time / exact.duration(), force / exact.peak()));
+            curves.push(Curve::new(format!("p = {exponent}"), Look::Line, scaled.collect()));
+        }
     }
+    let sine = (0..=100).map(|i| f64::from(i) / 100.0).map(|time| (time, (PI * time).sin()));
+    curves.push(Curve::new("sin(π t/T)", Look::Reference, sine.collect()));
+    let figure = Figure {
+        name: "validation_impact",
+        title: "Force in an impact without damping".to_owned(),
+        description: "Force over its peak, over the time in contact: half a sine for p = 1, and steeper bells with flatter feet for \
+            larger p."
+            .to_owned(),
+        x: Axis::linear("t/T"),
+        y: Axis::linear("F_n over its peak"),
+        curves,
+    };
     Ok(Case {
         title: "Duration and peak force without damping",
         text: "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, where its energy is in the \
@@ -159,7 +197,7 @@ fn elastic(_: Extent) -> Result<Case, Failure> {
             which is `T = π √(m/k_c)` for p = 1 and `2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 
@@ -167,7 +205,7 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
     const GRAVITY: f64 = 9.81;
     const MASS: f64 = 2.0;
     const STIFFNESS: f64 = 1e6;
-    let mut checks = Vec::new();
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (friction, speed, regularisation) in [(0.1, 1.0, 1e-3), (0.4, 2.0, 1e-3), (0.4, 2.0, 1e-4), (0.3, 0.5, 0.05)] {
         // The tip bears half the weight, and is as deep in the plane as that takes where the rod is level.
         let normal = MASS * GRAVITY / 2.0;
@@ -181,7 +219,17 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
         let tolerances = Tolerances { relative: 1e-9, angle_scale: 1.0, rate_scale: speed };
         // What is left of the speed falls with the time constant v_reg/a.
         let end_time = (speed + 40.0 * regularisation) / deceleration;
-        let (end, _) = integrate(&mut system, start, end_time, &ESDIRK54, tolerances, |_| ())?;
+        let mut course = vec![(0.0, speed)];
+        let (end, _) = integrate(&mut system, start, end_time, &ESDIRK54, tolerances, |step| {
+            course.push((step.end.time, step.end.v[0][1]));
+        })?;
+        if regularisation != 1e-4 {
+            let stop = speed / deceleration;
+            let coulomb = vec![(0.0, speed), (stop, 0.0), (end_time, 0.0)];
+            curves.push(Curve::new(format!("µ = {friction}, v − a t"), Look::Reference, coulomb));
+            let name = format!("µ = {friction}, v_reg = {regularisation} m/s");
+            curves.push(Curve::new(name, Look::Markers, course.into_iter().step_by(5).collect()));
+        }
         let subject = format!("µ = {friction}, v = {speed} m/s, v_reg = {regularisation} m/s");
         let exact = sliding_distance(speed, deceleration, regularisation);
         let coulomb = speed * speed / (2.0 * deceleration);
@@ -195,6 +243,16 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
             checks.push(Check::value(subject, "distance in m, v_reg → 0", coulomb, source, end.q[0][1], tolerance));
         }
     }
+    let figure = Figure {
+        name: "validation_sliding",
+        title: "Speed of a tip that friction stops".to_owned(),
+        description: "Speed over time: straight lines to zero where the regularisation is small, and a rounded foot where it is a tenth of \
+            the speed."
+            .to_owned(),
+        x: Axis::linear("time t in s"),
+        y: Axis::linear("speed of the tip in m/s"),
+        curves,
+    };
     Ok(Case {
         title: "Sliding to rest under Coulomb's friction",
         text: "The tip of a level rod slides on a plane, on which it rests with half the weight of the rod, until friction has \
@@ -203,6 +261,6 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
             and friction takes all of the energy."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }

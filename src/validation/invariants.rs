@@ -13,7 +13,7 @@ use bristle::workpiece::Plane;
 use serde::Deserialize;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
-use super::chains::{Wall, mechanical_energy, rods, trajectory_rows, unit_chain, untouched, worse};
+use super::chains::{Wall, mechanical_energy, rods, tolerance_study, trajectory_rows, unit_chain, untouched, worse};
 use super::exact::pendulum::SphericalPendulum;
 use super::{Extent, Failure, Group, sources, tolerances};
 
@@ -124,7 +124,7 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
 fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
     const GRAVITY: f64 = 9.81;
     const PERIODS: f64 = 20.0;
-    let mut checks = Vec::new();
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {
         // a = m g s/I = 3g/(2L) of a rod.
         let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
@@ -133,6 +133,7 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
         let start = state_of(&mut system, &[[e, e_rate]], 1.0);
         let tolerances = Tolerances { relative: 1e-11, angle_scale: 1.0, rate_scale: 1.0 };
         let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
+        let mut course = Vec::new();
         integrate(&mut system, start, PERIODS * pendulum.period(), &ESDIRK54, tolerances, |step| {
             let [x, y, z] = step.end_nodes[0].value;
             let angle = y.atan2(x);
@@ -140,6 +141,7 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
                 turns += 2.0 * PI;
             }
             last = angle;
+            course.push((step.end.time, z));
             height = worse((z - pendulum.height(step.end.time)).abs(), height);
             azimuth = worse((angle + turns - pendulum.azimuth(step.end.time)).abs(), azimuth);
         })?;
@@ -148,7 +150,22 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
             let (source, tolerance) = (sources::WHITTAKER, tolerances::TRAJECTORY);
             checks.push(Check::value(subject, quantity, 0.0, source, error, tolerance));
         }
+        const SHOWN: f64 = 2.0;
+        let exact = (0..=400).map(|i| SHOWN * f64::from(i) / 400.0).map(|time| (time, pendulum.height(time)));
+        curves.push(Curve::new(format!("sn², cos φ_1 = {lowest}"), Look::Reference, exact.collect()));
+        let shown = course.into_iter().take_while(|(time, _)| *time <= SHOWN).step_by(12);
+        curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown.collect()));
     }
+    let figure = Figure {
+        name: "validation_spherical_pendulum",
+        title: "Height of three spherical pendulums".to_owned(),
+        description:
+            "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps lie on them."
+                .to_owned(),
+        x: Axis::linear("time t in s"),
+        y: Axis::linear("cos φ"),
+        curves,
+    };
     Ok(Case {
         title: "Spherical pendulum",
         text: "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
@@ -158,7 +175,7 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
             tolerance of 1e-11."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 
@@ -224,33 +241,41 @@ fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
 }
 
 fn reversal(_: Extent) -> Result<Case, Failure> {
-    const RELATIVE: f64 = 1e-10;
+    const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
     let (chain, start, period) = swinging();
-    let tolerances = Tolerances { relative: RELATIVE, angle_scale: 1.0, rate_scale: 1.0 };
     // Far below all, and where it is met some ten times a period.
     let law = ContactLaw { stiffness: 1e3, ..ContactLaw::from(&ContactSettings::default()) };
-    let mut checks = Vec::new();
+    let (mut checks, mut courses) = (Vec::new(), Vec::new());
     for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
         let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
-        let mut system = FilamentSystem::new(chain, Wall, law, floor, true);
-        let mut there_and_back = |state: FilamentState| {
-            let (state, work) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
-            Ok::<_, Failure>((state_of(&mut system, &directions(&state), -1.0), work.contact_events))
-        };
-        let mut first = FilamentSystem::new(chain, Wall, law, floor, true);
-        let (turned, events) = there_and_back(state_of(&mut first, &start, 1.0))?;
-        let (back, _) = there_and_back(turned)?;
-        let subject = format!("{name}, {periods} periods, {events} events");
-        let error = distance(&directions(&back), &start);
-        checks.push(Check::value(subject, "error of e", 0.0, sources::EXACT, error, tolerances::REVERSAL));
+        let (mut course, mut events) = (Vec::new(), 0);
+        for relative in TOLERANCES {
+            let tolerances = Tolerances { relative, angle_scale: 1.0, rate_scale: 1.0 };
+            let mut state = state_of(&mut FilamentSystem::new(chain, Wall, law, floor, true), &start, 1.0);
+            for _ in 0..2 {
+                let mut system = FilamentSystem::new(chain, Wall, law, floor, true);
+                let (end, work) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
+                events = work.contact_events;
+                state = state_of(&mut system, &directions(&end), -1.0);
+            }
+            course.push((relative, distance(&directions(&state), &start)));
+        }
+        if let Some((relative, error)) = course.last() {
+            let subject = format!("{name}, {periods} periods, {events} events, tolerance {relative:e}");
+            checks.push(Check::value(subject, "error of e", 0.0, sources::EXACT, *error, tolerances::REVERSAL));
+        }
+        courses.push((name.to_owned(), course));
     }
+    let title = "What is left of a motion that is turned round";
+    let (slopes, figure) = tolerance_study("validation_reversal", title, courses);
+    checks.extend(slopes);
     Ok(Case {
         title: "Reversal of time",
         text: "The motion of the first case, turned round after some time: without dampers it has to come back to its start. \
             Once freely, and once bouncing on an elastic floor with every node, where each event is located twice, from either \
-            side. At a relative tolerance of 1e-10."
+            side. What is left falls in proportion to the tolerance."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }

@@ -184,13 +184,23 @@ fn contact_time(_: Extent) -> Result<Case, Failure> {
             least_growth(&losses),
         ),
     ];
+    let figure = Figure {
+        name: "validation_paper_time",
+        title: "Finding 2: contact time".to_owned(),
+        description:
+            "Contact time over the brushing velocity for five depths, logarithmic: all fall by more than a decade."
+                .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::logarithmic("t_c in ms"),
+        curves: grid.curves(|metrics| 1e3 * metrics.contact_time_s),
+    };
     Ok(Case {
         title: "2. Contact time falls steeply with velocity, most at large depth",
         text: "The paper's \"highly regressive decrease\": twelve times the velocity leaves less than a tenth of the time, and takes \
             more milliseconds at each larger depth."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 
@@ -389,12 +399,29 @@ fn segments(_: Extent) -> Result<Case, Failure> {
         criterion(subject, "change of s_n,max", [0.0, 5e-3], change(|metrics| metrics.max_tip_deflection_m)),
         criterion(subject, "change of ε_tc", [0.0, 0.01], ratio),
     ];
+    let mut curves = paper.curves(|metrics| metrics.tool_contact_normal_force_n);
+    for curve in &mut curves {
+        (curve.name, curve.look) = (format!("{}, n = 25", curve.name), Look::Markers);
+    }
+    for curve in fine.curves(|metrics| metrics.tool_contact_normal_force_n) {
+        curves.push(Curve { name: format!("{}, n = 50", curve.name), look: Look::Reference, ..curve });
+    }
+    let figure = Figure {
+        name: "validation_paper_segments",
+        title: "Finding 6: tool force for n = 25 and n = 50".to_owned(),
+        description:
+            "Tool force over the brushing velocity for five depths: that of 25 segments lies on the lines of 50."
+                .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("F_n,w in N"),
+        curves,
+    };
     Ok(Case {
         title: "6. More than 25 segments change nothing noticeable",
         text: "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 

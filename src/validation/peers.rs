@@ -176,14 +176,35 @@ fn cvodes(_: Extent) -> Result<Case, Failure> {
 
 fn mujoco(_: Extent) -> Result<Case, Failure> {
     let pass = pass(25)?;
-    let (checks, _) = MUJOCO.checks(&pass.history, "n = 25", metrics(&pass))?;
+    let (checks, rows) = MUJOCO.checks(&pass.history, "n = 25", metrics(&pass))?;
+    let figure = Figure {
+        name: "validation_mujoco",
+        title: "Tip deflection of one pass, Bristle and MuJoCo".to_owned(),
+        description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, swings back through zero and to 7 mm; both \
+            codes on one line."
+            .to_owned(),
+        x: Axis::linear("time t in ms"),
+        y: Axis::linear("s_n in mm"),
+        curves: vec![
+            Curve::new(
+                "Bristle",
+                Look::Line,
+                pass.history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * sample.tip_deflection_m)).collect(),
+            ),
+            Curve::new(
+                "MuJoCo",
+                Look::Markers,
+                rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)).collect(),
+            ),
+        ],
+    };
     Ok(Case {
         title: "MuJoCo: rigid bodies on hinges",
         text: "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, on the same \
             chain. Its method is of first order: agreement is limited by its step of 5 ns, which leaves 8e-7 in its impulse."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 

@@ -32,7 +32,7 @@ fn tip_load(_: Extent) -> Result<Case, Failure> {
     // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of rotation.
     let bent = |segments: usize, alpha: f64, across: [f64; 3]| -> Result<[f64; 3], Failure> {
         let load = Load { force: across.map(|component| alpha * component), moment: 0.0 };
-        let Shape { tip: [x, y, z], last: [polar, azimuth] } = equilibrium(unit_chain(segments), load, PARTS)?;
+        let Shape { tip: [x, y, z], last: [polar, azimuth], .. } = equilibrium(unit_chain(segments), load, PARTS)?;
         Ok([y.hypot(z), 1.0 - x, (polar.sin() * azimuth.cos()).acos()])
     };
     let exact = |alpha: f64| {
@@ -80,17 +80,36 @@ fn tip_load(_: Extent) -> Result<Case, Failure> {
 }
 
 fn end_moment(_: Extent) -> Result<Case, Failure> {
-    let tip = |segments: usize, turn: f64| -> Result<[f64; 3], Failure> {
-        let chain = unit_chain(segments);
-        Ok(equilibrium(chain, Load { force: [0.0; 3], moment: turn }, 4 * PARTS)?.tip)
+    const TURNS: [(f64, &str); 4] = [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2"), (2.0 * PI, "2π")];
+    let bend = |segments: usize, turn: f64| {
+        equilibrium(unit_chain(segments), Load { force: [0.0; 3], moment: turn }, 4 * PARTS)
     };
-    let mut checks = Vec::new();
+    let tip = |segments: usize, turn: f64| -> Result<[f64; 3], Failure> { Ok(bend(segments, turn)?.tip) };
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for segments in [5, 25, 100] {
         let [x, y, _] = tip(segments, 2.0 * PI)?;
         let subject = format!("M = 2π E I/L, n = {segments}");
         checks.push(Check::value(subject, "gap/L", 0.0, sources::EXACT, x.hypot(y), tolerances::ROUNDING));
     }
-    for (turn, name) in [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2")] {
+    for (turn, name) in TURNS {
+        let along = (0..=60).map(|i| f64::from(i) / 60.0);
+        let exact = along.map(|share| arc(share * turn).map(|component| share * component)).map(|[x, y]| (x, y));
+        curves.push(Curve::new(format!("arc of {name}"), Look::Reference, exact.skip(1).collect()));
+        let nodes = bend(25, turn)?.nodes.into_iter().map(|[x, y, _]| (x, y));
+        curves.push(Curve::new(format!("M = {name} E I/L, n = 25"), Look::Markers, nodes.collect()));
+    }
+    let figure = Figure {
+        name: "validation_circle",
+        title: "Filament under a pure end moment".to_owned(),
+        description: "Shapes under four end moments: a quarter, a half, three quarters and a whole circle; the nodes of 25 segments \
+            lie on the arcs."
+            .to_owned(),
+        x: Axis::linear("x/L"),
+        y: Axis::linear("y/L"),
+        curves,
+    };
+    for (turn, name) in &TURNS[..3] {
+        let turn = *turn;
         let exact = arc(turn)[1];
         let (coarse, fine) = (tip(COARSE, turn)?[1], tip(FINE, turn)?[1]);
         let computed = extrapolated(coarse, fine);
@@ -107,20 +126,23 @@ fn end_moment(_: Extent) -> Result<Case, Failure> {
             clamp: it closes exactly for every n, which it would not with another stiffness of the clamp's joint than 2 E I/h."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 
 fn hanging(_: Extent) -> Result<Case, Failure> {
     const QUANTITIES: [&str; 2] = ["x_tip/L", "w/L"];
-    let mut checks = Vec::new();
+    let hang = |segments: usize, kappa: f64| -> Result<[f64; 2], Failure> {
+        let chain = Chain { gravity: [0.0, -kappa, 0.0], ..unit_chain(segments) };
+        let [x, y, _] = equilibrium(chain, Load::default(), PARTS)?.tip;
+        Ok([x, -y])
+    };
+    let (mut checks, mut courses) = (Vec::new(), [Vec::new(), Vec::new()]);
     for kappa in [0.1, 1.0, 5.0, 20.0, 50.0] {
-        let hang = |segments: usize| -> Result<[f64; 2], Failure> {
-            let chain = Chain { gravity: [0.0, -kappa, 0.0], ..unit_chain(segments) };
-            let [x, y, _] = equilibrium(chain, Load::default(), PARTS)?.tip;
-            Ok([x, -y])
-        };
-        let (coarse, fine, exact) = (hang(COARSE)?, hang(FINE)?, hanging_tip(kappa));
+        let (coarse, fine, exact) = (hang(COARSE, kappa)?, hang(FINE, kappa)?, hanging_tip(kappa));
+        for (course, value) in courses.iter_mut().zip(hang(25, kappa)?) {
+            course.push((kappa, value));
+        }
         for i in 0..2 {
             let subject = format!("κ = {kappa}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
@@ -131,6 +153,24 @@ fn hanging(_: Extent) -> Result<Case, Failure> {
         let order = order(coarse[1], fine[1], exact[1]);
         checks.push(Check::value(subject, "order of w", 2.0, sources::CHAIN, order, tolerances::ORDER));
     }
+    let exact = (0..=60).map(|i| 0.1 * 500_f64.powf(f64::from(i) / 60.0)).map(|kappa| (kappa, hanging_tip(kappa)));
+    let exact: Vec<(f64, [f64; 2])> = exact.collect();
+    let mut curves = Vec::new();
+    for (i, course) in courses.into_iter().enumerate() {
+        let line = exact.iter().map(|(kappa, tip)| (*kappa, tip[i])).collect();
+        curves.push(Curve::new(format!("{}, heavy elastica", QUANTITIES[i]), Look::Reference, line));
+        curves.push(Curve::new(format!("{}, n = 25", QUANTITIES[i]), Look::Markers, course));
+    }
+    let figure = Figure {
+        name: "validation_hanging",
+        title: "Tip of a filament under its own weight".to_owned(),
+        description: "Place of the tip over the weight: with more weight it comes nearer to the clamp and hangs lower; the chains of 25 \
+            segments lie on the curves."
+            .to_owned(),
+        x: Axis::logarithmic("κ = ρ A g L³/(E I)"),
+        y: Axis::linear("x_tip/L, w/L"),
+        curves,
+    };
     Ok(Case {
         title: "Filament hanging under gravity",
         text: "A beam clamped horizontally bends under its own weight, `κ = ρ A g L³/(E I)`: from κ = 0.1, where `w/L ≈ κ/8`, \
@@ -139,7 +179,7 @@ fn hanging(_: Extent) -> Result<Case, Failure> {
             which is solved by Taylor series of 24 terms, one after the other along the beam, and a search for ψ(0); to rounding."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 

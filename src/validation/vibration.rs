@@ -9,7 +9,7 @@ use bristle::integrate::tableau::ESDIRK54;
 use bristle::simulation::integrate;
 use bristle::tool::ClampMotion;
 
-use super::case::{Case, Check};
+use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
     Wall, crossing, error_figure, extrapolated, extrapolated_twice, order, paper_case, unit_chain, untouched,
     without_stiffness, worse,
@@ -86,10 +86,19 @@ fn cantilever(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-/// Damping ratio and frequency of the first mode of the paper's filament with so many segments and the setting ζ, from
-/// the extremes of its tip as it swings to rest.
-fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<[f64; 2], Failure> {
-    const SIZE: f64 = 1e-3;
+/// Size of the motion, in rad.
+const SIZE: f64 = 1e-3;
+
+/// How a filament swings to rest.
+struct Swing {
+    /// Damping ratio, and frequency over that of the beam.
+    result: [f64; 2],
+    /// Extremes of the tip, over the first deflection, over the time in periods of the beam.
+    extremes: Vec<(f64, f64)>,
+}
+
+/// Lets the paper's filament, with so many segments and the setting ζ, swing to rest in its first mode.
+fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Swing, Failure> {
     const HALF_PERIODS: usize = 8;
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
     filament.damping_ratio = damping_ratio;
@@ -105,8 +114,11 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<[f
     let frequency = first_natural_frequency(&filament);
     let tolerances = Tolerances { relative: 1e-10, angle_scale: SIZE, rate_scale: SIZE * frequency };
     let end = (HALF_PERIODS as f64 + 1.5) * PI / frequency;
-    let mut extremes = Vec::new();
+    let (mut extremes, mut first_deflection) = (Vec::new(), f64::NAN);
     integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
+        if step.start.time == 0.0 {
+            first_deflection = step.node(segments - 1, 0.0).0[across].abs();
+        }
         // The first point, at rest, is the start.
         let turning = crossing(|s| step.node(segments - 1, s).1[across]).filter(|_| step.start.time > 0.0);
         if let Some(s) = turning {
@@ -119,18 +131,27 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<[f
     };
     let count = HALF_PERIODS as f64;
     let decrement = (first.1 / last.1).ln() / count;
-    Ok([decrement / decrement.hypot(PI), count * PI / (last.0 - first.0) / frequency])
+    let result = [decrement / decrement.hypot(PI), count * PI / (last.0 - first.0) / frequency];
+    let extremes = extremes.into_iter().map(|(time, size)| (time * frequency / (2.0 * PI), size / first_deflection));
+    Ok(Swing { result, extremes: extremes.collect() })
 }
 
 fn damping(_: Extent) -> Result<Case, Failure> {
-    let mut checks = Vec::new();
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (damping_ratio, direction, name) in [
         (0.01, Direction::InPlane, "in the plane"),
         (0.05, Direction::InPlane, "in the plane"),
         (0.05, Direction::OutOfPlane, "out of plane"),
         (0.2, Direction::InPlane, "in the plane"),
     ] {
-        let (coarse, fine) = (swing(25, damping_ratio, direction)?, swing(50, damping_ratio, direction)?);
+        let (paper, fine) = (swing(25, damping_ratio, direction)?, swing(50, damping_ratio, direction)?);
+        let (coarse, fine) = (paper.result, fine.result);
+        if direction == Direction::InPlane {
+            let periods = (0..=50).map(|i| 0.1 * f64::from(i));
+            let envelope = periods.map(|periods| (periods, (-damping_ratio * 2.0 * PI * periods).exp()));
+            curves.push(Curve::new(format!("exp(−{damping_ratio} Ω_1 t)"), Look::Reference, envelope.collect()));
+            curves.push(Curve::new(format!("ζ = {damping_ratio}, n = 25"), Look::Markers, paper.extremes));
+        }
         let exact = [damping_ratio, (1.0 - damping_ratio * damping_ratio).sqrt()];
         for (i, quantity) in ["damping ratio", "ω_d/Ω_1"].into_iter().enumerate() {
             let subject = format!("ζ = {damping_ratio}, {name}, n → ∞");
@@ -147,6 +168,15 @@ fn damping(_: Extent) -> Result<Case, Failure> {
             tolerances::DAMPING_25,
         ));
     }
+    let figure = Figure {
+        name: "validation_damping",
+        title: "Extremes of the tip of a filament that swings to rest".to_owned(),
+        description: "Extremes over time, falling on straight lines of three slopes, one for each damping ratio."
+            .to_owned(),
+        x: Axis::linear("time in periods of the undamped beam"),
+        y: Axis::logarithmic("deflection of the tip over the first"),
+        curves,
+    };
     Ok(Case {
         title: "Damping ratio of the first mode",
         text: "The paper's filament is released from its first mode, of 1 mrad, and swings to rest. The extremes of its tip and \
@@ -154,7 +184,7 @@ fn damping(_: Extent) -> Result<Case, Failure> {
             proportional to the springs, the ratio of the chain is off by as much as its frequency: 0.073 % at n = 25."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
 
@@ -182,12 +212,18 @@ fn hanging_chain(_: Extent) -> Result<Case, Failure> {
         let quantity = "ω out of plane over in plane − 1";
         checks.push(Check::value(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES));
     }
+    let names = std::array::from_fn::<_, HANGING_MODES, _>(|i| format!("mode {}", i + 1));
+    let title = "Frequencies of the hanging chain against the rope";
+    let figure = error_figure("validation_hanging_chain", title, names, |segments| {
+        let frequencies = at(segments, Direction::InPlane);
+        Ok(std::array::from_fn::<f64, HANGING_MODES, _>(|i| frequencies[i] / hanging_rope(i + 1) - 1.0))
+    })?;
     Ok(Case {
         title: "Hanging chain without stiffness",
         text: "For `E I → 0` only weight brings the filament back: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
             zeros of the Bessel function J₀. Rigid segments under tension approach it with n⁻²."
             .to_owned(),
         checks,
-        figures: vec![],
+        figures: vec![figure],
     })
 }
