@@ -27,7 +27,7 @@ use bristle::tables::study_tables;
 use bristle_codegen::compare::States;
 
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text};
-use crate::validation::{self, Extent};
+use crate::validation::{self, Extent, Outcome};
 
 /// Exit status where what is compared disagrees.
 const DISAGREEMENT: u8 = 1;
@@ -400,21 +400,28 @@ fn validate(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 
+    let written = write_validation(&arguments.out, &outcomes, extent);
+    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
+    // Last, so that the verdict is what a terminal shows; and also where the files cannot be written.
+    print(&validation::table(&outcomes))?;
+    written?;
+    Ok(agreement(validation::agrees(&outcomes)))
+}
+
+/// Writes what a validation has compared, its page and its figures.
+fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> Result<(), CliError> {
     let stage =
-        |name: &str, text: String| StagedFile::write(arguments.out.join(name), |out| out.write_all(text.as_bytes()));
-    let comparisons = arguments.out.join(COMPARISONS);
-    let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, &outcomes))?];
-    files.push(stage(PAGE, validation::page(&outcomes, extent))?);
-    for figure in outcomes.iter().flat_map(|outcome| outcome.figures()) {
+        |name: &str, text: String| StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()));
+    let comparisons = directory.join(COMPARISONS);
+    let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
+    files.push(stage(PAGE, validation::page(outcomes, extent))?);
+    for figure in outcomes.iter().flat_map(Outcome::figures) {
         files.push(stage(&format!("{}.svg", figure.name), validation::svg(figure).map_err(CliError::Drawing)?)?);
     }
     for file in files {
         say_written(&file.commit()?);
     }
-    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
-    // Last, so that the verdict is what a terminal shows.
-    print(&validation::table(&outcomes))?;
-    Ok(agreement(validation::agrees(&outcomes)))
+    Ok(())
 }
 
 /// Exit status of a comparison.

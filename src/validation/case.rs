@@ -1,7 +1,7 @@
 //! What a case of the validation says: its formula, what was computed beside it, and whether that is near enough.
 
 use super::sources::Source;
-use super::tolerances::{BOUNDS, Measure, Tolerance};
+use super::tolerances::{Measure, Tolerance};
 
 /// A case: one paragraph of the page.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Check {
 pub enum Expected {
     /// This, within the tolerance.
     Value(f64),
-    /// Between these, where only bounds are known; the tolerance is none.
+    /// Between these, where only bounds are known.
     Between(f64, f64),
 }
 
@@ -55,15 +55,31 @@ impl Check {
         Self { subject, quantity, expected: Expected::Value(expected), source, computed, tolerance }
     }
 
-    /// A number that should lie between `low` and `high`.
+    /// A number that should lie between `low` and `high`, for a tolerance that is zero.
     pub fn between(
         subject: String,
         quantity: &'static str,
         [low, high]: [f64; 2],
         source: &'static Source,
         computed: f64,
+        tolerance: &'static Tolerance,
     ) -> Self {
-        Self { subject, quantity, expected: Expected::Between(low, high), source, computed, tolerance: BOUNDS }
+        Self { subject, quantity, expected: Expected::Between(low, high), source, computed, tolerance }
+    }
+
+    /// A number that should lie between the bounds of a tolerance; none of another kind lets it pass.
+    pub fn within(
+        subject: String,
+        quantity: &'static str,
+        source: &'static Source,
+        computed: f64,
+        tolerance: &'static Tolerance,
+    ) -> Self {
+        let bounds = match tolerance.measure {
+            Measure::Between(low, high) => [low, high],
+            Measure::Relative | Measure::Absolute => [f64::NAN; 2],
+        };
+        Self::between(subject, quantity, bounds, source, computed, tolerance)
     }
 
     /// The lowest and the highest number that pass.
@@ -72,7 +88,7 @@ impl Check {
             Expected::Value(value) => {
                 let margin = match self.tolerance.measure {
                     Measure::Relative => self.tolerance.value * value.abs(),
-                    Measure::Absolute => self.tolerance.value,
+                    Measure::Absolute | Measure::Between(..) => self.tolerance.value,
                 };
                 [value - margin, value + margin]
             }
@@ -87,7 +103,7 @@ impl Check {
                 let difference = (self.computed - value).abs();
                 match self.tolerance.measure {
                     Measure::Relative => difference / value.abs(),
-                    Measure::Absolute => difference,
+                    Measure::Absolute | Measure::Between(..) => difference,
                 }
             }
             // The larger of a number and NaN would be the number.

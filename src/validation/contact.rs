@@ -93,10 +93,16 @@ fn energy(_: Extent) -> Result<Case, Failure> {
     })
 }
 
+/// The component along the tool's axis of a vector product.
+fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
 /// How the momentum of a filament changes in a pass.
 struct Balance {
-    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, where it is 1, and along the workpiece, where it is 0.
-    result: [f64; 2],
+    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, where it is 1, and along the workpiece, where it is 0; and the
+    /// imbalance of the angular momentum about the tool's axis, over `p_n R`.
+    result: [f64; 3],
     /// The normal impulse of the contact over time, and what the balance makes of it, in N s.
     impulse: Vec<(f64, f64)>,
     balanced: Vec<(f64, f64)>,
@@ -115,17 +121,26 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     let mut dynamics = Dynamics::new(chain);
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
     let (mut accelerations, mut rest) = (start.accelerations.clone(), start.q.clone());
+    // Momentum, and angular momentum about the tool's axis.
     let momentum = |time: f64, q: &[[f64; 2]], v: &[[f64; 2]]| {
         let clamp = pass.tool().at(time);
         let mut placed = Dynamics::new(chain);
         placed.place(&clamp, q, v);
-        // A centre moves with the mean of its segment's ends.
-        let ends = placed.velocities();
-        let inner = |k: usize| if k == 0 { clamp.velocity } else { ends[k - 1] };
-        (0..ends.len()).fold([0.0; 3], |sum, k| add(sum, scale(chain.mass / 2.0, add(inner(k), ends[k]))))
+        let (mut linear, mut angular) = ([0.0; 3], 0.0);
+        let (mut inner, mut inner_rate) = (clamp.position, clamp.velocity);
+        for (&outer, &outer_rate) in placed.positions().iter().zip(placed.velocities()) {
+            // A centre is where, and moves with, the mean of its segment's ends.
+            let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
+            let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
+            linear = add(linear, scale(chain.mass, rate));
+            angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
+            (inner, inner_rate) = (outer, outer_rate);
+        }
+        (linear, angular)
     };
     let before = momentum(start.time, &start.q, &start.v);
-    let (mut root_impulse, mut impulse, mut balanced) = ([0.0; 3], Vec::new(), Vec::new());
+    let (mut root_impulse, mut turned) = ([0.0; 3], 0.0);
+    let (mut impulse, mut balanced) = (Vec::new(), Vec::new());
     let (end, _) = pass.integrate(&mut system, start, |step| {
         for (node, &closed) in step.closed.iter().enumerate() {
             watching.set_closed(0, node, closed);
@@ -136,22 +151,38 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             watching.accelerations(time, &q, &v, &mut accelerations);
             let clamp = pass.tool().at(time);
             dynamics.residual(&clamp, &q, &v, &accelerations, &watching.loads(time), &mut rest);
-            root_impulse = add(root_impulse, scale(weight * step.length(), dynamics.root_force()));
+            let weight = weight * step.length();
+            root_impulse = add(root_impulse, scale(weight, dynamics.root_force()));
+            // The clamp's torque by the law of its joint, not by the equations of motion.
+            let tool = pass.tool();
+            let (bend, bend_rate) = (q[0][1] - tool.angle(time), v[0][1] - tool.rate);
+            let mut torque = axial(clamp.position, dynamics.root_force());
+            torque -= chain.root_stiffness * bend + chain.root_damping * bend_rate;
+            let filament = watching.filament(0);
+            for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
+                let position = dynamics.positions()[node];
+                let approach = filament.approach(position, dynamics.velocities()[node], time);
+                torque += axial(position, filament.law.force(&approach).total(&approach));
+            }
+            turned += weight * torque;
         }
-        let left = sub(sub(momentum(step.end.time, &step.end.q, &step.end.v), before), root_impulse);
+        let left = sub(sub(momentum(step.end.time, &step.end.q, &step.end.v).0, before.0), root_impulse);
         impulse.push((step.end.time, step.end.integrals[integral::NORMAL_IMPULSE]));
         balanced.push((step.end.time, dot(left, NORMAL)));
     })?;
     let whole = end.integrals[integral::NORMAL_IMPULSE];
-    let left = sub(sub(momentum(end.time, &end.q, &end.v), before), root_impulse);
-    Ok(Balance { result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole], impulse, balanced })
+    let (linear, angular) = momentum(end.time, &end.q, &end.v);
+    let left = sub(sub(linear, before.0), root_impulse);
+    let radius = settings.tool.body_radius_m + settings.filament.length_m;
+    let torque = (angular - before.1 - turned) / (whole * radius);
+    Ok(Balance { result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole, torque], impulse, balanced })
 }
 
 fn momentum(_: Extent) -> Result<Case, Failure> {
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (velocity, depth) in PASSES {
         let balance = momentum_balance(&paper_case(25, velocity, depth)?)?;
-        let [normal, along] = balance.result;
+        let [normal, along, torque] = balance.result;
         if (velocity, depth) == PASSES[1] {
             let scaled =
                 |points: Vec<(f64, f64)>| points.into_iter().map(|(time, impulse)| (1e3 * time, 1e3 * impulse));
@@ -159,8 +190,11 @@ fn momentum(_: Extent) -> Result<Case, Failure> {
             let balanced = scaled(balance.balanced).step_by(6).collect();
             curves.push(Curve::new("Δp − ∫ F_root dt", Look::Markers, balanced));
         }
-        for (quantity, exact, computed) in [("along n⃗, over p_n", 1.0, normal), ("across n⃗, over p_n", 0.0, along)]
-        {
+        for (quantity, exact, computed) in [
+            ("along n⃗, over p_n", 1.0, normal),
+            ("across n⃗, over p_n", 0.0, along),
+            ("about the axis, over p_n R", 0.0, torque),
+        ] {
             let subject = name(velocity, depth);
             checks.push(Check::value(subject, quantity, exact, sources::EXACT, computed, tolerances::MOMENTUM));
         }
@@ -179,27 +213,20 @@ fn momentum(_: Extent) -> Result<Case, Failure> {
         title: "Impulse against the change of momentum",
         text: "What the filament's momentum changes by, and the clamp has not brought in, is the contact's impulse:\n\n\
             ```text\nΣ m ċ_k |end − Σ m ċ_k |start − ∫ F_root dt = p_n n⃗\n```\n\n\
-            without friction. The reaction of the clamp is computed from the equations of motion at three points of each step, the \
-            impulse p_n is the solver's."
+            without friction. The reaction `F_root` of the clamp comes from the equations of motion, at three points of each step, so \
+            this checks inertia, contact and integration, and not the springs. Those are in the balance of the angular momentum about \
+            the tool's axis, where the clamp's torque is that of its joint's law:\n\n\
+            ```text\nΔL_z = ∫ [(r_0 × F_root)_z − c_1 (θ_1 − β) − d_1 (θ̇_1 − ω) + Σ (r_k × F_k)_z] dt\n```"
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-/// All numbers of two sets of metrics that differ, to the bit.
+/// How many of two sets of [`values`] differ, to the bit.
 fn differences(a: &Metrics, b: &Metrics) -> f64 {
-    let values = |metrics: &Metrics| {
-        [
-            metrics.contact_time_s,
-            metrics.contact_time_ratio,
-            metrics.contact_count as f64,
-            metrics.contact_normal_impulse_n_s,
-            metrics.peak_contact_normal_force_n,
-            metrics.max_tip_deflection_m,
-        ]
-    };
-    values(a).into_iter().zip(values(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count() as f64
+    let differ = values(a).into_iter().zip(values(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+    (differ + usize::from(a.contact_count != b.contact_count)) as f64
 }
 
 fn independence(_: Extent) -> Result<Case, Failure> {
@@ -210,10 +237,11 @@ fn independence(_: Extent) -> Result<Case, Failure> {
         let (few, many, none) = (at(2)?, at(7919)?, at(0)?);
         let subject = format!("2 and 7919 samples, {}", name(velocity, depth));
         let count = differences(&few, &many);
-        checks.push(Check::value(subject, "metrics that differ", 0.0, sources::EXACT, count, tolerances::BOUNDS));
+        checks.push(Check::value(subject, "metrics that differ", 0.0, sources::EXACT, count, tolerances::SAME));
         let subject = format!("0 and 7919 samples, {}", name(velocity, depth));
-        let change = (none.contact_normal_impulse_n_s / many.contact_normal_impulse_n_s - 1.0).abs();
-        checks.push(Check::value(subject, "change of p_n", 0.0, sources::EXACT, change, tolerances::SAMPLES));
+        let changes = values(&none).into_iter().zip(values(&many)).map(|(none, many)| (none / many - 1.0).abs());
+        let (change, quantity) = (changes.fold(0.0, worse), "largest change of a metric");
+        checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, change, tolerances::SAMPLES));
     }
     let study = paper_study()?;
     let run = |threads: usize| {
@@ -237,13 +265,13 @@ fn independence(_: Extent) -> Result<Case, Failure> {
         ("eight in lanes and one alone, every seventh of 120 passes", by_lanes),
     ] {
         let quantity = "metrics that differ";
-        checks.push(Check::value(subject.to_owned(), quantity, 0.0, sources::EXACT, count, tolerances::BOUNDS));
+        checks.push(Check::value(subject.to_owned(), quantity, 0.0, sources::EXACT, count, tolerances::SAME));
     }
     Ok(Case {
         title: "Samples, lanes and threads",
         text: "Metrics are not read off samples, and a pass has the same bits alone and beside seven others, on any number of \
-            threads. With samples the energies are integrated too, which changes p_n by some roundings, far below the tolerance \
-            of 1e-6."
+            threads. With samples the energies are integrated too, and forces evaluated anew at each stage, which changes the metrics far \
+            below the tolerance of 1e-6."
             .to_owned(),
         checks,
         figures: vec![],
@@ -379,7 +407,12 @@ fn tolerance(_: Extent) -> Result<Case, Failure> {
         }
     }
     let mut apart = [0.0; 5];
-    for (contact, radau) in contacts.iter().zip(trajectory_rows::<ReferenceContact>(RADAU)?) {
+    let radau: Vec<ReferenceContact> = trajectory_rows(RADAU)?;
+    let case = |contact: &ReferenceContact| (contact.brushing_velocity_m_s, contact.penetration_depth_m);
+    if !contacts.iter().map(case).eq(radau.iter().map(case)) {
+        return Err(Failure::Reference("the two references have different passes".to_owned()));
+    }
+    for (contact, radau) in contacts.iter().zip(&radau) {
         let distances = contact.errors(radau.values());
         apart = std::array::from_fn(|i| worse(distances[i], apart[i]));
     }
@@ -394,16 +427,17 @@ fn tolerance(_: Extent) -> Result<Case, Failure> {
         0.0,
         sources::CVODES,
         wrong_counts,
-        tolerances::BOUNDS,
+        tolerances::SAME,
     ));
     let courses = SYMBOLS.into_iter().map(str::to_owned).zip(courses).collect();
     let title = "Largest relative errors of six passes, against CVODES";
-    let (slopes, figure) = tolerance_study("validation_tolerance", title, courses);
+    let (slopes, figure) = tolerance_study("validation_tolerance", title, courses, tolerances::REFERENCES.value);
     checks.extend(slopes);
     Ok(Case {
         title: "Convergence in the tolerance",
         text: "Six passes whose metrics an independent planar code has computed with CVODES at a tolerance of 1e-11, good to 1e-9 \
-            (`derivations/reference_contacts.py`), and Radau once more. The step control is meant to make errors proportional to \
+            (`derivations/reference_contacts.py`), and Radau once more: how far the two are apart is what they are \
+            good to, and slopes are those of the errors above that. The step control is meant to make errors proportional to \
             the tolerance: order 1. Times suffer most: where the tip leaves the workpiece at 1 m/s, an error of 1e-6 of its length \
             in its place is one of 4e-5 of a contact of 1 ms."
             .to_owned(),
@@ -415,7 +449,9 @@ fn tolerance(_: Extent) -> Result<Case, Failure> {
 fn stiffness(_: Extent) -> Result<Case, Failure> {
     const STIFFNESSES: [f64; 5] = [1e4, 1e5, 1e6, 1e7, 1e8];
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
-    for (velocity, depth) in [(5.0, 3e-3), (10.0, 5e-3), (10.0, 1e-3), (20.0, 2e-3), (30.0, 5e-3)] {
+    // The first two sweep, but for an impact at their entry.
+    const STIFFNESS_PASSES: [(f64, f64); 5] = [(5.0, 3e-3), (10.0, 5e-3), (10.0, 1e-3), (20.0, 2e-3), (30.0, 5e-3)];
+    for (velocity, depth) in STIFFNESS_PASSES {
         let mut metrics = Vec::new();
         for stiffness in STIFFNESSES {
             let mut settings = paper_case(25, velocity, depth)?;
@@ -432,17 +468,17 @@ fn stiffness(_: Extent) -> Result<Case, Failure> {
         let (growth, quantity) = (decades(peaks[4], peaks[3]), "order of max F_n");
         let exact = 3.0 / 7.0;
         checks.push(Check::value(subject, quantity, exact, sources::DAMPED_BEAM, growth, tolerances::PEAK_GROWTH));
-        if velocity < 10.0 {
-            let subject = format!("{}, k_c = 1e6 to 1e8 N/m", name(velocity, depth));
+        let subject = format!("{}, k_c = 1e6 to 1e8 N/m", name(velocity, depth));
+        if (velocity, depth) == STIFFNESS_PASSES[0] {
             let order = decades(deflections[3] - deflections[2], deflections[4] - deflections[3]);
-            let quantity = "order of s_n,max";
-            checks.push(Check::value(subject.clone(), quantity, 1.0, sources::PENALTY, order, tolerances::ORDER));
-            let order = decades(impulses[3] - impulses[2], impulses[4] - impulses[3]);
-            checks.push(Check::between(subject, "order of p_n", [0.5, 1.0], sources::PENALTY, order));
+            let (quantity, source) = ("order of s_n,max", sources::PENALTY);
+            checks.push(Check::value(subject.clone(), quantity, 1.0, source, order, tolerances::ORDER));
         }
-        let subject = format!("{}, k_c from 1e5 to 1e8 N/m", name(velocity, depth));
-        let change = (impulses[1] / impulses[4] - 1.0).abs();
-        checks.push(Check::between(subject, "change of p_n", [0.0, 0.06], sources::PENALTY, change));
+        if STIFFNESS_PASSES[..2].contains(&(velocity, depth)) {
+            let order = decades(impulses[3] - impulses[2], impulses[4] - impulses[3]);
+            let (source, tolerance) = (sources::PENALTY, tolerances::RIGID_LIMIT);
+            checks.push(Check::within(subject, "order of p_n", source, order, tolerance));
+        }
         let points =
             STIFFNESSES.into_iter().zip(&impulses).map(|(stiffness, impulse)| (stiffness, impulse / impulses[1]));
         curves.push(Curve::new(name(velocity, depth), Look::Joined, points.collect()));
@@ -450,8 +486,9 @@ fn stiffness(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_stiffness",
         title: "Impulse over the contact stiffness".to_owned(),
-        description: "Impulse over that at the default stiffness of 1e5 N/m, for stiffnesses from 1e4 to 1e8 N/m: sweeping passes \
-            keep it within 0.3 %, striking ones change it by up to 6 %."
+        description: "Impulse over that at the default stiffness of 1e5 N/m, for stiffnesses from 1e4 to 1e8 N/m: above 1e5 N/m it \
+            changes by 0.3 % in the two passes that sweep, and by up to 3.4 % in those that strike more than once; a contact of \
+            1e4 N/m is too soft, with up to 15 %."
             .to_owned(),
         x: Axis::logarithmic("contact stiffness k_c in N/m"),
         y: Axis::linear("p_n over p_n at 1e5 N/m"),
@@ -464,9 +501,9 @@ fn stiffness(_: Extent) -> Result<Case, Failure> {
             `E I (1 + τ ∂/∂t)`, moved at the rate s, answers with `E I τ s κ³`, `κ⁴ = ρ A s/(E I τ)`, so with a stiffness that \
             grows as `s^(7/4)`. Set equal to k_c this makes durations that fall as `k_c^(−4/7)` and peak forces that grow as \
             `k_c^(3/7)`, for as long as the waves are longer than a segment: the peak force is no property of the filament alone. \
-            The impulse of a sweeping pass with an impact at its entry converges with an order between ½ and 1. In passes that \
-            strike several times a stiffer contact shifts the times of the later impacts, and no order can be seen in four \
-            decades; their impulses change by less than 6 %."
+            The impulse of the two passes that sweep after an impact at their entry converges with an order between ½ and 1; the \
+            deflection's order is seen in the slower one only, as in the other less than 1e-5 is left of it. In passes that strike \
+            several times a stiffer contact shifts the times of the later impacts, and no order can be seen in four decades."
             .to_owned(),
         checks,
         figures: vec![figure],

@@ -6,7 +6,7 @@ use bristle::equations::{Chain, Dynamics, LaneSet, NodeLoads, NodeTangent, StepW
 use bristle::tool::ClampMotion;
 
 use super::Failure;
-use super::chains::Wall;
+use super::chains::{Wall, worse};
 
 /// What acts on the chain beside its weight.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,10 +68,10 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
                 StepWeights { coordinates: 1e10 * chain.mass / chain.joint_stiffness * reach * reach, rates: 0.0 };
             dynamics.factorise(&clamp, &rest, &rest, &tip, weights, LaneSet::first(1));
             dynamics.solve(&mut change);
-            let mut largest = 0.0_f64;
+            let mut largest = 0.0;
             for (q, change) in q.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
                 let change = weights.coordinates * change;
-                largest = largest.max(change.abs());
+                largest = worse(change.abs(), largest);
                 *q -= change.clamp(-0.2, 0.2);
             }
             // What is left is that of the rounding in the torques, which grows with n².

@@ -137,7 +137,7 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
         courses.push((format!("e at χv = 0.5, p = {exponent}"), course));
     }
     let (slopes, convergence) =
-        tolerance_study("validation_restitution_tolerance", "Relative error of the restitution", courses);
+        tolerance_study("validation_restitution_tolerance", "Relative error of the restitution", courses, 0.0);
     checks.extend(slopes);
     Ok(Case {
         title: "Restitution under the law of Hunt and Crossley",

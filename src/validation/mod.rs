@@ -1,7 +1,7 @@
 //! `bristle validate`: the simulator beside exact solutions, other codes and the paper, case by case.
 //!
-//! Every reference is a formula ([`exact`]), a number of the literature ([`sources`]), or a trajectory of another code that
-//! is committed with the script that made it; none comes from the solver that is checked. [`tolerances`] says how far a
+//! Every reference is a formula ([`exact`]), a number of the literature ([`sources`]), an exact property such as symmetry, or
+//! a trajectory of another code that is committed with the script that made it; none is a result of the solver that is checked. [`tolerances`] says how far a
 //! number may be off, and why. Only the public interface of the library is used.
 
 mod case;
@@ -55,6 +55,9 @@ pub enum Failure {
     /// Newton's method found no equilibrium.
     #[error("no equilibrium is found")]
     NoEquilibrium,
+    /// Something that the case relies on does not hold.
+    #[error("the case ended with: {0}")]
+    Panic(String),
     /// A reference cannot be read.
     #[error("{0}")]
     Reference(String),
@@ -122,7 +125,7 @@ pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
         loop {
             let next = waiting.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
             let Some(&(group, case)) = next else { return };
-            let result = GROUPS[group].cases[case](extent);
+            let result = compute(GROUPS[group].cases[case], extent);
             finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(((group, case), result));
             done();
         }
@@ -140,4 +143,24 @@ pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
         outcomes[group].cases.push(result);
     }
     outcomes
+}
+
+/// Computes a case. That it panics, as a solver that is wrong can make it, fails this case and no other.
+fn compute(case: Compute, extent: Extent) -> Result<Case, Failure> {
+    std::panic::catch_unwind(|| case(extent)).unwrap_or_else(|cause| {
+        let message = cause.downcast_ref::<String>().cloned();
+        let message = message.or_else(|| cause.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+        Err(Failure::Panic(message.unwrap_or_else(|| "an unknown cause".to_owned())))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_fails_its_case() {
+        let result = compute(|_| panic!("no mass"), Extent::Quick);
+        assert_eq!(result.expect_err("it panics").to_string(), "the case ended with: no mass");
+    }
 }

@@ -92,16 +92,25 @@ impl Row {
         let exact = |value| number(value, DIGITS);
         let reference = match check.expected {
             Expected::Value(value) => exact(value),
-            Expected::Between(f64::NEG_INFINITY, high) => format!("≤ {}", exact(high)),
-            Expected::Between(low, f64::INFINITY) => format!("≥ {}", exact(low)),
-            Expected::Between(low, high) => format!("{} … {}", exact(low), exact(high)),
+            Expected::Between(low, high) => bounds([low, high], exact),
         };
         let tolerance = match check.tolerance.measure {
             _ if check.tolerance.value == 0.0 => "none".to_owned(),
             Measure::Relative => format!("{} rel", number(check.tolerance.value, ERROR_DIGITS)),
-            Measure::Absolute => format!("{} abs", number(check.tolerance.value, ERROR_DIGITS)),
+            Measure::Absolute | Measure::Between(..) => {
+                format!("{} abs", number(check.tolerance.value, ERROR_DIGITS))
+            }
         };
         Self { reference, computed: exact(check.computed), error: number(check.error(), ERROR_DIGITS), tolerance }
+    }
+}
+
+/// Bounds as a text.
+fn bounds([low, high]: [f64; 2], number: impl Fn(f64) -> String) -> String {
+    match (low, high) {
+        (f64::NEG_INFINITY, high) => format!("≤ {}", number(high)),
+        (low, f64::INFINITY) => format!("≥ {}", number(low)),
+        (low, high) => format!("{} … {}", number(low), number(high)),
     }
 }
 
@@ -270,7 +279,7 @@ fn fields(check: &Check) -> [String; 11] {
     let (reference, kind) = match (check.expected, check.tolerance.measure) {
         (Expected::Between(..), _) => (String::new(), "bounds"),
         (Expected::Value(value), Measure::Relative) => (digits(value), "relative"),
-        (Expected::Value(value), Measure::Absolute) => (digits(value), "absolute"),
+        (Expected::Value(value), Measure::Absolute | Measure::Between(..)) => (digits(value), "absolute"),
     };
     [
         check.subject.clone(),
@@ -364,12 +373,12 @@ fn tolerances_and_sources(outcomes: &[Outcome]) -> String {
     };
     let tolerances = tolerances::TABLE.iter().map(|tolerance| {
         let checks = uses(&|check| check.tolerance.name == tolerance.name);
-        let measure = match tolerance.measure {
-            Measure::Relative => "relative",
-            Measure::Absolute => "absolute",
+        let (value, measure) = match tolerance.measure {
+            Measure::Relative => (typeset(tolerance.value, ERROR_DIGITS), "relative"),
+            Measure::Absolute => (typeset(tolerance.value, ERROR_DIGITS), "absolute"),
+            Measure::Between(low, high) => (bounds([low, high], |value| typeset(value, DIGITS)), "bounds"),
         };
         let (count, largest) = (checks.len().to_string(), largest_share(checks.into_iter()));
-        let value = typeset(tolerance.value, ERROR_DIGITS);
         vec![escape(tolerance.name), value, measure.to_owned(), count, largest, escape(tolerance.reason)]
     });
     let sources = sources::LIST.iter().map(|source| {
@@ -459,7 +468,7 @@ mod tests {
     }
 
     fn bounded(computed: f64, bounds: [f64; 2]) -> Check {
-        Check::between("one".to_owned(), "z", bounds, sources::SYMMETRY, computed)
+        Check::between("one".to_owned(), "z", bounds, sources::SYMMETRY, computed, tolerances::SAME)
     }
 
     fn csv_rows(outcomes: &[Outcome]) -> Vec<Vec<String>> {

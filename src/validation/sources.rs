@@ -52,12 +52,12 @@ sources! {
         CVODES at 1e-11";
     RADAU = "Radau": "tests/data/reference_contacts.csv, by derivations/reference_contacts.py: CasADi and SciPy's Radau at 1e-9";
     CONTROL = "step control": "Errors in proportion to the tolerance, which a step control aims at";
-    PENALTY = "penalty": "What a linear contact of the stiffness k_c does: a depth of F_n/k_c, impacts of the duration k_c^−½";
+    PENALTY = "penalty": "What a linear contact of the stiffness k_c does to a steady tip: a depth of F_n/k_c";
     CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
     MUJOCO = "MuJoCo 4.0": "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
     EXUDYN = "Exudyn 1.13": "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
     DAMPED_BEAM = "damped beam": "The end of a beam with damping in proportion to its stiffness, as stated with the case";
-    SIMO = "Simo 1986": "The beam and the motion of J. C. Simo and L. Vu-Quoc, On the dynamics of flexible beams under large \
+    SIMO = "Exudyn, spin-up": "The beam and the motion of J. C. Simo and L. Vu-Quoc, On the dynamics of flexible beams under large \
         overall motions, the plane case, part II, Journal of Applied Mechanics 53 (1986) 855–863, by Exudyn 1.13: \
         benches/peers/trajectories/spin_up.csv, by benches/peers/trajectories.py";
     PAPER = "Uhlmann 2021": "E. Uhlmann and A. Hoyer, Modeling of contact forces for brushing tools, Ceramics 2021 (docs/MODEL.md)";

@@ -6,9 +6,12 @@ pub mod impact;
 pub mod pendulum;
 pub mod rotating_beam;
 
-/// A zero of `f` between `low` and `high`, where its signs differ, to rounding.
+/// A zero of `f` between `low` and `high`, to rounding; NaN if its signs do not differ there.
 fn zero(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let rises = f(low) < 0.0;
+    if rises == (f(high) < 0.0) {
+        return f64::NAN;
+    }
     loop {
         let middle = low + (high - low) / 2.0;
         if middle <= low || middle >= high {
