@@ -72,7 +72,7 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
     const PERIODS: usize = 1000;
     const PARTS: usize = 100;
     let relatives: &[f64] = match extent {
-        Extent::Quick => &[1e-7, 1e-8],
+        Extent::Quick => &[1e-8],
         Extent::Full => &[1e-7, 1e-8, 1e-9, 1e-10],
     };
     let (mut checks, mut curves, mut drifts) = (Vec::new(), Vec::new(), Vec::new());
@@ -101,9 +101,11 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
         drifts.push((relative, energy_drift));
         curves.push(Curve::new(format!("tolerance {relative:e}"), Look::Line, course));
     }
-    let slope = logarithmic_slope(&drifts);
-    let subject = format!("slope over the tolerance, {PERIODS} periods");
-    checks.push(Check::within(subject, "order of ΔE", sources::CONTROL, slope, tolerances::DRIFT_SLOPE));
+    if drifts.len() > 1 {
+        let subject = format!("slope over the tolerance, {PERIODS} periods");
+        let slope = logarithmic_slope(&drifts);
+        checks.push(Check::within(subject, "order of ΔE", sources::CONTROL, slope, tolerances::SLOPE));
+    }
     let figure = Figure {
         name: "validation_energy",
         title: "Energy lost in 1000 periods of a free spatial motion".to_owned(),

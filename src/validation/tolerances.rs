@@ -68,7 +68,6 @@ tolerances! {
     DRIFT = Absolute 2e3, "drift": "Half a million to two million steps that all lose energy, each a thousandth of its \
         tolerance.";
     DRIFT_MOMENTUM = Absolute 3e2, "drift of momentum": "The same steps, whose errors in L_z have either sign.";
-    DRIFT_SLOPE = Between [0.8, 1.2] 0.0, "slope of the drift": "A controlled error per step of a method of order 5 makes 0.8 to 1.";
     TRAJECTORY = Absolute 5e-9, "trajectory": "Thousands of steps at a tolerance of 1e-11, whose errors the azimuth adds up.";
     CHAOS_EARLY = Absolute 1e-8, "chaos, to 6 s": "Errors of 1e-12 a step, in hundreds of steps, and what has grown until then.";
     CHAOS = Absolute 1e-5, "chaos": "Errors of 1e-12 a step grow up to 1.2 million times.";
