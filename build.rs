@@ -49,8 +49,49 @@ fn generate() -> Result<(), Box<dyn Error>> {
         other => return Err(format!("BRISTLE_DERIVATION is `{other}`; it must be `built-in` or `casadi`").into()),
     };
     let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
+    println!("cargo::rustc-env=BRISTLE_EQUATIONS={}", exchange::fingerprint(&kernels)?);
+    println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
     fs::write(directory.join("kernels.rs"), source)?;
     Ok(())
+}
+
+/// All that turns settings into metrics, beside the kernels.
+const SOLVER: [&str; 8] = [
+    "src/contact.rs",
+    "src/equations",
+    "src/filament.rs",
+    "src/integrate",
+    "src/metrics.rs",
+    "src/simulation",
+    "src/tool.rs",
+    "src/workpiece.rs",
+];
+
+/// A hash of the solver's code, by which the journal of a study knows results of another build.
+///
+/// The version alone would not do while a change is being made.
+fn solver_fingerprint(kernels: &str) -> Result<String, Box<dyn Error>> {
+    let mut files = Vec::new();
+    let mut paths: Vec<PathBuf> = SOLVER.map(PathBuf::from).into();
+    for path in SOLVER {
+        println!("cargo::rerun-if-changed={path}");
+    }
+    while let Some(path) = paths.pop() {
+        if path.is_dir() {
+            for entry in fs::read_dir(&path)? {
+                paths.push(entry?.path());
+            }
+        } else {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let mut code = kernels.as_bytes().to_owned();
+    for path in files {
+        code.push(0);
+        code.extend(fs::read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?);
+    }
+    Ok(exchange::digest(&code))
 }
 
 /// States at which the kernels are compared with the built-in ones.

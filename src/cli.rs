@@ -1,10 +1,9 @@
 //! The command line: reads files, calls the library, writes results. Text for people goes to stderr, data to files or stdout.
 
-use std::fmt::Display;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -21,12 +20,15 @@ use bristle::report::{write_history, write_metrics, write_runs};
 use bristle::schema::input_schema;
 use bristle::simulation::{SimulationError, simulate_with_history};
 use bristle::state::{StateError, parse_state};
-use bristle::study::run_study;
+use bristle::study::{CaseResult, Study, complete_study};
 use bristle::tables::study_tables;
 
 use bristle_codegen::compare::States;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text};
+use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
+use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
+use crate::progress::Progress;
+use crate::terminal::{say, say_at_the_end, start_log};
 use crate::validation::{self, Extent, Outcome};
 
 /// Exit status where what is compared disagrees.
@@ -35,6 +37,8 @@ const DISAGREEMENT: u8 = 1;
 const BAD_INPUT: u8 = 2;
 /// Exit status where a simulation failed.
 const SIMULATION_FAILED: u8 = 3;
+/// Exit status where Ctrl-C has stopped a study, as shells have it: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
 /// Names of the result files.
 const RUNS: &str = "runs.csv";
 const METRICS: &str = "metrics.json";
@@ -58,11 +62,15 @@ Examples:
 Units are SI throughout, angles in radians. The unit is part of each name, as in length_m or
 contact_normal_impulse_n_s.
 
+RUST_LOG=debug writes a log to stderr; RUST_LOG=bristle::study=debug that of one module.
+
 Exit status:
-  0  all is well
-  1  a comparison has found a deviation
-  2  the input or the call is wrong; no results have been written
-  3  a simulation failed; a study has written the results of the others";
+  0    all is well
+  1    a comparison has found a deviation
+  2    the input or the call is wrong, or a file cannot be read or written; no file of results has
+       been changed, and a study keeps in its journal what it has simulated
+  3    a simulation failed; a study has written the results of the others
+  130  Ctrl-C has stopped a study, which the same command continues";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -99,6 +107,20 @@ enum Command {
 /// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
 /// solver statistics, and status (ok or the error). A case that fails does not stop the others,
 /// and makes the exit status 3.
+///
+/// A study can be stopped at any moment, by Ctrl-C or a crash: the same command goes on where it
+/// was. Each case that is done is a line of DIR/journal.jsonl; what is lost are the cases that
+/// were being simulated, and after a loss of power those of the last tenth of a second. The
+/// results are the same to the bit. A journal of other settings, or made by another Bristle, is
+/// refused; --restart gives it up. Only one study at a time can write to a directory.
+///
+/// With --json each line on stdout is an object. While cases are simulated, at most ten a second:
+///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,"seconds_left":0.12}
+/// done counts the cases with a result, failures those of them that failed, rate cases a second;
+/// rate and seconds_left are null as long as they are unknown. At the end:
+///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
+///    "files":["results/runs.csv"]}
+/// resumed counts the cases that were in the journal already, and files are those now written.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 struct StudyArgs {
@@ -111,6 +133,12 @@ struct StudyArgs {
     /// Number of threads [default: one a core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
+    /// Simulate all cases anew, and give up what DIR/journal.jsonl holds
+    #[arg(long)]
+    restart: bool,
+    /// Print progress and summary to stdout, as JSON objects, in place of tables
+    #[arg(long)]
+    json: bool,
 }
 
 /// Simulate one contact, and write DIR/metrics.json and DIR/history.csv
@@ -277,12 +305,19 @@ enum CliError {
     Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
+    #[error(transparent)]
+    Journal(#[from] JournalFileError),
+    #[error(
+        "{error}\n{done} of {total} cases are in the journal: once there is room, the same command goes on from there"
+    )]
+    Unfinished { error: FileError, done: usize, total: usize },
     #[error("cannot write to stdout: {0}")]
     Stdout(#[from] io::Error),
 }
 
 /// Runs the command that the process was called with.
 pub fn run() -> ExitCode {
+    start_log();
     let result = match Cli::parse().command {
         Command::Study(arguments) => study(&arguments),
         Command::Simulate(arguments) => simulate_one(&arguments),
@@ -308,20 +343,23 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let study = Document::parse(&text, &name)?.study()?;
-    prepare_directory(&arguments.out, &[RUNS])?;
+    prepare_directory(&arguments.out, &[RUNS, JOURNAL])?;
 
-    let start = Instant::now();
-    let bar = ProgressBar::new(study.case_count() as u64).with_style(progress_style());
-    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
-    let results = run_study(&study, threads, || bar.inc(1)).map_err(CliError::Threads)?;
-    bar.finish_and_clear();
-    let seconds = start.elapsed().as_secs_f64();
+    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
+    remove_leftovers(&arguments.out, &[RUNS]);
+    tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
+    let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
 
-    let runs = StagedFile::write(arguments.out.join(RUNS), |out| write_runs(out, &study, &results))?;
-    let runs = runs.commit()?;
-    say(study_tables(&study, &results));
-    say(format_args!("{} cases in {seconds:.2} s", study.case_count()));
-    say_written(&runs);
+    let total = study.case_count();
+    let write = || StagedFile::write(arguments.out.join(RUNS), |out| write_runs(out, &study, &results))?.commit();
+    let files = [write().map_err(|error| CliError::Unfinished { error, done: total, total })?];
+
+    if !arguments.json {
+        say(study_tables(&study, &results));
+        say(format_args!("{total} cases in {seconds:.2} s"));
+        files.iter().for_each(|path| say_written(path));
+    }
+    progress.summarise(seconds, &files);
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
@@ -334,6 +372,61 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         say(format_args!("  row {}: {message}", case + 1));
     }
     Ok(SIMULATION_FAILED.into())
+}
+
+/// Tells what a journal held that the study begins with.
+fn tell_of_earlier(earlier: &Earlier, path: &Path) {
+    let path = path.display();
+    if earlier.given_up {
+        say(format_args!("note: the earlier journal `{path}` is given up"));
+    }
+    if earlier.torn > 0 {
+        let torn = earlier.torn;
+        say(format_args!("note: the last {torn} bytes of `{path}` were not written to their end, and are dropped"));
+    }
+    let (done, total) = (earlier.results.iter().flatten().count(), earlier.results.len());
+    if done > 0 {
+        say(format_args!("{done} of {total} cases are in `{path}`, {} are left", total - done));
+    }
+}
+
+/// Simulates the cases without a result, each of which goes into the journal, and returns all results, with the seconds.
+fn simulate_cases(
+    study: &Study,
+    arguments: &StudyArgs,
+    journal: &mut JournalFile,
+    mut results: Vec<Option<CaseResult>>,
+) -> Result<(Vec<CaseResult>, Progress, f64), CliError> {
+    let total = study.case_count();
+    stop_on_interrupt(journal, total, arguments.out.join(JOURNAL));
+    let failures = results.iter().flatten().filter(|result| result.is_err()).count();
+    let progress = Progress::begin(total, journal.cases(), failures, arguments.json);
+    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
+    let simulated = complete_study(study, threads, &mut results, |case, result| {
+        let flow = journal.append(case, result);
+        if flow.is_continue() {
+            progress.case_done(result.is_err());
+        }
+        flow
+    });
+    let seconds = progress.end();
+    journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
+    simulated.map_err(CliError::Threads)?;
+    let results = results.into_iter().map(|result| result.expect("every case is done")).collect();
+    Ok((results, progress, seconds))
+}
+
+/// Lets Ctrl-C end the program between two lines of the journal, and tell how to go on.
+fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
+    let stop = journal.stopper(move |done| {
+        let path = path.display();
+        say_at_the_end(format_args!(
+            "stopped: {done} of {total} cases are in `{path}`; the same command goes on from there"
+        ));
+        process::exit(INTERRUPTED)
+    });
+    // Where signals are handled elsewhere, or ignored, that is meant; and the journal stands an end without notice.
+    let _ = ctrlc::try_set_handler(stop);
 }
 
 /// Style of the progress bar, which indicatif shows on a terminal only.
@@ -436,11 +529,6 @@ fn print(data: &str) -> Result<ExitCode, CliError> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(ExitCode::SUCCESS),
     }
-}
-
-/// Tells the user something. That nobody listens is no error.
-fn say(message: impl Display) {
-    let _ = writeln!(io::stderr(), "{message}");
 }
 
 fn say_written(path: &Path) {

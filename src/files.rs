@@ -1,5 +1,6 @@
 //! Result files that appear whole or not at all.
 
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use bristle_codegen::exchange;
 use tempfile::{Builder, NamedTempFile};
 use thiserror::Error;
+use tracing::debug;
 
 /// A file or directory that cannot be read or written.
 #[derive(Debug, Error)]
@@ -18,7 +20,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
+    pub fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self { action, path: path.to_owned(), source }
     }
 }
@@ -58,7 +60,22 @@ pub fn prepare_directory(path: &Path, names: &[&str]) -> Result<(), FileError> {
         writable_target(&path.join(name))?;
     }
     fs::create_dir_all(path).map_err(|error| FileError::new("make the directory", path, error))?;
-    temporary_file(path).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
+    let any = OsStr::new(names.first().copied().unwrap_or_default());
+    temporary_file(path, any).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
+}
+
+/// Removes what a process that was killed has left of the files `names`, which no other process may be writing.
+pub fn remove_leftovers(path: &Path, names: &[&str]) {
+    // What cannot be seen or removed does no harm.
+    let Ok(entries) = fs::read_dir(path) else { return };
+    for entry in entries.flatten() {
+        let file = entry.file_name();
+        let is_leftover =
+            |name: &&str| file.as_encoded_bytes().starts_with(temporary_prefix(name.as_ref()).as_encoded_bytes());
+        if names.iter().any(is_leftover) && fs::remove_file(entry.path()).is_ok() {
+            debug!(path = %entry.path().display(), "removed what a killed process has left");
+        }
+    }
 }
 
 /// The file that a target stands for, behind links; an error if that exists and is no regular file.
@@ -90,7 +107,7 @@ impl StagedFile {
             _ => Path::new("."),
         };
         let write = || {
-            let mut file = BufWriter::new(temporary_file(directory)?);
+            let mut file = BufWriter::new(temporary_file(directory, target.file_name().unwrap_or_default())?);
             content(&mut file)?;
             file.flush()?;
             file.get_ref().as_file().sync_all()?;
@@ -116,10 +133,19 @@ impl StagedFile {
     }
 }
 
+/// How the temporary names of a file begin.
+fn temporary_prefix(name: &OsStr) -> OsString {
+    let mut prefix = OsString::from(".");
+    prefix.push(name);
+    prefix.push(".bristle-");
+    prefix
+}
+
 /// A temporary file that others may read as far as the user's settings let them, once it has its name.
-fn temporary_file(directory: &Path) -> io::Result<NamedTempFile> {
+fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
+    let prefix = temporary_prefix(name);
     let mut builder = Builder::new();
-    builder.prefix(".bristle-");
+    builder.prefix(&prefix);
     #[cfg(unix)]
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]

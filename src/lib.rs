@@ -9,7 +9,8 @@
 //! 4. [`integrate`]: implicit, error-controlled steps;
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
-//! 7. [`report`], [`tables`], [`drawing`]: results as files, as text and as pictures.
+//! 7. [`journal`]: results as they come, so that a study that was stopped goes on;
+//! 8. [`report`], [`tables`], [`drawing`]: results as files, as text and as pictures.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
@@ -23,6 +24,7 @@ pub mod evaluation;
 pub mod filament;
 pub mod input_error;
 pub mod integrate;
+pub mod journal;
 pub mod metrics;
 pub mod parameters;
 pub mod report;

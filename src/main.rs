@@ -2,6 +2,9 @@
 
 mod cli;
 mod files;
+mod journal_file;
+mod progress;
+mod terminal;
 mod validation;
 
 use std::process::ExitCode;

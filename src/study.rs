@@ -3,12 +3,16 @@
 //! Cases are numbered in the grid's order and made from their number when they are needed, so that a large study costs no
 //! memory beyond its results.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::time::Instant;
 use std::{io, thread};
 
 use thiserror::Error;
+use tracing::{debug, info, warn};
 
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
@@ -191,6 +195,12 @@ impl Study {
         Ok(study)
     }
 
+    /// The settings that all cases share. Those that are swept have some value here, usually their first.
+    #[must_use]
+    pub fn base(&self) -> &Settings {
+        &self.base
+    }
+
     /// The swept settings, from the slowest to the fastest.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
@@ -247,47 +257,105 @@ pub fn run_study(
     threads: Option<NonZeroUsize>,
     on_case_done: impl Fn() + Sync,
 ) -> io::Result<Vec<CaseResult>> {
-    run_cases(study, threads, on_case_done, |take, done| simulate_side_by_side(take, done))
+    let mut results = vec![None; study.case_count];
+    complete_study(study, threads, &mut results, |_, _| {
+        on_case_done();
+        ControlFlow::Continue(())
+    })?;
+    Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
 }
 
-/// [`run_study`] with a function that simulates the cases that it takes until there is none.
-fn run_cases<E: Display>(
+/// [`run_study`] for those cases that have no result in `results` yet.
+///
+/// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` is told the case, counted
+/// from 0, and its result; if it breaks, no further case is started, those on their way come to their ends, and the others
+/// stay without a result.
+///
+/// # Errors
+/// If the threads cannot be started; cases may have been simulated then.
+///
+/// # Panics
+/// If `results` has another length than the study has cases.
+pub fn complete_study(
     study: &Study,
     threads: Option<NonZeroUsize>,
-    on_case_done: impl Fn() + Sync,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    complete_cases(study, threads, results, on_case_done, |take, done| simulate_side_by_side(take, done))
+}
+
+/// The cases that are still to be simulated, and when those that are being simulated were begun.
+struct Queue {
+    /// The first to simulate last.
+    waiting: Vec<(Kind, usize)>,
+    begun: BTreeMap<usize, Instant>,
+}
+
+/// [`complete_study`] with a function that simulates the cases that it takes until there is none.
+fn complete_cases<E: Display>(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
     simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
-) -> io::Result<Vec<CaseResult>> {
-    let queue = Mutex::new(in_order_of_work(study));
-    let results = Mutex::new(vec![None; study.case_count]);
+) -> io::Result<()> {
+    assert_eq!(results.len(), study.case_count, "a result, or none, for each case");
+    let mut waiting = in_order_of_work(study);
+    waiting.retain(|&(_, number)| results[number].is_none());
+    let threads = match threads {
+        Some(threads) => threads.get(),
+        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+    };
+    let threads = threads.min(waiting.len());
+    info!(cases = study.case_count, to_simulate = waiting.len(), threads, "study started");
+    let start = Instant::now();
+
+    let queue = Mutex::new(Queue { waiting, begun: BTreeMap::new() });
+    let results = Mutex::new(results);
     let take = |kind: Option<Kind>| {
         let mut queue = queue.lock().expect("nothing panics with the queue in hand");
-        let (next, number) = queue.pop()?;
+        let &(next, number) = queue.waiting.last()?;
         if kind.is_some_and(|kind| kind != next) {
-            queue.push((next, number));
             return None;
         }
+        queue.waiting.pop();
+        queue.begun.insert(number, Instant::now());
         Some(Case { number, settings: study.settings(number) })
     };
     let done = |number: usize, result: Result<Simulation, E>| {
         let result = result
             .map(|Simulation { metrics, statistics, .. }| CaseSummary { metrics, statistics })
             .map_err(|error| error.to_string());
+        let begun = queue.lock().expect("nothing panics with the queue in hand").begun.remove(&number);
+        trace_case(number, &result, begun);
+        let flow = on_case_done(number, &result);
         results.lock().expect("nothing panics with the results in hand")[number] = Some(result);
-        on_case_done();
-    };
-    let threads = match threads {
-        Some(threads) => threads.get(),
-        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        if flow.is_break() {
+            queue.lock().expect("nothing panics with the queue in hand").waiting.clear();
+        }
     };
     thread::scope(|scope| {
-        for _ in 1..threads.min(study.case_count) {
+        for _ in 1..threads {
             thread::Builder::new().spawn_scoped(scope, || simulate(&take, &done))?;
         }
         simulate(&take, &done);
         Ok::<_, io::Error>(())
     })?;
-    let results = results.into_inner().expect("nothing panics with the results in hand");
-    Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
+    info!(seconds = start.elapsed().as_secs_f64(), "study ended");
+    Ok(())
+}
+
+/// Tells the log of a case. The seconds are those since it was begun, which it has shared with others.
+fn trace_case(number: usize, result: &CaseResult, begun: Option<Instant>) {
+    let case = number + 1;
+    let seconds = begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
+    match result {
+        Ok(CaseSummary { statistics, .. }) => {
+            debug!(case, seconds, steps = statistics.steps, rejected = statistics.rejected_steps, "case done");
+        }
+        Err(error) => warn!(case, seconds, error, "case failed"),
+    }
 }
 
 /// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
@@ -412,17 +480,48 @@ mod tests {
                 report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
             }
         };
-        let on_case_done = || {
+        let on_case_done = |number: usize, result: &CaseResult| {
+            assert_eq!(result.is_err(), number == 6);
             done.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
         };
-        let results = run_cases(&study, NonZeroUsize::new(3), on_case_done, simulate).expect("the threads start");
+        let mut results = vec![None; 20];
+        complete_cases(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
         assert_eq!(done.into_inner(), 20);
         for (velocity, result) in velocities.into_iter().zip(results) {
-            match result {
+            match result.expect("every case is done") {
                 Ok(summary) => assert_eq!(summary.metrics.contact_time_s, velocity),
                 Err(message) => assert_eq!((velocity, message.as_str()), (7.0, "seven")),
             }
         }
+    }
+
+    #[test]
+    fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Case { number, settings }) = take(None) {
+                assert!(number >= 5, "the first five have results");
+                report(number, Ok(simulation(settings.process.brushing_velocity_m_s)));
+            }
+        };
+        let mut results = vec![None; 20];
+        results[..5].fill(Some(Err("earlier".to_owned())));
+        let done = AtomicUsize::new(0);
+        let three = |_: usize, _: &CaseResult| {
+            if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        complete_cases(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        assert_eq!(results.iter().flatten().count(), 8);
+        assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
+
+        let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
+        complete_cases(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        assert!(results.iter().all(Option::is_some));
+        complete_cases(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
+            .expect("nothing is to be done");
     }
 
     #[test]

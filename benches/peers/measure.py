@@ -871,7 +871,7 @@ def memory(setup: Setup) -> list[Group]:
 
 def peak_memory_mb(command: Path, directory: Path) -> float:
     """Read while it runs; `getrusage` would count this process's memory before `exec`, too."""
-    arguments = [command, "study", ROOT / "examples" / "zirconia.toml", "--out", directory / "out"]
+    arguments = [command, "study", ROOT / "examples" / "zirconia.toml", "--out", directory / "out", "--restart"]
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(arguments, stdout=quiet, stderr=quiet)
     status, peak = Path(f"/proc/{process.pid}/status"), 0

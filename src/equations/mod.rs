@@ -23,6 +23,9 @@ pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use lanes::Lanes;
 pub use real::{LaneSet, Lanewise, Real};
 
+/// SHA-256 of the kernels' expressions, in hexadecimal digits; the header of the emitted source has it too.
+pub const FINGERPRINT: &str = env!("BRISTLE_EQUATIONS");
+
 /// Kernels of one segment and one joint, derived and emitted by the build step.
 #[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]
 pub mod kernels {

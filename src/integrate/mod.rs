@@ -5,7 +5,7 @@
 //! the steps of one integration, and [`Integrator`] joins the two. Events, and with them changes of the system, lie
 //! between steps and are the caller's.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 mod control;
 pub mod hermite;
@@ -170,7 +170,7 @@ impl<const Q: usize> State<Q> {
 }
 
 /// Work done by an integration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Accepted steps.
     pub steps: usize,

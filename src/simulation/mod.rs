@@ -26,6 +26,9 @@ use observers::{ContactObserver, Sampler};
 /// The method of every pass (docs/integrators.md).
 const METHOD: &Tableau = &ESDIRK54;
 
+/// SHA-256 of all code between settings and metrics, in hexadecimal digits: builds that differ here may differ in a result.
+pub const SOLVER_FINGERPRINT: &str = env!("BRISTLE_SOLVER");
+
 /// The result of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {

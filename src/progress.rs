@@ -1,0 +1,243 @@
+//! How far a study is: a bar for people at a terminal, or a JSON object a line for programs.
+
+use std::collections::VecDeque;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::terminal;
+
+/// Least time between two objects that tell the progress.
+const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
+/// Time over which the rate is taken, as cases of one study can differ in length by a hundred.
+const WINDOW_S: f64 = 10.0;
+/// Least time between the points of time that the rate is taken from.
+const SPACING_S: f64 = 0.2;
+
+/// One line on stdout with `--json`. Further keys may come.
+#[derive(Serialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+enum Event<'a> {
+    /// After cases, at most ten times a second; the first before any, the last after all.
+    Progress {
+        /// Cases that have a result, those of an earlier run included.
+        done: usize,
+        total: usize,
+        /// Those of `done` that ended with an error.
+        failures: usize,
+        /// Cases per second, lately; null before the first.
+        rate: Option<f64>,
+        /// Seconds left at this rate.
+        seconds_left: Option<f64>,
+    },
+    /// The last line, once all files are written.
+    Summary {
+        cases: usize,
+        failures: usize,
+        /// Cases whose results an earlier run has left in the journal.
+        resumed: usize,
+        /// Time that the others took.
+        seconds: f64,
+        files: &'a [PathBuf],
+    },
+}
+
+/// Tells how far a study is, from any thread.
+pub struct Progress {
+    total: usize,
+    resumed: usize,
+    begun: Instant,
+    state: Mutex<State>,
+    output: Output,
+}
+
+enum Output {
+    Bar(ProgressBar),
+    Json,
+}
+
+struct State {
+    done: usize,
+    failures: usize,
+    pace: Pace,
+    /// When the last object was written.
+    told: Instant,
+}
+
+impl Progress {
+    /// Begins with the cases that have a result already.
+    pub fn begin(total: usize, resumed: usize, failures: usize, json: bool) -> Self {
+        let begun = Instant::now();
+        let output = if json {
+            Output::Json
+        } else {
+            let bar = ProgressBar::new(total as u64).with_style(style()).with_position(resumed as u64);
+            terminal::keep_below(&bar);
+            Output::Bar(bar)
+        };
+        let state = State { done: resumed, failures, pace: Pace::new(), told: begun };
+        let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
+        progress.tell(&progress.state());
+        progress
+    }
+
+    /// Counts a case.
+    pub fn case_done(&self, failed: bool) {
+        let now = Instant::now();
+        let mut state = self.state();
+        state.done += 1;
+        state.failures += usize::from(failed);
+        let (seconds, simulated) = (now.duration_since(self.begun).as_secs_f64(), state.done - self.resumed);
+        state.pace.count(seconds, simulated);
+        match &self.output {
+            Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
+            _ => {
+                state.told = now;
+                self.tell(&state);
+            }
+        }
+    }
+
+    /// Ends the bar, and returns the seconds since the beginning.
+    pub fn end(&self) -> f64 {
+        match &self.output {
+            Output::Bar(bar) => bar.finish_and_clear(),
+            Output::Json => self.tell(&self.state()),
+        }
+        terminal::nothing_below();
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Writes the last object, if objects are wanted.
+    pub fn summarise(&self, seconds: f64, files: &[PathBuf]) {
+        if let Output::Json = self.output {
+            let State { done, failures, .. } = *self.state();
+            print_event(&Event::Summary { cases: done, failures, resumed: self.resumed, seconds, files });
+        }
+    }
+
+    fn tell(&self, state: &State) {
+        let rate = state.pace.rate();
+        let seconds_left = rate.map(|rate| (self.total - state.done) as f64 / rate);
+        match &self.output {
+            Output::Bar(bar) => {
+                bar.set_position(state.done as u64);
+                bar.set_message(in_words(rate, seconds_left, state.failures));
+            }
+            Output::Json => {
+                let (done, failures) = (state.done, state.failures);
+                print_event(&Event::Progress { done, total: self.total, failures, rate, seconds_left });
+            }
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().expect("nothing panics with the progress in hand")
+    }
+}
+
+/// Style of a bar, which indicatif shows on a terminal only. The message is what stands behind the number of cases.
+pub fn style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:30} {pos}/{len} cases{msg}").unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// What stands behind the number of cases, as `, 680/s, 2 s left, 1 failed`.
+fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> String {
+    let mut text = String::new();
+    if let Some(rate) = rate {
+        text += &if rate >= 9.95 { format!(", {rate:.0}/s") } else { format!(", {rate:.2}/s") };
+    }
+    if let Some(seconds) = seconds_left {
+        let seconds = seconds.ceil();
+        let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds % 3600.0 / 60.0).floor());
+        text += &match seconds {
+            3600.0.. => format!(", {hours} h {minutes} min left"),
+            60.0.. => format!(", {minutes} min {} s left", seconds % 60.0),
+            _ => format!(", {seconds} s left"),
+        };
+    }
+    if failures > 0 {
+        text += &format!(", {failures} failed");
+    }
+    text
+}
+
+/// Writes a line to stdout. That nobody listens is no reason to stop a study.
+fn print_event(event: &Event<'_>) {
+    // A path that is no Unicode has no JSON; the file is written all the same.
+    if let Ok(line) = serde_json::to_string(event) {
+        let _ = writeln!(std::io::stdout(), "{line}");
+    }
+}
+
+/// The rate at which something is counted, lately.
+struct Pace {
+    /// Seconds and counts, the earliest first, one before the window among them.
+    points: VecDeque<(f64, usize)>,
+    last: (f64, usize),
+}
+
+impl Pace {
+    /// Begins at zero seconds with a count of zero.
+    fn new() -> Self {
+        Self { points: VecDeque::from([(0.0, 0)]), last: (0.0, 0) }
+    }
+
+    /// Notes a count, which must not be less than the one before, and nor must the time.
+    fn count(&mut self, seconds: f64, count: usize) {
+        self.last = (seconds, count);
+        if self.points.back().is_none_or(|&(latest, _)| seconds - latest >= SPACING_S) {
+            self.points.push_back(self.last);
+        }
+        while self.points.get(1).is_some_and(|&(second, _)| second <= seconds - WINDOW_S) {
+            self.points.pop_front();
+        }
+    }
+
+    /// Counts per second over the window.
+    fn rate(&self) -> Option<f64> {
+        let &(from_seconds, from_count) = self.points.front()?;
+        let (seconds, count) = self.last;
+        let rate = (count - from_count) as f64 / (seconds - from_seconds);
+        (rate.is_finite() && rate > 0.0).then_some(rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_is_that_of_late() {
+        let mut pace = Pace::new();
+        assert_eq!(pace.rate(), None);
+        pace.count(0.0, 1);
+        assert_eq!(pace.rate(), None, "no time has passed");
+        pace.count(0.5, 1);
+        assert_eq!(pace.rate(), Some(2.0));
+        // Slow for 100 s, then ten times as fast.
+        let mut pace = Pace::new();
+        for count in 1..=100 {
+            pace.count(count as f64, count);
+        }
+        assert_eq!(pace.rate(), Some(1.0));
+        for count in 101..=300 {
+            pace.count(100.0 + 0.1 * (count - 100) as f64, count);
+        }
+        let rate = pace.rate().expect("a rate");
+        assert!((rate - 10.0).abs() < 0.1, "{rate}");
+        assert!(pace.points.len() < 60);
+    }
+
+    #[test]
+    fn words_fit_the_time() {
+        assert_eq!(in_words(None, None, 0), "");
+        assert_eq!(in_words(Some(680.4), Some(1.2), 1), ", 680/s, 2 s left, 1 failed");
+        assert_eq!(in_words(Some(1.5), Some(59.5), 0), ", 1.50/s, 1 min 0 s left");
+        assert_eq!(in_words(Some(0.25), Some(3600.0 * 5.0 + 61.0), 0), ", 0.25/s, 5 h 1 min left");
+    }
+}
