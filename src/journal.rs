@@ -452,7 +452,8 @@ mod tests {
         assert_eq!((contents.intact, contents.torn), (text.len() as u64, 0));
         let read: Vec<CaseResult> = contents.results.into_iter().flatten().collect();
         assert_eq!(read, results);
-        let bits = |result: &CaseResult| result.as_ref().map(|summary| summary.metrics.contact_time_ratio.to_bits());
+        let bits =
+            |result: &CaseResult| result.as_ref().ok().map(|summary| summary.metrics.contact_time_ratio.to_bits());
         assert_eq!(bits(&read[0]), bits(&results[0]));
     }
 
