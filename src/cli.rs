@@ -351,8 +351,10 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
 
     let total = study.case_count();
-    let write = || StagedFile::write(arguments.out.join(RUNS), |out| write_runs(out, &study, &results))?.commit();
-    let files = [write().map_err(|error| CliError::Unfinished { error, done: total, total })?];
+    let files = [arguments.out.join(RUNS)];
+    StagedFile::write(files[0].clone(), |out| write_runs(out, &study, &results))
+        .and_then(StagedFile::commit)
+        .map_err(|error| CliError::Unfinished { error, done: total, total })?;
 
     if !arguments.json {
         say(study_tables(&study, &results));

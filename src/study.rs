@@ -18,7 +18,7 @@ use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
-use crate::simulation::{Case, Kind, Pass, Simulation, simulate_side_by_side};
+use crate::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
@@ -282,7 +282,15 @@ pub fn complete_study(
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    complete_cases(study, threads, results, on_case_done, |take, done| simulate_side_by_side(take, done))
+    complete_cases(study, threads, results, on_case_done, simulate_taken)
+}
+
+/// [`simulate_side_by_side`], compiled here once, and not again for whoever calls this module.
+fn simulate_taken(
+    take: &dyn Fn(Option<Kind>) -> Option<Case>,
+    done: &dyn Fn(usize, Result<Simulation, SimulationError>),
+) {
+    simulate_side_by_side(take, done);
 }
 
 /// The cases that are still to be simulated, and when those that are being simulated were begun.
