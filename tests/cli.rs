@@ -187,7 +187,8 @@ fn study_writes_a_row_a_case_in_the_grids_order() {
         ]
     );
     let files: Vec<_> = fs::read_dir(workspace.path("results")).expect("results").collect();
-    assert_eq!(files.len(), 1, "no temporary file is left");
+    assert_eq!(files.len(), 2, "the journal is beside it, and no temporary file is left");
+    assert!(workspace.path("results/journal.jsonl").is_file());
 }
 
 #[test]
