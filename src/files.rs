@@ -94,7 +94,7 @@ fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
 /// Dropped before, it leaves nothing behind, and the target as it was.
 #[derive(Debug)]
 pub struct StagedFile {
-    file: BufWriter<NamedTempFile>,
+    file: NamedTempFile,
     target: PathBuf,
 }
 
@@ -107,10 +107,13 @@ impl StagedFile {
             _ => Path::new("."),
         };
         let write = || {
-            let mut file = BufWriter::new(temporary_file(directory, target.file_name().unwrap_or_default())?);
-            content(&mut file)?;
-            file.flush()?;
-            file.get_ref().as_file().sync_all()?;
+            let file = temporary_file(directory, target.file_name().unwrap_or_default())?;
+            // Into the file itself: an error is to name the target, not what it is called for now.
+            let mut writer = BufWriter::new(file.as_file());
+            content(&mut writer)?;
+            writer.flush()?;
+            drop(writer);
+            file.as_file().sync_all()?;
             Ok(file)
         };
         match write() {
@@ -122,13 +125,9 @@ impl StagedFile {
     /// Gives the file its name, in place of an older one, and returns it.
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
-        let named = file
-            .into_inner()
-            .map_err(io::IntoInnerError::into_error)
-            .and_then(|file| file.persist(&target).map_err(|error| error.error));
-        match named {
+        match file.persist(&target) {
             Ok(_) => Ok(target),
-            Err(error) => Err(FileError::new("write", &target, error)),
+            Err(error) => Err(FileError::new("write", &target, error.error)),
         }
     }
 }
