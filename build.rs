@@ -49,9 +49,10 @@ fn generate() -> Result<(), Box<dyn Error>> {
         other => return Err(format!("BRISTLE_DERIVATION is `{other}`; it must be `built-in` or `casadi`").into()),
     };
     let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
-    println!("cargo::rustc-env=BRISTLE_EQUATIONS={}", exchange::fingerprint(&kernels)?);
+    fs::write(directory.join("kernels.rs"), &source)?;
+    // What the header says, for `bristle::equations`.
+    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", exchange::fingerprint(&kernels)?);
     println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
-    fs::write(directory.join("kernels.rs"), source)?;
     Ok(())
 }
 

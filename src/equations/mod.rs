@@ -23,8 +23,8 @@ pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use lanes::Lanes;
 pub use real::{LaneSet, Lanewise, Real};
 
-/// SHA-256 of the kernels' expressions, in hexadecimal digits; the header of the emitted source has it too.
-pub const FINGERPRINT: &str = env!("BRISTLE_EQUATIONS");
+/// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.
+pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.
 #[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]
