@@ -143,8 +143,11 @@ impl JournalFile {
         let line = self.journal.entry(case, result);
         let mut state = self.shared.state();
         if state.error.is_none() {
+            let waits = !state.fresh;
             state.append(&self.shared.file, &line);
-            self.shared.changed.notify_one();
+            if waits {
+                self.shared.changed.notify_one();
+            }
         }
         if state.error.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
