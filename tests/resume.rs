@@ -26,6 +26,9 @@ segments = 16
 length_m = 0.040
 diameter_m = 1.18e-3
 
+[solver]
+relative_tolerance = 1e-4
+
 [study]
 brushing_velocity_m_s = { start = 2.0, stop = 30.0, step = 2.0 }
 penetration_depth_m = [1.0e-3, 2.0e-3, 4.0e-3]
