@@ -53,6 +53,7 @@ fn generate() -> Result<(), Box<dyn Error>> {
     // What the header says, for `bristle::equations`.
     println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", exchange::fingerprint(&kernels)?);
     println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
+    println!("cargo::rustc-env=BRISTLE_MAKER={}", maker.lines().next().unwrap_or_default());
     Ok(())
 }
 

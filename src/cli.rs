@@ -15,6 +15,7 @@ use bristle::derive::{DeriveError, DeriveFormat, Equations, derive};
 use bristle::document::Document;
 use bristle::evaluation::{EvaluationError, evaluate};
 use bristle::input_error::InputError;
+use bristle::page::{page, record};
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
 use bristle::schema::input_schema;
@@ -41,6 +42,7 @@ const SIMULATION_FAILED: u8 = 3;
 const INTERRUPTED: i32 = 130;
 /// Names of the result files.
 const RUNS: &str = "runs.csv";
+const REPORT: &str = "report.html";
 const METRICS: &str = "metrics.json";
 const HISTORY: &str = "history.csv";
 const COMPARISONS: &str = "validation.csv";
@@ -95,7 +97,7 @@ enum Command {
     Schema,
 }
 
-/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv
+/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv and DIR/report.html
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -106,7 +108,8 @@ enum Command {
 ///
 /// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
 /// solver statistics, and status (ok or the error). A case that fails does not stop the others,
-/// and makes the exit status 3.
+/// and makes the exit status 3. report.html is a page to look
+/// through in a browser: maps, one contact at a time in motion, settings.
 ///
 /// A study can be stopped at any moment, by Ctrl-C or a crash: the same command goes on where it
 /// was. Each case that is done is a line of DIR/journal.jsonl; what is lost are the cases that
@@ -119,7 +122,7 @@ enum Command {
 /// done counts the cases with a result, failures those of them that failed, rate cases a second;
 /// rate and seconds_left are null as long as they are unknown. At the end:
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
-///    "files":["results/runs.csv"]}
+///    "files":["results/runs.csv","results/report.html"]}
 /// resumed counts the cases that were in the journal already, and files are those now written.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -343,18 +346,15 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let study = Document::parse(&text, &name)?.study()?;
-    prepare_directory(&arguments.out, &[RUNS, JOURNAL])?;
+    prepare_directory(&arguments.out, &[RUNS, REPORT, JOURNAL])?;
 
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    remove_leftovers(&arguments.out, &[RUNS]);
+    remove_leftovers(&arguments.out, &[RUNS, REPORT]);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
 
     let total = study.case_count();
-    let files = [arguments.out.join(RUNS)];
-    StagedFile::write(files[0].clone(), |out| write_runs(out, &study, &results))
-        .and_then(StagedFile::commit)
-        .map_err(|error| CliError::Unfinished { error, done: total, total })?;
+    let files = write_results(arguments, &study, &results)?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
@@ -429,6 +429,24 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     });
     // Where signals are handled elsewhere, or ignored, that is meant; and the journal stands an end without notice.
     let _ = ctrlc::try_set_handler(stop);
+}
+
+/// Writes what a study has found, and returns the paths.
+fn write_results(arguments: &StudyArgs, study: &Study, results: &[CaseResult]) -> Result<[PathBuf; 2], CliError> {
+    let total = study.case_count();
+    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
+    let files = [RUNS, REPORT].map(|name| arguments.out.join(name));
+    let [runs, report] = &files;
+    let unfinished = |error| CliError::Unfinished { error, done: total, total };
+    let runs = StagedFile::write(runs.clone(), |out| write_runs(out, study, results)).map_err(unfinished)?;
+    let courses = record(study, results, threads).map_err(CliError::Threads)?;
+    let text = page(&name, study, results, &courses);
+    let report = StagedFile::write(report.clone(), |out| out.write_all(text.as_bytes())).map_err(unfinished)?;
+    for file in [runs, report] {
+        file.commit().map_err(unfinished)?;
+    }
+    Ok(files)
 }
 
 /// Style of the progress bar, which indicatif shows on a terminal only.

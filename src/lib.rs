@@ -10,7 +10,7 @@
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
 //! 7. [`journal`]: results as they come, so that a study that was stopped goes on;
-//! 8. [`report`], [`tables`], [`drawing`]: results as files, as text and as pictures.
+//! 8. [`report`], [`tables`], [`drawing`], [`page`]: results as files, as text, as pictures and as a page to look through.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
@@ -26,6 +26,7 @@ pub mod input_error;
 pub mod integrate;
 pub mod journal;
 pub mod metrics;
+pub mod page;
 pub mod parameters;
 pub mod report;
 pub mod schema;

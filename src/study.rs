@@ -571,6 +571,7 @@ mod tests {
             },
             statistics: Statistics::default(),
             history: Vec::new(),
+            shapes: Vec::new(),
         }
     }
 }

@@ -139,7 +139,8 @@ fn simulate_writes_metrics_and_history() {
     assert_eq!(
         rows[0].join(","),
         "time_s,base_angle_rad,contact_normal_force_n,contact_tangential_force_n,tip_deflection_m,\
-         tip_x_m,tip_y_m,tip_z_m,kinetic_energy_j,potential_energy_j,dissipated_energy_j"
+         tip_x_m,tip_y_m,tip_z_m,kinetic_energy_j,potential_energy_j,dissipated_energy_j,\
+         contact_normal_impulse_n_s,peak_contact_normal_force_n"
     );
     assert_eq!(rows.len(), 12);
     for row in &rows[1..] {
@@ -186,9 +187,10 @@ fn study_writes_a_row_a_case_in_the_grids_order() {
             ["20.0", "0.0015", "4", "ok"],
         ]
     );
-    let files: Vec<_> = fs::read_dir(workspace.path("results")).expect("results").collect();
-    assert_eq!(files.len(), 2, "the journal is beside it, and no temporary file is left");
-    assert!(workspace.path("results/journal.jsonl").is_file());
+    let files = fs::read_dir(workspace.path("results")).expect("results");
+    let mut files: Vec<_> = files.map(|entry| entry.expect("an entry").file_name()).collect();
+    files.sort();
+    assert_eq!(files, ["journal.jsonl", "report.html", "runs.csv"], "no temporary file is left");
 }
 
 #[test]
@@ -217,6 +219,7 @@ fn the_number_of_threads_does_not_change_a_byte() {
         workspace.bristle(&format!("study case.toml --out {threads} --threads {threads}")).assert().success();
     }
     assert_eq!(workspace.read("1/runs.csv"), workspace.read("3/runs.csv"));
+    assert!(workspace.read("1/report.html") == workspace.read("3/report.html"), "the pages differ");
 }
 
 /// A contact stiffness that no step of the solver can follow.
@@ -231,6 +234,7 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
         .assert()
         .code(3)
         .stderr(contains("error: 6 cases failed").and(contains("panicked").not()));
+    assert!(workspace.read("results/report.html").contains("\"failed\":6"), "the page tells of them");
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows.len(), 13);
     for (case, row) in rows[1..].iter().enumerate() {

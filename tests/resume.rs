@@ -130,7 +130,7 @@ impl Workspace {
         let output = self.study(options);
         assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
-        assert_eq!(self.files(), ["journal.jsonl", "runs.csv"]);
+        assert_eq!(self.files(), ["journal.jsonl", "report.html", "runs.csv"]);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
         output
@@ -378,7 +378,7 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(summary["cases"], CASES);
     assert_eq!(summary["failures"], FAILURES);
     assert_eq!(summary["resumed"], 0);
-    assert_eq!(summary["files"], serde_json::json!(["results/runs.csv"]));
+    assert_eq!(summary["files"], serde_json::json!(["results/runs.csv", "results/report.html"]));
     assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
     // The tables are left out; what went wrong is told.
     let message = error_text(&output);
@@ -495,7 +495,7 @@ mod unix {
         let (message, done) = stops(2, "runs.csv");
         assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
         assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the one before"));
-        assert_eq!(workspace.files(), ["journal.jsonl", "runs.csv"]);
+        assert_eq!(workspace.files(), ["journal.jsonl", "report.html", "runs.csv"]);
         workspace.ends_as_undisturbed("");
     }
 
@@ -529,7 +529,7 @@ mod unix {
         let Some(output) = with_mounts(&workspace, script) else { return };
         let message = error_text(&output);
         let said = String::from_utf8(output.stdout).expect("UTF-8");
-        assert_eq!(said, "status 2\njournal.jsonl\nstatus 3\njournal.jsonl\nruns.csv\n", "{message}");
+        assert_eq!(said, "status 2\njournal.jsonl\nstatus 3\njournal.jsonl\nreport.html\nruns.csv\n", "{message}");
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
         assert!(message.contains("cases are in the journal: once there is room"), "{message}");
         workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
@@ -557,6 +557,6 @@ mod unix {
         let expected = "error: cannot write to the directory `results`: Read-only file system";
         assert_eq!(message.matches(expected).count(), 2, "{message}");
         assert!((workspace.journal(), workspace.read("runs.csv")) == before);
-        assert_eq!(workspace.files(), ["journal.jsonl", "runs.csv"]);
+        assert_eq!(workspace.files(), ["journal.jsonl", "report.html", "runs.csv"]);
     }
 }

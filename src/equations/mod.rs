@@ -26,6 +26,9 @@ pub use real::{LaneSet, Lanewise, Real};
 /// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.
 pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 
+/// What has derived [`kernels`], and from what.
+pub const MAKER: &str = env!("BRISTLE_MAKER");
+
 /// Kernels of one segment and one joint, derived and emitted by the build step.
 #[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]
 pub mod kernels {

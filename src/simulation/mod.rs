@@ -16,8 +16,8 @@ mod side_by_side;
 mod system;
 mod trajectory;
 
-pub use observers::Sample;
-pub use side_by_side::{Case, Kind, simulate_side_by_side};
+pub use observers::{Sample, Sampling, Shape};
+pub use side_by_side::{Case, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 
@@ -38,6 +38,8 @@ pub struct Simulation {
     pub statistics: Statistics,
     /// Equally spaced samples, if they were asked for.
     pub history: Vec<Sample>,
+    /// The filament at equally spaced times, if that was asked for.
+    pub shapes: Vec<Shape>,
 }
 
 /// Why a pass could not be simulated.
@@ -56,7 +58,7 @@ pub enum SimulationError {
 /// # Errors
 /// If the integration cannot go on; nothing is returned that is not finite.
 pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
-    Pass::new(settings).run(0)
+    simulate_with(settings, Sampling::default())
 }
 
 /// Simulates one pass and samples it at `samples` equally spaced times, the first and the last instant included.
@@ -67,7 +69,15 @@ pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simulation, SimulationError> {
-    Pass::new(settings).run(samples)
+    simulate_with(settings, Sampling { samples, shapes: 0 })
+}
+
+/// Simulates one pass and reads off its steps what `sampling` asks for; see [`simulate_with_history`].
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
+    Pass::new(settings).run(sampling)
 }
 
 /// One pass of the filament of a round tool over a plane: what [`simulate`] integrates.
@@ -115,6 +125,11 @@ impl Pass {
             lead_angle: process.lead_angle_rad,
             tail_angle: process.tail_angle_rad,
         }
+    }
+
+    /// The workpiece.
+    pub fn workpiece(&self) -> &Plane {
+        &self.plane
     }
 
     /// The motion of the tool.
@@ -173,6 +188,11 @@ impl Pass {
         }
     }
 
+    fn sampler(&self, sampling: Sampling) -> Sampler {
+        let [_, _, end_time] = self.times();
+        Sampler::new(self.chain, sampling, end_time)
+    }
+
     /// The start of a trajectory in `system`.
     fn trajectory(&self, system: &mut FilamentSystem<RoundTool, Plane>) -> Trajectory {
         let start = self.start(system);
@@ -184,25 +204,26 @@ impl Pass {
         &self,
         record: &ContactRecord,
         statistics: Statistics,
-        history: Vec<Sample>,
+        sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let metrics = Metrics::new(&self.nominal, record, self.filament_count);
-        if !(metrics.is_finite() && history.iter().all(Sample::is_finite)) {
+        let Sampler { history, shapes, .. } = sampler;
+        let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
+        if !(metrics.is_finite() && finite) {
             return Err(SimulationError::NotFinite);
         }
-        Ok(Simulation { metrics, statistics, history })
+        Ok(Simulation { metrics, statistics, history, shapes })
     }
 
-    fn run(&self, samples: usize) -> Result<Simulation, SimulationError> {
-        let [_, _, end_time] = self.times();
-        let mut system = self.system(samples > 0);
+    fn run(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
+        let mut system = self.system(sampling.tracks_energy());
         let start = self.start(&mut system);
         let mut observer = self.observer();
-        let mut sampler = Sampler::new(self.chain, samples, end_time);
+        let mut sampler = self.sampler(sampling);
         let (_, statistics) = self.integrate(&mut system, start, |step| {
             observer.observe(step);
             sampler.observe(step, &observer);
         })?;
-        self.conclude(&observer.record, statistics, sampler.history)
+        self.conclude(&observer.record, statistics, sampler)
     }
 }

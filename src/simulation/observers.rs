@@ -6,7 +6,7 @@ use super::search::maximum_in_step;
 use super::system::{Filament, integral};
 use super::trajectory::Step;
 use crate::equations::linear::{add, dot};
-use crate::equations::{Chain, Dynamics};
+use crate::equations::{Chain, Dynamics, Energies};
 use crate::integrate::hermite::Knot;
 use crate::metrics::{ContactRecord, tip_deflection};
 use crate::tool::{ClampMotion, RoundTool};
@@ -48,6 +48,14 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
         self.forces(step, s).0
+    }
+
+    /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
+    fn peak_force(&self, step: &Step<'_>, start: f64, end: f64, least: f64) -> f64 {
+        if !step.closed.contains(&true) {
+            return least;
+        }
+        maximum_in_step(|part| self.normal_force(step, start + part * (end - start)), least)
     }
 
     /// Sums over the nodes of the normal and of the tangential force, in N.
@@ -108,6 +116,10 @@ pub struct Sample {
     pub potential_energy_j: f64,
     /// Energy taken so far by joint dampers, contact damping and friction, in J.
     pub dissipated_energy_j: f64,
+    /// `∫ F_n dt` so far, in N s: its rise over the time between two samples is the mean of `F_n` there.
+    pub contact_normal_impulse_n_s: f64,
+    /// Largest `F_n` since the sample before, in N: impacts are shorter than the time between samples.
+    pub peak_contact_normal_force_n: f64,
 }
 
 impl Sample {
@@ -115,58 +127,150 @@ impl Sample {
     pub(super) fn is_finite(&self) -> bool {
         let energies = [self.kinetic_energy_j, self.potential_energy_j, self.dissipated_energy_j];
         let tip = [self.tip_x_m, self.tip_y_m, self.tip_z_m, self.tip_deflection_m];
-        let forces = [self.contact_normal_force_n, self.contact_tangential_force_n];
+        let forces = [
+            self.contact_normal_force_n,
+            self.contact_tangential_force_n,
+            self.contact_normal_impulse_n_s,
+            self.peak_contact_normal_force_n,
+        ];
         energies.iter().chain(&tip).chain(&forces).all(|value| value.is_finite())
     }
 }
 
-/// Collects equally spaced samples from the steps of a pass.
+/// What is read off the steps of a pass beside its metrics; by default nothing, which costs nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sampling {
+    /// Number of samples at equally spaced times, the first and the last instant included.
+    pub samples: usize,
+    /// Number of shapes of the filament, likewise.
+    pub shapes: usize,
+}
+
+impl Sampling {
+    /// Whether the energies of the samples have to be integrated.
+    pub(super) fn tracks_energy(self) -> bool {
+        self.samples > 0
+    }
+}
+
+/// The filament at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Time in s; zero at the start of the pass.
+    pub time_s: f64,
+    /// Positions of the root and of all nodes, to the tip, in m.
+    pub nodes_m: Vec<[f64; 3]>,
+}
+
+impl Shape {
+    /// True if every value is a finite number.
+    pub(super) fn is_finite(&self) -> bool {
+        self.nodes_m.as_flattened().iter().all(|value| value.is_finite())
+    }
+}
+
+/// Collects equally spaced samples and shapes from the steps of a pass.
 pub(super) struct Sampler {
-    dynamics: Dynamics<f64>,
-    samples: usize,
+    /// For the energies; made only if samples are asked for.
+    dynamics: Option<Dynamics<f64>>,
+    sampling: Sampling,
     end_time: f64,
     pub history: Vec<Sample>,
+    pub shapes: Vec<Shape>,
     q: Vec<[f64; 2]>,
     v: Vec<[f64; 2]>,
+    /// The largest contact normal force since the last sample, in N.
+    peak_force: f64,
 }
 
 impl Sampler {
-    pub fn new(chain: Chain<f64>, samples: usize, end_time: f64) -> Self {
-        let zeros = vec![[0.0; 2]; chain.segments];
-        let history = Vec::with_capacity(samples);
-        Self { dynamics: Dynamics::new(chain), samples, end_time, history, q: zeros.clone(), v: zeros }
+    pub fn new(chain: Chain<f64>, sampling: Sampling, end_time: f64) -> Self {
+        let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments } else { 0 }];
+        Self {
+            dynamics: (sampling.samples > 0).then(|| Dynamics::new(chain)),
+            sampling,
+            end_time,
+            history: Vec::with_capacity(sampling.samples),
+            shapes: Vec::with_capacity(sampling.shapes),
+            q: zeros.clone(),
+            v: zeros,
+            peak_force: 0.0,
+        }
     }
 
     pub fn observe<W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<RoundTool, W>) {
-        while self.history.len() < self.samples {
-            let intervals = self.samples.saturating_sub(1).max(1);
-            // The fraction is exactly one at the last sample, which must not fall behind the end.
-            let time = self.end_time * (self.history.len() as f64 / intervals as f64);
-            if time > step.end.time {
+        self.observe_shapes(step, observer);
+        let mut start = 0.0;
+        while let Some(time) = due(self.history.len(), self.sampling.samples, self.end_time) {
+            let later = time > step.end.time;
+            let s = if later { 1.0 } else { (time - step.start.time) / step.length() };
+            self.peak_force = observer.peak_force(step, start, s, self.peak_force);
+            if later {
                 return;
             }
-            let s = (time - step.start.time) / step.length();
-            let clamp = observer.filament.motion.at(time);
-            step.coordinates(s, &mut self.q, &mut self.v);
-            self.dynamics.set_charts(step.charts());
-            self.dynamics.place(&clamp, &self.q, &self.v);
-            let energies = self.dynamics.energies(&clamp, &self.v);
-            let integrals = step.integrals(s);
-            let ([tip_x_m, tip_y_m, tip_z_m], _) = step.node(step.closed.len() - 1, s);
-            let (normal, tangential) = observer.forces(step, s);
-            self.history.push(Sample {
-                time_s: time,
-                base_angle_rad: observer.filament.motion.angle(time),
-                contact_normal_force_n: normal,
-                contact_tangential_force_n: tangential,
-                tip_deflection_m: observer.deflection(step, s),
-                tip_x_m,
-                tip_y_m,
-                tip_z_m,
-                kinetic_energy_j: energies.kinetic,
-                potential_energy_j: energies.spring + energies.gravity,
-                dissipated_energy_j: integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION],
-            });
+            let energies = self.energies(step, observer, s);
+            self.history.push(sample(step, observer, s, time, &energies, self.peak_force));
+            (start, self.peak_force) = (s, 0.0);
         }
     }
+
+    fn energies<W: Workpiece>(
+        &mut self,
+        step: &Step<'_>,
+        observer: &ContactObserver<RoundTool, W>,
+        s: f64,
+    ) -> Energies<f64> {
+        let dynamics = self.dynamics.as_mut().expect("a sample is asked for");
+        let clamp = observer.filament.motion.at(step.time(s));
+        step.coordinates(s, &mut self.q, &mut self.v);
+        dynamics.set_charts(step.charts());
+        dynamics.place(&clamp, &self.q, &self.v);
+        dynamics.energies(&clamp, &self.v)
+    }
+
+    fn observe_shapes<W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<RoundTool, W>) {
+        while let Some(time_s) = due(self.shapes.len(), self.sampling.shapes, self.end_time)
+            && time_s <= step.end.time
+        {
+            let s = (time_s - step.start.time) / step.length();
+            let root = observer.filament.motion.at(time_s).position;
+            let nodes = (0..step.closed.len()).map(|node| step.node(node, s).0);
+            self.shapes.push(Shape { time_s, nodes_m: std::iter::once(root).chain(nodes).collect() });
+        }
+    }
+}
+
+fn sample<W: Workpiece>(
+    step: &Step<'_>,
+    observer: &ContactObserver<RoundTool, W>,
+    s: f64,
+    time: f64,
+    energies: &Energies<f64>,
+    peak_force: f64,
+) -> Sample {
+    let integrals = step.integrals(s);
+    let ([tip_x_m, tip_y_m, tip_z_m], _) = step.node(step.closed.len() - 1, s);
+    let (normal, tangential) = observer.forces(step, s);
+    Sample {
+        time_s: time,
+        base_angle_rad: observer.filament.motion.angle(time),
+        contact_normal_force_n: normal,
+        contact_tangential_force_n: tangential,
+        tip_deflection_m: observer.deflection(step, s),
+        tip_x_m,
+        tip_y_m,
+        tip_z_m,
+        kinetic_energy_j: energies.kinetic,
+        potential_energy_j: energies.spring + energies.gravity,
+        dissipated_energy_j: integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION],
+        contact_normal_impulse_n_s: integrals[integral::NORMAL_IMPULSE].max(0.0),
+        peak_contact_normal_force_n: peak_force.max(normal),
+    }
+}
+
+/// The time in s at which the next of `count` equally spaced samples is taken, `taken` of them behind.
+fn due(taken: usize, count: usize, end_time: f64) -> Option<f64> {
+    let intervals = count.saturating_sub(1).max(1);
+    // The fraction is exactly one at the last sample, which must not fall behind the end.
+    (taken < count).then(|| end_time * (taken as f64 / intervals as f64))
 }

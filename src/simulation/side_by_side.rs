@@ -1,9 +1,9 @@
 //! Many passes side by side, in the lanes of the machine's vector units.
 
-use super::observers::ContactObserver;
+use super::observers::{ContactObserver, Sampler, Sampling};
 use super::system::FilamentSystem;
 use super::trajectory::Trajectory;
-use super::{METHOD, Pass, Simulation, SimulationError, simulate};
+use super::{METHOD, Pass, Simulation, SimulationError, simulate_with};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
 use crate::settings::Settings;
@@ -24,18 +24,27 @@ pub struct Case {
 /// Simulates the cases that `take` gives, [`LANES`] at a time, and reports each to `done`.
 ///
 /// `take` is asked for a case of the given kind, or of any kind, whenever a lane is free; each lane goes at its own pace.
-/// A result is that of [`simulate`] to the bit, whatever stands in the other lanes.
+/// A result is that of [`simulate`](super::simulate) to the bit, whatever stands in the other lanes.
 pub fn simulate_side_by_side(
+    take: impl FnMut(Option<Kind>) -> Option<Case>,
+    done: impl FnMut(usize, Result<Simulation, SimulationError>),
+) {
+    sample_side_by_side(Sampling::default(), take, done);
+}
+
+/// [`simulate_side_by_side`], with what `sampling` asks for; a result is that of [`simulate_with`].
+pub fn sample_side_by_side(
+    sampling: Sampling,
     mut take: impl FnMut(Option<Kind>) -> Option<Case>,
     mut done: impl FnMut(usize, Result<Simulation, SimulationError>),
 ) {
     while let Some(first) = take(None) {
         if !lanes_are_compiled() {
-            done(first.number, simulate(&first.settings));
+            done(first.number, simulate_with(&first.settings, sampling));
             continue;
         }
         let kind = Kind::of(&first.settings);
-        let mut batch = Batch::new(&first);
+        let mut batch = Batch::new(&first, sampling);
         let mut first = Some(first);
         batch.run(|| first.take().or_else(|| take(Some(kind))), &mut done);
     }
@@ -61,13 +70,14 @@ struct Run {
     number: usize,
     pass: Pass,
     observer: ContactObserver<RoundTool, Plane>,
+    sampler: Sampler,
     trajectory: Trajectory,
 }
 
 impl Run {
     fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
         let statistics = *self.trajectory.statistics();
-        done(self.number, self.pass.conclude(&self.observer.record, statistics, Vec::new()));
+        done(self.number, self.pass.conclude(&self.observer.record, statistics, self.sampler));
     }
 }
 
@@ -77,14 +87,15 @@ struct Batch {
     stepper: Stepper<Lane, { super::integral::COUNT }>,
     runs: [Option<Run>; LANES],
     steps: Lane,
+    sampling: Sampling,
 }
 
 impl Batch {
-    fn new(example: &Case) -> Self {
+    fn new(example: &Case, sampling: Sampling) -> Self {
         let filament = Pass::new(&example.settings).filament();
-        let system = FilamentSystem::side_by_side(vec![filament; LANES], false);
+        let system = FilamentSystem::side_by_side(vec![filament; LANES], sampling.tracks_energy());
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
-        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0) }
+        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }
 
     fn run(
@@ -111,9 +122,11 @@ impl Batch {
             self.stepper.attempt(&mut self.system, self.steps);
             for lane in 0..LANES {
                 let Some(run) = &mut self.runs[lane] else { continue };
-                let observer = &mut run.observer;
-                let outcome =
-                    run.trajectory.conclude(lane, &self.stepper, &mut self.system, |step| observer.observe(step));
+                let (observer, sampler) = (&mut run.observer, &mut run.sampler);
+                let outcome = run.trajectory.conclude(lane, &self.stepper, &mut self.system, |step| {
+                    observer.observe(step);
+                    sampler.observe(step, observer);
+                });
                 if let Err(error) = outcome {
                     done(run.number, Err(error.into()));
                     self.runs[lane] = None;
@@ -125,12 +138,13 @@ impl Batch {
     /// Puts a case into a free lane.
     fn start(&mut self, lane: usize, case: &Case) {
         let pass = Pass::new(&case.settings);
-        let mut alone = pass.system(false);
+        let mut alone = pass.system(self.sampling.tracks_energy());
         let trajectory = pass.trajectory(&mut alone);
         self.system.set_filament(lane, pass.filament());
         trajectory.enter(lane, &mut self.system);
         self.stepper.set_tolerances(lane, trajectory.tolerances());
-        self.runs[lane] = Some(Run { number: case.number, observer: pass.observer(), pass, trajectory });
+        let (observer, sampler) = (pass.observer(), pass.sampler(self.sampling));
+        self.runs[lane] = Some(Run { number: case.number, pass, observer, sampler, trajectory });
     }
 
     /// Makes the next step of a lane ready; false if the lane is free, or has just come to its end.
@@ -160,12 +174,16 @@ impl Batch {
     }
 
     fn finish_alone(&self, mut run: Run, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let mut system = run.pass.system(false);
+        let mut system = run.pass.system(self.sampling.tracks_energy());
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));
-        let observer = &mut run.observer;
-        match run.trajectory.finish(&mut system, &mut stepper, |step| observer.observe(step)) {
+        let (observer, sampler) = (&mut run.observer, &mut run.sampler);
+        let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {
+            observer.observe(step);
+            sampler.observe(step, observer);
+        });
+        match finished {
             Ok(()) => run.report(done),
             Err(error) => done(run.number, Err(error.into())),
         }

@@ -1,0 +1,376 @@
+// One case: the filament in motion, curves over time with a common cursor, and its figures.
+
+/** Seconds that a whole pass takes at speed 1. */
+const PLAYING_TIME = 6;
+/** Curves over time: the arrays of a course that a diagram shows. */
+const DIAGRAMS = [
+  {
+    name: "contact normal force",
+    symbol: "F_n",
+    unit: "N",
+    series: [
+      { key: "peak_force", name: "largest in an interval", area: true },
+      { key: "mean_force", name: "mean of an interval" },
+    ],
+  },
+  { name: "tip deflection", symbol: "s_n", unit: "m", series: [{ key: "deflection", name: "deflection" }] },
+  {
+    name: "energy",
+    symbol: "",
+    unit: "J",
+    series: [
+      { key: "kinetic", name: "kinetic" },
+      { key: "potential", name: "potential" },
+      { key: "dissipated", name: "dissipated so far" },
+    ],
+  },
+];
+const PACKED = ["mean_force", "peak_force", "deflection", "kinetic", "potential", "dissipated", "along", "above"];
+
+/** Points as an SVG attribute, to a hundredth of a pixel. */
+function pointList(points) {
+  return points.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" ");
+}
+
+/** The view of one case at a time. */
+function createCaseView(study, grid) {
+  const byId = (id) => document.getElementById(id);
+  const courses = new Map(study.courses);
+  const errors = new Map(study.errors);
+  const [animation, scene, slider, playButton, speed] = ["animation", "scene", "time", "play", "speed"].map(byId);
+  let course = null;
+  /** Time in s that is shown, and that of the last picture while playing. */
+  let time = 0;
+  let playing = null;
+  let parts = null;
+  let diagrams = [];
+
+  function unpacked(index) {
+    const packed = courses.get(index);
+    if (!packed) return null;
+    return { ...packed, ...Object.fromEntries(PACKED.map((key) => [key, unpack(packed[key])])) };
+  }
+
+  function show(index) {
+    pause();
+    const name = grid.name(index);
+    byId("case-title").replaceChildren(...rich(name));
+    byId("case").dataset.index = index;
+    course = unpacked(index);
+    byId("course").hidden = course === null;
+    byId("tables").hidden = errors.has(index);
+    byId("case-row").textContent = number(grid.row(index), 9);
+    showNote(index);
+    showTables(index);
+    if (course === null) return;
+    scene.setAttribute("aria-label", `Filament at ${name}`);
+    const slow = Math.round(PLAYING_TIME / course.end);
+    byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
+    setTime(0);
+    layOut();
+  }
+
+  function showNote(index) {
+    const note = byId("case-note");
+    note.hidden = course !== null;
+    if (errors.has(index)) {
+      note.replaceChildren(`This case has failed: ${errors.get(index)}`);
+    } else if (course === null && courses.size === 0) {
+      note.replaceChildren("This page holds no course over time.");
+    } else if (course === null) {
+      const nearest = nearestCourse(index);
+      note.replaceChildren(
+        `The course over time was kept of ${courses.size} cases that are spread over the study; this is none of them. The nearest is `,
+        element("a", { href: `#case-${grid.row(nearest)}` }, ...rich(grid.name(nearest))),
+        ".",
+      );
+    }
+  }
+
+  /** The case with a course that is the fewest places away. */
+  function nearestCourse(index) {
+    const places = grid.places(index);
+    const distance = (other) =>
+      grid.places(other).reduce((sum, place, k) => sum + ((place - places[k]) / grid.axes[k].values.length) ** 2, 0);
+    return [...courses.keys()].reduce((best, other) => (distance(other) < distance(best) ? other : best));
+  }
+
+  function showTables(index) {
+    const rows = study.quantities.map((quantity) => {
+      const cell = element("td", { class: "number" }, valueText(study, quantity, index));
+      if (quantity.key === FORCE && study.force_uncertainty[index] !== null)
+        cell.append(element("span", { class: "quiet" }, "± from the number of filaments"));
+      return element(
+        "tr",
+        { "data-key": quantity.key },
+        element("th", { scope: "row" }, quantity.name, element("span", { class: "quiet" }, ...rich(quantity.meaning))),
+        element("td", {}, quantity.symbol ? symbol(quantity.symbol) : []),
+        cell,
+      );
+    });
+    byId("metrics").tBodies[0].replaceChildren(...rows);
+    const counts = study.statistics.map(({ name, values }) =>
+      element(
+        "tr",
+        {},
+        element("th", { scope: "row" }, name),
+        element("td", { class: "number" }, number(values[index], 9)),
+      ),
+    );
+    byId("statistics").tBodies[0].replaceChildren(...counts);
+  }
+
+  /** Draws all that does not move, for the width that there is. */
+  function layOut() {
+    drawScene();
+    diagrams = DIAGRAMS.map(drawDiagram);
+    byId("curves").replaceChildren(...diagrams.map(({ figure }) => figure));
+    // Sizes are known once the figures stand in the page.
+    for (const diagram of diagrams) diagram.layOut();
+    update();
+  }
+
+  function drawScene() {
+    const { points, shapes, along, above, body_radius, tool_radius, axis_height } = course;
+    const margin = 0.08 * (tool_radius - body_radius);
+    const [low, high] = [Math.min(...along) - margin, Math.max(...along) + margin];
+    const top = Math.max(...above) + 2 * margin;
+    const width = animation.clientWidth;
+    const scale = Math.min(width / (high - low), 390 / top);
+    // The workpiece is as thick as the undeformed tool would dip into it, and as its label is high.
+    const height = Math.round(scale * top + Math.max(scale * (tool_radius - axis_height) + 8, 28));
+    const shift = (width - scale * (high - low)) / 2;
+    const x = (along) => shift + scale * (along - low);
+    const y = (above) => scale * (top - above);
+    scene.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    scene.setAttribute("height", height);
+
+    const shape = (frame) =>
+      Array.from({ length: points }, (_, k) => [x(along[frame * points + k]), y(above[frame * points + k])]);
+    const circle = (style, radius) =>
+      svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
+    const tips = Array.from({ length: shapes }, (_, frame) => shape(frame).at(-1));
+    const ghosts = Array.from({ length: 15 }, (_, k) => shape(Math.round((k * (shapes - 1)) / 14)));
+    // A scale of a round length, about a sixth of the picture.
+    const length = ticks(0, (high - low) / 3, 2)[1] ?? high - low;
+    const label = withUnit(length, scaleFor("m", length));
+    const [from, level] = [width - 14 - scale * length, height - 10];
+    parts = {
+      x,
+      y,
+      trace: svgElement("polyline", { class: "scene-trace" }),
+      filament: svgElement("polyline", { class: "scene-filament", id: "filament" }),
+      tip: svgElement("circle", { class: "scene-tip", r: 4.5 }),
+      tips,
+    };
+    scene.replaceChildren(
+      svgElement("rect", { class: "scene-work", x: 0, y: y(0), width, height: height - y(0) }),
+      circle("scene-body", body_radius),
+      circle("scene-nominal", tool_radius),
+      svgElement("line", { class: "scene-surface", x1: 0, x2: width, y1: y(0), y2: y(0) }),
+      ...ghosts.map((points) => svgElement("polyline", { class: "scene-ghost", points: pointList(points) })),
+      svgElement("polyline", { class: "scene-way", points: pointList(tips) }),
+      parts.trace,
+      parts.filament,
+      parts.tip,
+      svgElement("path", { class: "scene-scale", d: `M${from} ${level - 4}v4h${scale * length}v-4` }),
+      svgText({ x: from - 6, y: level, "text-anchor": "end" }, label),
+      svgText({ x: 8, y: 16, class: "quiet" }, "brush body"),
+      svgText({ x: 8, y: height - 8, class: "quiet" }, "workpiece"),
+    );
+  }
+
+  function drawDiagram({ name, symbol: mark, unit, series }) {
+    const curves = series.map((each) => ({ ...each, values: course[each.key] }));
+    const highest = Math.max(...curves.map(({ values }) => Math.max(...values)));
+    const lowest = Math.min(0, ...curves.map(({ values }) => Math.min(...values)));
+    const largest = Math.max(highest, -lowest);
+    const scale = scaleFor(unit, largest);
+    // What is as small as the steps of the packed numbers is zero.
+    const grain = largest > 0 ? 1e-4 * largest : 1;
+    const last = course.samples - 1;
+    const lines = curves.filter(({ area }) => !area);
+    const style = (curve) => (curve.area ? "series-area" : `series-line series-${lines.indexOf(curve)}`);
+    const title = element(
+      "figcaption",
+      {},
+      name[0].toUpperCase() + name.slice(1),
+      ...(mark ? [" ", symbol(mark)] : []),
+      ` in ${scale.unit}`,
+    );
+    const outputs = curves.map(() => element("output", {}));
+    const keys = curves.map((curve, k) => {
+      const sample = curve.area
+        ? svgElement("rect", { class: style(curve), x: 1, y: 1, width: 24, height: 8 })
+        : svgElement("line", { class: style(curve), x1: 1, x2: 25, y1: 5, y2: 5 });
+      return element(
+        "li",
+        {},
+        svgElement("svg", { viewBox: "0 0 26 10", "aria-hidden": "true" }, sample),
+        curve.name,
+        outputs[k],
+      );
+    });
+    const drawing = svgElement("svg", { role: "img", "aria-label": `${name} over time` });
+    const figure = element("figure", { class: "curve" }, title, element("ul", { class: "keys" }, ...keys), drawing);
+    const cursor = svgElement("line", { class: "cursor" });
+    let plot = null;
+
+    function layOutDiagram() {
+      const width = figure.clientWidth;
+      const [left, right, top, bottom, height] = [44, 10, 16, 34, 170];
+      plot = { left, width: width - left - right };
+      const x = (time) => left + (time / course.end) * plot.width;
+      const y = (value) => height - bottom - ((value - lowest) / (highest - lowest || 1)) * (height - bottom - top);
+      const points = (values) => Array.from(values, (value, i) => [x((i / last) * course.end), y(value)]);
+      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      drawing.setAttribute("height", height);
+      const content = [];
+      for (const value of ticks(lowest * scale.factor, (highest || 1) * scale.factor, 4)) {
+        const level = y(value / scale.factor);
+        content.push(
+          svgElement("line", { class: "axis", x1: left, x2: left + plot.width, y1: level, y2: level }),
+          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
+        );
+      }
+      for (const value of ticks(0, course.end * 1e3, Math.max(2, plot.width / 80))) {
+        content.push(
+          svgText({ x: x(value / 1e3), y: height - bottom + 15, "text-anchor": "middle" }, number(value, 4)),
+        );
+      }
+      content.push(svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"));
+      for (const [label, time] of [
+        ["nominal entry", course.entry],
+        ["nominal exit", course.exit],
+      ]) {
+        const at = { x1: x(time), x2: x(time), y1: top - 4, y2: height - bottom };
+        content.push(
+          svgElement("line", { class: "nominal", ...at }),
+          svgText({ class: "quiet", x: x(time) + 4, y: top - 5 }, label),
+        );
+      }
+      for (const curve of curves) {
+        const line = points(curve.values);
+        content.push(
+          curve.area
+            ? svgElement("polygon", {
+                class: style(curve),
+                points: pointList([[x(0), y(0)], ...line, [x(course.end), y(0)]]),
+              })
+            : svgElement("polyline", { class: style(curve), points: pointList(line) }),
+        );
+      }
+      cursor.setAttribute("y1", top - 4);
+      cursor.setAttribute("y2", height - bottom);
+      drawing.replaceChildren(...content, cursor);
+    }
+
+    /** Goes to the time that is pointed at. */
+    function seek(event) {
+      if (event.buttons === 0 && event.type === "pointermove") return;
+      const x = event.clientX - drawing.getBoundingClientRect().left;
+      pause();
+      setTime(((x - plot.left) / plot.width) * course.end);
+    }
+    drawing.addEventListener("pointerdown", seek);
+    drawing.addEventListener("pointermove", seek);
+
+    return {
+      figure,
+      layOut: layOutDiagram,
+      update() {
+        const place = (time / course.end) * plot.width + plot.left;
+        cursor.setAttribute("x1", place);
+        cursor.setAttribute("x2", place);
+        const sample = Math.min(Math.ceil((time / course.end) * last), last);
+        curves.forEach(
+          ({ values }, k) => (outputs[k].textContent = withUnit(Math.round(values[sample] / grain) * grain, scale, 3)),
+        );
+      },
+    };
+  }
+
+  /** Shows the time that is set, everywhere. */
+  function update() {
+    const { points, shapes, along, above, samples, peak_force, end } = course;
+    const place = (time / end) * (shapes - 1);
+    const frame = Math.min(Math.floor(place), shapes - 2);
+    const share = place - frame;
+    const between = (values, k) => {
+      const [here, next] = [values[frame * points + k], values[(frame + 1) * points + k]];
+      return here + share * (next - here);
+    };
+    const shape = Array.from({ length: points }, (_, k) => [parts.x(between(along, k)), parts.y(between(above, k))]);
+    const tip = shape.at(-1);
+    parts.filament.setAttribute("points", pointList(shape));
+    parts.trace.setAttribute("points", pointList([...parts.tips.slice(0, frame + 1), tip]));
+    parts.tip.setAttribute("cx", tip[0]);
+    parts.tip.setAttribute("cy", tip[1]);
+    const sample = Math.min(Math.ceil((time / end) * (samples - 1)), samples - 1);
+    parts.tip.classList.toggle("touching", peak_force[sample] > 0);
+    const clock = `${(time * 1e3).toFixed(2)} of ${(end * 1e3).toFixed(2)}\u202fms`;
+    byId("clock").textContent = clock;
+    slider.value = Math.round((time / end) * Number(slider.max));
+    slider.setAttribute("aria-valuetext", clock);
+    for (const diagram of diagrams) diagram.update();
+  }
+
+  function setTime(value) {
+    time = Math.min(Math.max(value, 0), course.end);
+    if (parts && diagrams.length > 0) update();
+  }
+
+  function pause() {
+    if (playing !== null) cancelAnimationFrame(playing.request);
+    playing = null;
+    playButton.textContent = "Play";
+  }
+
+  function play() {
+    if (time >= course.end) setTime(0);
+    playButton.textContent = "Pause";
+    const next = (now) => {
+      const passed = (now - playing.last) / 1e3;
+      setTime(time + (passed * Number(speed.value) * course.end) / PLAYING_TIME);
+      if (time >= course.end) {
+        pause();
+      } else {
+        playing = { last: now, request: requestAnimationFrame(next) };
+      }
+    };
+    playing = { last: performance.now(), request: requestAnimationFrame(next) };
+  }
+
+  const toggle = () => (playing === null ? play() : pause());
+  function go(shapes) {
+    pause();
+    setTime(time + (shapes * course.end) / (course.shapes - 1));
+  }
+
+  playButton.addEventListener("click", toggle);
+  slider.addEventListener("input", () => {
+    pause();
+    setTime((Number(slider.value) / Number(slider.max)) * course.end);
+  });
+  animation.addEventListener("keydown", (event) => {
+    // Button, slider and list have keys of their own.
+    if (event.target !== animation) return;
+    const actions = {
+      " ": toggle,
+      ArrowLeft: () => go(-1),
+      ArrowRight: () => go(1),
+      Home: () => go(-Infinity),
+      End: () => go(Infinity),
+    };
+    if (!actions[event.key]) return;
+    event.preventDefault();
+    actions[event.key]();
+  });
+  let width = 0;
+  new ResizeObserver(() => {
+    if (course === null || animation.clientWidth === width) return;
+    width = animation.clientWidth;
+    layOut();
+  }).observe(animation);
+  return { show };
+}

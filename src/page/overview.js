@@ -1,0 +1,499 @@
+// The overview: a map over two swept settings, or a curve over one, and the values of the case that is pointed at.
+
+const VELOCITY = "process.brushing_velocity_m_s";
+const DEPTH = "process.penetration_depth_m";
+const RATIO = "contact_time_ratio";
+const FORCE = "tool_contact_normal_force_n";
+/** How many of the quantities, which come in the order of their importance, the card shows. */
+const ON_CARD = 8;
+
+/** The cases of a study by their places on its axes; the last axis changes fastest. */
+class Grid {
+  constructor(study) {
+    this.axes = study.axes.map((axis) => {
+      const scale = scaleFor(axis.unit, Math.max(...axis.values.map(Math.abs)));
+      return { ...axis, scale, label: axis.symbol || axis.name };
+    });
+    const fixed = (path) => {
+      const setting = study.settings.find((setting) => setting.path === path);
+      return {
+        ...setting,
+        values: [setting.value],
+        scale: scaleFor(setting.unit, setting.value),
+        label: setting.symbol,
+      };
+    };
+    // Velocity and depth belong to a case's name, swept or not.
+    const paths = this.axes.map((axis) => axis.path);
+    const missing = [VELOCITY, DEPTH].filter((path) => !paths.includes(path)).map(fixed);
+    const rank = (axis) => [VELOCITY, DEPTH].indexOf(axis.path) >>> 0;
+    this.named = [...this.axes, ...missing].sort((a, b) => rank(a) - rank(b));
+  }
+
+  /** The case at a place on each axis. */
+  index(places) {
+    return this.axes.reduce((index, axis, k) => index * axis.values.length + places[k], 0);
+  }
+
+  /** The place of a case on each axis. */
+  places(index) {
+    const places = [];
+    for (const axis of [...this.axes].reverse()) {
+      places.unshift(index % axis.values.length);
+      index = Math.floor(index / axis.values.length);
+    }
+    return places;
+  }
+
+  /** The row of a case in `runs.csv`, below the heading, counted from 1. */
+  row(index) {
+    const places = this.places(index);
+    return 1 + this.axes.reduce((row, axis, k) => row * axis.count + axis.positions[places[k]], 0);
+  }
+
+  /** What a case is called: the values of what is swept, and of velocity and depth. */
+  name(index) {
+    const places = this.places(index);
+    return this.named
+      .map((axis) => {
+        const place = this.axes.indexOf(axis);
+        return `${axis.label} = ${withUnit(axis.values[place < 0 ? 0 : places[place]], axis.scale)}`;
+      })
+      .join(", ");
+  }
+}
+
+/** Finds the range of each quantity, and the unit that suits it. */
+function findRanges(quantities) {
+  for (const quantity of quantities) {
+    const known = quantity.values.filter((value) => value !== null);
+    quantity.low = known.reduce((a, b) => Math.min(a, b), Infinity);
+    quantity.high = known.reduce((a, b) => Math.max(a, b), -Infinity);
+    const largest = Math.max(Math.abs(quantity.low), Math.abs(quantity.high));
+    quantity.scale = scaleFor(quantity.unit, known.length > 0 ? largest : 0);
+    // A share is seen best on its whole range.
+    if (quantity.key === RATIO) [quantity.low, quantity.high] = [0, 1];
+  }
+}
+
+/** Text at an axis: what it is, in which unit. */
+function axisLabel({ name, symbol, scale }) {
+  const label = symbol ? `${name} ${symbol}` : name;
+  return scale.unit ? `${label} in ${scale.unit}` : label;
+}
+
+/** At most `limit` places of an axis to be labelled: those of round values, if there are some, else evenly spread ones. */
+function labelledPlaces({ values, scale }, limit) {
+  if (values.length <= limit) return values.keys();
+  const scaled = values.map((value) => value * scale.factor);
+  const [low, high] = [Math.min(...scaled), Math.max(...scaled)];
+  for (let count = Math.min(limit - 1, 12); count >= 3; count--) {
+    const round = ticks(low, high, count);
+    const places = round.map((tick) => scaled.findIndex((value) => Math.abs(value - tick) < 1e-6 * (high - low)));
+    if (places.length > 2 && places.length <= limit && !places.includes(-1)) return places;
+  }
+  const every = Math.ceil(values.length / limit);
+  return Array.from({ length: Math.floor(values.length / every) }, (_, k) => (k + 1) * every - 1);
+}
+
+/** Shows the overview; `open` is called with the case that the reader asks for. */
+function createOverview(study, grid, open) {
+  const byId = (id) => document.getElementById(id);
+  const long = grid.axes.filter((axis) => axis.values.length > 1);
+  if (long.length === 0) return { markOpen() {} };
+  byId("overview").hidden = false;
+
+  const across = long.find((axis) => axis.path === VELOCITY) ?? long.at(-1);
+  const rest = long.filter((axis) => axis !== across);
+  const upward = rest.find((axis) => axis.path === DEPTH) ?? rest.at(-1) ?? null;
+  const sliced = rest.filter((axis) => axis !== upward);
+  const [acrossAt, upwardAt] = [grid.axes.indexOf(across), grid.axes.indexOf(upward)];
+  const errors = new Map(study.errors);
+  const kept = new Set(study.courses.map(([index]) => index));
+  const quantities = study.quantities;
+  const ratio = quantities.find(({ key }) => key === RATIO);
+
+  const map = byId("map");
+  const [canvas, drawing] = [map.querySelector("canvas"), map.querySelector("svg")];
+  /** The place on each axis of the case that is pointed at; also which slice is shown. */
+  const places = grid.axes.map((axis) => Math.floor((axis.values.length - 1) / 2));
+  let quantity = quantities[0];
+  let opened = null;
+  let layout = null;
+
+  const at = (i, j) => grid.index(places.map((place, k) => (k === acrossAt ? i : k === upwardAt ? j : place)));
+  const rows = upward ? upward.values.length : 1;
+  const columns = across.values.length;
+
+  function addChoices() {
+    const select = byId("quantity");
+    for (const { key, name } of quantities) {
+      select.append(element("option", { value: key }, name[0].toUpperCase() + name.slice(1)));
+    }
+    select.addEventListener("change", () => {
+      quantity = quantities.find(({ key }) => key === select.value);
+      draw();
+    });
+    for (const axis of sliced) {
+      const place = grid.axes.indexOf(axis);
+      const options = axis.values.map((value, i) => element("option", { value: i }, withUnit(value, axis.scale)));
+      const choose = element(
+        "select",
+        { "data-path": axis.path, onchange: () => ((places[place] = Number(choose.value)), draw()) },
+        ...options,
+      );
+      choose.value = places[place];
+      byId("choices").append(element("label", {}, axis.name, " ", axis.symbol ? symbol(axis.symbol) : [], " ", choose));
+    }
+    byId("choices").addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  /** Sizes in pixels, from the width that there is. */
+  function measure() {
+    const width = map.clientWidth;
+    const [left, right, top, bottom] = [upward ? 50 : 64, 8, 8, 44];
+    const inner = width - left - right;
+    const wanted = upward ? Math.min(inner * 0.66, rows * 64) : inner * 0.5;
+    const height = Math.round(Math.min(Math.max(wanted, 190), 460));
+    layout = { width, left, top, inner, height, total: height + top + bottom };
+    map.style.height = `${layout.total}px`;
+    drawing.setAttribute("viewBox", `0 0 ${width} ${layout.total}`);
+  }
+
+  const cellWidth = () => layout.inner / columns;
+  const cellHeight = () => layout.height / rows;
+  const left = (i) => layout.left + i * cellWidth();
+  const top = (j) => layout.top + layout.height - (j + 1) * cellHeight();
+
+  function drawCells() {
+    const density = window.devicePixelRatio || 1;
+    canvas.width = Math.round(layout.width * density);
+    canvas.height = Math.round(layout.total * density);
+    const context = canvas.getContext("2d");
+    const styles = getComputedStyle(document.documentElement);
+    const [failed, failedInk] = ["--failed", "--failed-ink"].map((name) => styles.getPropertyValue(name));
+    const range = quantity.high - quantity.low;
+    // Edges on whole pixels, so that no seam shows.
+    const x = Array.from({ length: columns + 1 }, (_, i) => Math.round(left(i) * density));
+    const y = Array.from({ length: rows + 1 }, (_, j) => Math.round(top(j - 1) * density));
+    for (let j = 0; j < rows; j++) {
+      for (let i = 0; i < columns; i++) {
+        const value = quantity.values[at(i, j)];
+        context.fillStyle = value === null ? failed : color(range > 0 ? (value - quantity.low) / range : 0.5);
+        context.fillRect(x[i], y[j + 1], x[i + 1] - x[i], y[j] - y[j + 1]);
+        if (value === null && cellWidth() > 8 && cellHeight() > 8) {
+          context.strokeStyle = failedInk;
+          context.lineWidth = 1.5 * density;
+          const [centreX, centreY, reach] = [(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, 4 * density];
+          context.beginPath();
+          context.moveTo(centreX - reach, centreY - reach);
+          context.lineTo(centreX + reach, centreY + reach);
+          context.moveTo(centreX + reach, centreY - reach);
+          context.lineTo(centreX - reach, centreY + reach);
+          context.stroke();
+        }
+      }
+    }
+  }
+
+  /** Lines on which the contact time ratio is one half, between the middles of the cells. */
+  function separatingLine() {
+    const middle = (i, j) => [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
+    let path = "";
+    for (let j = 0; j + 1 < rows; j++) {
+      for (let i = 0; i + 1 < columns; i++) {
+        const corners = [
+          [i, j],
+          [i + 1, j],
+          [i + 1, j + 1],
+          [i, j + 1],
+        ];
+        const above = corners
+          .map(([a, b]) => ratio.values[at(a, b)])
+          .map((value) => (value === null ? NaN : value - 0.5));
+        if (above.some(Number.isNaN)) continue;
+        const crossings = corners.flatMap((corner, k) => {
+          const [here, next] = [above[k], above[(k + 1) % 4]];
+          if (here > 0 === next > 0) return [];
+          const [[x0, y0], [x1, y1]] = [middle(...corner), middle(...corners[(k + 1) % 4])];
+          const share = here / (here - next);
+          return [[x0 + share * (x1 - x0), y0 + share * (y1 - y0)]];
+        });
+        for (let k = 0; k + 1 < crossings.length; k += 2) {
+          const [from, to] = [crossings[k], crossings[k + 1]].map((point) => point.map((value) => value.toFixed(1)));
+          path += `M${from}L${to}`;
+        }
+      }
+    }
+    return path;
+  }
+
+  function drawMapAxes() {
+    const bottom = layout.top + layout.height;
+    const labels = across.values.map((value) => number(value * across.scale.factor, 4));
+    const widest = Math.max(...labels.map((label) => label.length)) * 7 + 10;
+    for (const i of labelledPlaces(across, Math.floor(layout.inner / widest))) {
+      const x = left(i) + cellWidth() / 2;
+      drawing.append(
+        svgElement("line", { class: "axis", x1: x, x2: x, y1: bottom, y2: bottom + 4 }),
+        svgText({ x, y: bottom + 17, "text-anchor": "middle" }, labels[i]),
+      );
+    }
+    for (const j of labelledPlaces(upward, Math.floor(layout.height / 16))) {
+      const y = top(j) + cellHeight() / 2;
+      drawing.append(
+        svgElement("line", { class: "axis", x1: layout.left - 4, x2: layout.left, y1: y, y2: y }),
+        svgText(
+          { x: layout.left - 7, y: y + 4, "text-anchor": "end" },
+          number(upward.values[j] * upward.scale.factor, 4),
+        ),
+      );
+    }
+    nameAxes(axisLabel(upward));
+  }
+
+  function nameAxes(vertical) {
+    const [x, y] = [layout.left + layout.inner / 2, layout.top + layout.height / 2];
+    drawing.append(
+      svgText({ x, y: layout.total - 6, "text-anchor": "middle" }, axisLabel(across)),
+      svgText({ "text-anchor": "middle", transform: `translate(12 ${y}) rotate(-90)` }, vertical),
+    );
+  }
+
+  /** Where a value of the only axis and one of the quantity lie in the curve; failed cases lie on the axis. */
+  function curvePoint(i) {
+    const [first, last] = [Math.min(...across.values), Math.max(...across.values)];
+    const [low, high] = [Math.min(0, quantity.low), Math.max(0, quantity.high)];
+    const value = quantity.values[at(i, 0)];
+    const rise = value === null || high === low ? 0 : (value - low) / (high - low);
+    const pad = 12;
+    return [
+      layout.left + pad + ((across.values[i] - first) / (last - first)) * (layout.inner - 2 * pad),
+      layout.top + layout.height - rise * (layout.height - pad),
+    ];
+  }
+
+  function drawCurve() {
+    const bottom = layout.top + layout.height;
+    const [low, high] = [Math.min(0, quantity.low), Math.max(0, quantity.high)].map((v) => v * quantity.scale.factor);
+    for (const value of high > low ? ticks(low, high, 5) : [0]) {
+      const y = bottom - (high > low ? ((value - low) / (high - low)) * (layout.height - 12) : 0);
+      drawing.append(
+        svgElement("line", { class: "axis", x1: layout.left, x2: layout.left + layout.inner, y1: y, y2: y }),
+        svgText({ x: layout.left - 7, y: y + 4, "text-anchor": "end" }, number(value, 4)),
+      );
+    }
+    const values = across.values.map((value) => value * across.scale.factor);
+    const [first, last] = [Math.min(...values), Math.max(...values)];
+    for (const value of ticks(first, last, Math.max(2, layout.inner / 90))) {
+      const x = layout.left + 12 + ((value - first) / (last - first)) * (layout.inner - 24);
+      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": "middle" }, number(value, 4)));
+    }
+    const order = across.values.map((_, i) => i).sort((a, b) => across.values[a] - across.values[b]);
+    const solved = order
+      .filter((i) => quantity.values[at(i, 0)] !== null)
+      .map((i) => curvePoint(i).map((v) => v.toFixed(1)));
+    drawing.append(svgElement("polyline", { class: "line", points: solved.join(" ") }));
+    for (const i of order) {
+      const [x, y] = curvePoint(i);
+      const lost = quantity.values[at(i, 0)] === null ? " lost" : "";
+      drawing.append(
+        svgElement("circle", {
+          class: `point${lost}${at(i, 0) === opened ? " open" : ""}`,
+          cx: x,
+          cy: y,
+          r: columns > 60 ? 2.5 : 4,
+        }),
+      );
+    }
+    nameAxes(axisLabel(quantity));
+  }
+
+  function draw() {
+    if (!layout || map.clientWidth !== layout.width) measure();
+    drawing.replaceChildren();
+    drawTitle();
+    if (upward) {
+      drawCells();
+      drawMapAxes();
+      const path = separatingLine();
+      if (path) {
+        drawing.append(
+          svgElement("path", { class: "contour-case", d: path }),
+          svgElement("path", { class: "contour", d: path }),
+        );
+      }
+      drawDots();
+      drawOpened();
+      drawMarks(path !== "");
+    } else {
+      drawCurve();
+      drawMarks(false);
+    }
+    point();
+  }
+
+  /** A frame around the opened case, if it is in the slice that is shown. */
+  function drawOpened() {
+    if (opened === null) return;
+    const open = grid.places(opened);
+    if (at(open[acrossAt], open[upwardAt]) !== opened) return;
+    for (const style of ["opened-case", "opened"]) drawing.append(frame(style, open[acrossAt], open[upwardAt]));
+  }
+
+  /** A dot on each case whose course is kept, where that is not all of them. */
+  function drawDots() {
+    if (!isSelection()) return;
+    const radius = Math.max(1, Math.min(3, cellWidth() / 4, cellHeight() / 4));
+    for (let j = 0; j < rows; j++) {
+      for (let i = 0; i < columns; i++) {
+        if (!kept.has(at(i, j))) continue;
+        const [cx, cy] = [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
+        drawing.append(svgElement("circle", { class: "kept", cx, cy, r: radius }));
+      }
+    }
+  }
+
+  const isSelection = () => kept.size + errors.size < quantity.values.length;
+
+  function frame(style, i, j) {
+    return svgElement("rect", { class: style, x: left(i), y: top(j), width: cellWidth(), height: cellHeight() });
+  }
+
+  function drawTitle() {
+    const { name, symbol: mark, scale, meaning, low, high } = quantity;
+    const unit = scale.unit ? ` in ${scale.unit}` : "";
+    byId("map-title").replaceChildren(
+      name[0].toUpperCase() + name.slice(1),
+      ...(mark ? [" ", symbol(mark)] : []),
+      unit,
+    );
+    byId("map-note").replaceChildren(...rich(meaning));
+    byId("legend").hidden = !upward;
+    const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, 4) : "–");
+    byId("legend-low").textContent = text(low);
+    byId("legend-high").textContent = high > low ? text(high) : "";
+    byId("bar").style.background = `linear-gradient(to right, ${VIRIDIS})`;
+  }
+
+  /** Explains what is drawn besides colours. */
+  function drawMarks(hasLine) {
+    const key = (...content) => svgElement("svg", { viewBox: "0 0 26 12", "aria-hidden": "true" }, ...content);
+    const line = (style) => svgElement("line", { class: style, x1: 1, x2: 25, y1: 6, y2: 6 });
+    const items = [];
+    if (hasLine)
+      items.push([key(line("contour-case"), line("contour")), rich("ε_tc = ½, between striking and sweeping")]);
+    if (upward && isSelection())
+      items.push([key(svgElement("circle", { class: "kept", cx: 13, cy: 6, r: 3 })), ["with its course over time"]]);
+    if (errors.size > 0) {
+      const square = svgElement("rect", { class: "failed-cell", x: 7, width: 12, height: 12 });
+      const cross = svgElement("path", { class: "failed-cross", d: "M10 3l6 6m0-6l-6 6" });
+      items.push([key(square, cross), ["failed, with its error when pointed at"]]);
+    }
+    byId("marks").replaceChildren(...items.map(([mark, text]) => element("li", {}, mark, ...text)));
+  }
+
+  /** Shows the case that is pointed at. */
+  function point() {
+    drawing.querySelector(".pointed")?.remove();
+    const [i, j] = [places[acrossAt], upward ? places[upwardAt] : 0];
+    const [x, y] = upward ? [] : curvePoint(i);
+    drawing.append(upward ? frame("pointed", i, j) : svgElement("circle", { class: "pointed", cx: x, cy: y, r: 8 }));
+    const index = at(i, j);
+    const failed = errors.has(index);
+    const value = failed
+      ? "failed"
+      : `${quantity.symbol || quantity.name} = ${withUnit(quantity.values[index], quantity.scale)}`;
+    const text = `${grid.name(index)}: ${value}`;
+    byId("readout").replaceChildren(...rich(text));
+    byId("map-row").setAttribute("aria-rowindex", rows - j);
+    byId("map-cell").setAttribute("aria-colindex", i + 1);
+    byId("map-cell").textContent = text;
+    map.dataset.index = index;
+    const entries = failed
+      ? [element("dt", {}, "Error"), element("dd", { class: "error" }, errors.get(index))]
+      : quantities
+          .slice(0, ON_CARD)
+          .flatMap((each) => [
+            element("dt", {}, each.symbol ? symbol(each.symbol) : each.name),
+            element("dd", {}, valueText(study, each, index)),
+          ]);
+    byId("card").classList.toggle("failed", failed);
+    byId("card").replaceChildren(...entries);
+  }
+
+  function pointAt(event) {
+    const box = map.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    if (!upward) {
+      const distance = (i) => Math.abs(curvePoint(i)[0] - x);
+      places[acrossAt] = across.values.reduce((best, _, i) => (distance(i) < distance(best) ? i : best), 0);
+      point();
+      return true;
+    }
+    const i = Math.floor((x - layout.left) / cellWidth());
+    const j = Math.floor((layout.top + layout.height - y) / cellHeight());
+    if (i < 0 || i >= columns || j < 0 || j >= rows) return false;
+    if (i !== places[acrossAt] || j !== places[upwardAt]) {
+      [places[acrossAt], places[upwardAt]] = [i, j];
+      point();
+    }
+    return true;
+  }
+
+  function move(axisAt, step) {
+    const last = grid.axes[axisAt].values.length - 1;
+    places[axisAt] = Math.min(Math.max(places[axisAt] + step, 0), last);
+    point();
+  }
+
+  addChoices();
+  map.setAttribute("aria-rowcount", rows);
+  map.setAttribute("aria-colcount", columns);
+  map.setAttribute("aria-activedescendant", "map-cell");
+  map.classList.add("cells");
+  map.addEventListener("pointermove", pointAt);
+  map.addEventListener("click", (event) => pointAt(event) && open(Number(map.dataset.index)));
+  map.addEventListener("keydown", (event) => {
+    const far = event.ctrlKey ? 10 : 1;
+    const actions = {
+      ArrowLeft: () => move(acrossAt, -far),
+      ArrowRight: () => move(acrossAt, far),
+      ArrowUp: () => upward && move(upwardAt, far),
+      ArrowDown: () => upward && move(upwardAt, -far),
+      Home: () => move(acrossAt, -columns),
+      End: () => move(acrossAt, columns),
+      PageUp: () => upward && move(upwardAt, rows),
+      PageDown: () => upward && move(upwardAt, -rows),
+      Enter: () => open(Number(map.dataset.index)),
+      " ": () => open(Number(map.dataset.index)),
+    };
+    if (!actions[event.key]) return;
+    event.preventDefault();
+    actions[event.key]();
+  });
+  new ResizeObserver(() => map.clientWidth !== layout?.width && draw()).observe(map);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  draw();
+  return {
+    markOpen(index) {
+      opened = index;
+      grid.places(index).forEach((place, k) => (places[k] = place));
+      for (const select of byId("choices").querySelectorAll("[data-path]")) {
+        select.value = places[grid.axes.findIndex((axis) => axis.path === select.dataset.path)];
+      }
+      draw();
+    },
+  };
+}
+
+/** A metric of a case with its unit, and with its uncertainty where that is known. */
+function valueText(study, quantity, index) {
+  const value = quantity.values[index];
+  if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale);
+  // Two digits of the uncertainty, and no digits of the value beyond them.
+  const { factor, unit } = quantity.scale;
+  const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));
+  const last = uncertainty > 0 ? 10 ** (Math.floor(Math.log10(uncertainty)) - 1) : 1e-4 * value * factor;
+  return `${number(last > 0 ? Math.round((value * factor) / last) * last : 0, 9)} ± ${number(uncertainty, 2)}\u202f${unit}`;
+}

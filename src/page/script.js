@@ -1,0 +1,139 @@
+// Fills the page with the study that stands in it, and joins its parts.
+
+const study = JSON.parse(document.getElementById("data").textContent);
+findRanges(study.quantities);
+const grid = new Grid(study);
+
+function showHead() {
+  document.getElementById("name").textContent = study.name;
+  const swept = grid.named
+    .filter((axis) => grid.axes.includes(axis))
+    .map((axis) => {
+      const mark = axis.symbol ? [" ", symbol(axis.symbol), "\u00a0=\u00a0"] : [" "];
+      return [axis.name, ...mark, `${rangeText(axis)} (${countText(axis)})`];
+    });
+  const cases = study.cases === 1 ? "One contact" : `${number(study.cases, 9)} contacts`;
+  const list = swept.flatMap((parts, k) => [k === 0 ? " over " : ", ", ...parts]);
+  const outcome =
+    study.failed === 0 ? "" : ` ${number(study.failed, 9)} of them ${study.failed === 1 ? "has" : "have"} failed.`;
+  document
+    .getElementById("summary")
+    .replaceChildren(`${cases} of one abrasive filament with the workpiece`, ...list, `.${outcome}`);
+  if (study.quantities[0].values.length < study.cases) {
+    document
+      .getElementById("summary")
+      .append(
+        ` This page shows ${number(study.quantities[0].values.length, 9)} of them, evenly spread; runs.csv has all.`,
+      );
+  }
+}
+
+/** From the first to the last of the swept values. */
+function rangeText({ values, scale }) {
+  const last = withUnit(values.at(-1), scale);
+  return values.length === 1 ? last : `${number(values[0] * scale.factor)}\u00a0…\u00a0${last}`;
+}
+
+function countText({ count }) {
+  return count === 1 ? "1 value" : `${number(count)} values`;
+}
+
+/** A setting's value and unit. */
+function settingText({ path, value, unit }) {
+  const swept = grid.axes.find((axis) => axis.path === path);
+  if (swept) {
+    return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
+  }
+  if (Array.isArray(value)) return [`(${value.map((part) => number(part)).join(", ")})${unit ? `\u202f${unit}` : ""}`];
+  if (typeof value === "string") return [value];
+  return rich(withUnit(value, scaleFor(unit, Math.abs(value)), 12));
+}
+
+function showSettings() {
+  const sectionOf = ({ path }) => path.split(".")[0];
+  const sections = [...new Set(study.settings.map(sectionOf))];
+  const tables = sections.map((section) => {
+    const rows = study.settings
+      .filter((setting) => sectionOf(setting) === section)
+      .map((setting) =>
+        element(
+          "tr",
+          {},
+          element("th", { scope: "row" }, setting.name, " ", element("code", { class: "quiet" }, setting.path)),
+          element("td", {}, setting.symbol ? symbol(setting.symbol) : []),
+          element("td", { class: "number" }, ...settingText(setting)),
+        ),
+      );
+    return element("table", {}, element("caption", {}, section), element("tbody", {}, ...rows));
+  });
+  document.getElementById("settings").replaceChildren(...tables);
+}
+
+function showOrigin() {
+  const total = study.statistics.map(
+    ({ name, values }) =>
+      `${number(
+        values.reduce((sum, value) => sum + (value ?? 0), 0),
+        12,
+      )} ${name}`,
+  );
+  const kept = study.courses.length;
+  const courses =
+    kept + study.errors.length >= study.cases
+      ? "of all cases that were solved"
+      : `of ${kept} cases, evenly spread over the study`;
+  const entries = [
+    ["Software", [`Bristle ${study.version}`]],
+    ["Equations of motion", [`derived by ${study.equations.maker}`]],
+    ["Hash of the equations", [element("code", {}, study.equations.sha256), " (SHA-256)"]],
+    ["Solver, all cases shown", [total.join(", ")]],
+    ["Courses over time", [`${courses}, from a second integration at the same settings`]],
+    ["Uncertainty of F_n,w", rich("from the number of filaments alone: F_n,w ΔN_f / N_f")],
+    ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)"]],
+  ];
+  document
+    .getElementById("origin")
+    .replaceChildren(
+      ...entries.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]),
+    );
+}
+
+const caseView = createCaseView(study, grid);
+const indexOfRow = new Map(study.quantities[0].values.map((_, index) => [grid.row(index), index]));
+/** The case of the address, `#case-37` for row 37 of runs.csv, so that a case can be linked to, and left by going back. */
+function caseOfAddress() {
+  const row = Number(/^#case-(\d+)$/.exec(location.hash)?.[1]);
+  return indexOfRow.get(row) ?? null;
+}
+
+function showCase(index) {
+  overview.markOpen(index);
+  caseView.show(index);
+}
+
+const overview = createOverview(study, grid, (index) => {
+  const address = `#case-${grid.row(index)}`;
+  if (location.hash === address) goToCase();
+  else location.hash = address;
+});
+
+function goToCase() {
+  const title = document.getElementById("case-title");
+  title.focus({ preventScroll: true });
+  title.scrollIntoView();
+}
+
+addEventListener("hashchange", () => {
+  const index = caseOfAddress();
+  if (index === null) return;
+  showCase(index);
+  goToCase();
+});
+
+showHead();
+showSettings();
+showOrigin();
+// Without an address the middle of the study, or a case with a course.
+const kept = study.courses.map(([index]) => index);
+const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
+showCase(caseOfAddress() ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));

@@ -1,0 +1,337 @@
+// The page of a study in a browser: what a reader does with it, and what it looks like.
+//
+//   node page.js REPORTS SCREENSHOTS
+//
+// REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, and smaller ones
+// that sweep three settings, one, and none.
+
+import assert from "node:assert/strict";
+import fs from "node:fs";
+import os from "node:os";
+import path from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+import { chromium } from "playwright-core";
+
+const [reports, screenshots] = process.argv.slice(2);
+const scratch = fs.mkdtempSync(path.join(os.tmpdir(), "bristle-page-"));
+/** How wide the narrowest screens are on which the page has to work. */
+const NARROW = 360;
+let browser;
+
+before(async () => {
+  fs.mkdirSync(screenshots, { recursive: true });
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: [
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-quic",
+      "--no-first-run",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+    ],
+  });
+});
+after(async () => {
+  await browser?.close();
+  fs.rmSync(scratch, { recursive: true });
+});
+
+/** Opens a page, and fails once it complains or asks for anything but itself. */
+async function open(file, { width = 1280, height = 900, ...options } = {}, address = "") {
+  const context = await browser.newContext({ viewport: { width, height }, ...options });
+  const page = await context.newPage();
+  // A machine that does other work too may stand still for a while.
+  page.setDefaultTimeout(120_000);
+  const complaints = [];
+  const url = pathToFileURL(file).href;
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on(
+    "request",
+    (request) =>
+      request.url().split("#")[0] !== url && !request.url().startsWith("data:") && complaints.push(request.url()),
+  );
+  await page.goto(url + address);
+  return { page, close: async () => (await context.close(), assert.deepEqual(complaints, [])) };
+}
+
+const report = (name) => path.join(reports, `${name}.html`);
+const dataOf = (page) => page.evaluate(() => JSON.parse(document.getElementById("data").textContent));
+const shape = (page) => page.getAttribute("#filament", "points");
+const shot = (page, name) => page.screenshot({ path: path.join(screenshots, `${name}.png`), fullPage: true });
+
+/** The middle of the cell in a column and a row, counted from the lower left one of the paper's 12 by 10, on the screen. */
+async function cell(page, column, row) {
+  await page.locator("#map").scrollIntoViewIfNeeded();
+  const box = await page.locator("#map").boundingBox();
+  const [left, right, top, bottom] = [50, 8, 8, 44];
+  const [width, height] = [(box.width - left - right) / 12, (box.height - top - bottom) / 10];
+  return [box.x + left + (column + 0.5) * width, box.y + box.height - bottom - (row + 0.5) * height];
+}
+
+async function fitsAcross(page) {
+  const [content, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+  assert.ok(content <= window, `the page is ${content} px wide in a window of ${window} px`);
+}
+
+test("pointing at a case shows its values, and a click opens it", async () => {
+  const { page, close } = await open(report("paper"));
+  const data = await dataOf(page);
+  await page.mouse.move(...(await cell(page, 11, 1)));
+  const readout = await page.textContent("#readout");
+  assert.match(readout, /vb\s=\s30\s?m\/s, ae\s=\s1\s?mm: εtc\s=\s0\.\d+/);
+  const ratio = data.quantities.find(({ key }) => key === "contact_time_ratio").values[12 + 11];
+  assert.ok(readout.includes(String(Number(ratio.toPrecision(5)))), `${readout} has ${ratio}`);
+  assert.match(await page.textContent("#card"), /Fn,w[\d.]+ ± [\d.]+\s?N/);
+
+  const earlier = await shape(page);
+  await page.mouse.click(...(await cell(page, 3, 5)));
+  await page.waitForFunction(() => location.hash === "#case-64");
+  assert.match(await page.textContent("#case-title"), /vb\s=\s10\s?m\/s, ae\s=\s3\s?mm/);
+  assert.notEqual(await shape(page), earlier);
+  assert.equal(await page.evaluate(() => document.activeElement.id), "case-title");
+  const impulse = data.quantities.find(({ key }) => key === "contact_normal_impulse_n_s").values[63];
+  const shown = await page.textContent('[data-key="contact_normal_impulse_n_s"] .number');
+  assert.equal(shown.replace(/\s/g, " "), `${Number((impulse * 1e3).toPrecision(5))} mN s`);
+
+  await page.goBack();
+  await page.goForward();
+  assert.match(await page.textContent("#case-title"), /vb\s=\s10/);
+  await close();
+});
+
+test("the keyboard moves over the map and opens a case", async () => {
+  const { page, close } = await open(report("paper"));
+  await page.focus("#map");
+  await page.keyboard.press("Home");
+  await page.keyboard.press("PageDown");
+  await page.keyboard.press("ArrowUp");
+  await page.keyboard.press("ArrowRight");
+  assert.match(await page.textContent("#map-cell"), /v_b = 5\s?m\/s, a_e = 1\s?mm/);
+  assert.match(await page.textContent("#readout"), /vb\s=\s5/);
+  const active = await page.getAttribute("#map", "aria-activedescendant");
+  assert.equal(await page.getAttribute(`#${active}`, "aria-colindex"), "2");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => location.hash === "#case-14");
+  assert.match(await page.textContent("#case-title"), /vb\s=\s5\s?m\/s, ae\s=\s1\s?mm/);
+  await close();
+});
+
+test("another quantity is another map", async () => {
+  const { page, close } = await open(report("paper"));
+  const pixels = () => page.evaluate(() => document.querySelector("#map canvas").toDataURL());
+  const seen = new Set();
+  const options = await page.locator("#quantity option").count();
+  assert.equal(options, 12);
+  for (let index = 0; index < 7; index++) {
+    await page.selectOption("#quantity", { index });
+    seen.add(await pixels());
+  }
+  assert.equal(seen.size, 7);
+  await page.selectOption("#quantity", "tool_contact_normal_force_n");
+  assert.match(await page.textContent("#map-title"), /Tool contact normal force Fn,w in N/);
+  await page.mouse.move(...(await cell(page, 0, 0)));
+  assert.match(await page.textContent("#readout"), /Fn,w\s=\s[\d.]+\s?N/);
+  assert.ok((await page.getAttribute("#map .contour", "d")).length > 100, "the line at ε_tc = ½ is drawn");
+  await close();
+});
+
+test("the filament moves: play, pause, slider, keys, curves", async () => {
+  const { page, close } = await open(report("paper"), {}, "#case-66");
+  const start = await shape(page);
+  assert.equal(start.split(" ").length, 26);
+  await page.click("#play");
+  assert.equal(await page.textContent("#play"), "Pause");
+  await page.waitForFunction((start) => document.getElementById("filament").getAttribute("points") !== start, start);
+  await page.click("#play");
+  assert.equal(await page.textContent("#play"), "Play");
+  const paused = await shape(page);
+  await page.waitForTimeout(100);
+  assert.equal(await shape(page), paused);
+
+  await page.locator("#time").fill("700");
+  const late = await shape(page);
+  assert.notEqual(late, paused);
+  const cursor = () => page.getAttribute(".curve .cursor >> nth=0", "x1").then(Number);
+  const there = await cursor();
+  await page.focus("#time");
+  await page.keyboard.press("ArrowLeft");
+  assert.notEqual(await shape(page), late);
+
+  await page.focus("#animation");
+  await page.keyboard.press("Home");
+  assert.equal(await shape(page), start);
+  assert.ok((await cursor()) < there, "the cursor of the curves goes with the filament");
+  await page.keyboard.press("ArrowRight");
+  assert.notEqual(await shape(page), start);
+  await page.keyboard.press(" ");
+  assert.equal(await page.textContent("#play"), "Pause");
+  await page.keyboard.press(" ");
+  assert.equal(await page.textContent("#play"), "Play");
+
+  await page.selectOption("#speed", "2");
+  await page.keyboard.press("End");
+  const end = await shape(page);
+  await page.click("#play");
+  await page.waitForFunction((end) => document.getElementById("filament").getAttribute("points") !== end, end);
+  await page.click("#play");
+
+  const curve = page.locator(".curve > svg").first();
+  await curve.scrollIntoViewIfNeeded();
+  const box = await curve.boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  assert.ok(Math.abs((await cursor()) - box.width / 2) < 2, "a click on a curve goes to its time");
+  await close();
+});
+
+test("the curves and shapes are those of the metrics", async () => {
+  const { page, close } = await open(report("paper"), {}, "#case-66");
+  const data = await dataOf(page);
+  const unpack = ({ least, step, words }) => {
+    const bytes = Buffer.from(words, "base64");
+    return Array.from({ length: bytes.length / 2 }, (_, i) => least + step * bytes.readUInt16LE(2 * i));
+  };
+  assert.equal(data.courses.length, 120);
+  for (const [index, course] of data.courses) {
+    const metric = (name) => data.quantities.find(({ key }) => key === name).values[index];
+    const close = (value, expected, tolerance) =>
+      assert.ok(Math.abs(value / expected - 1) < tolerance, `case ${index}: ${value}, ${expected}`);
+    // Rounded to six digits here, and to a 65535th of the range there.
+    close(Math.max(...unpack(course.peak_force)), metric("peak_contact_normal_force_n"), 1e-4);
+    const impulse =
+      (unpack(course.mean_force).reduce((sum, force) => sum + force, 0) * course.end) / (course.samples - 1);
+    close(impulse, metric("contact_normal_impulse_n_s"), 1e-3);
+    // The deflection is largest between two samples.
+    close(Math.max(...unpack(course.deflection)), metric("max_tip_deflection_m"), 5e-3);
+  }
+  await close();
+});
+
+test("settings, statistics, version and hash of the equations are there", async () => {
+  const { page, close } = await open(report("paper"));
+  const settings = await page.textContent("#settings");
+  for (const text of [
+    "free length",
+    "filament.length_m",
+    "40\u202fmm",
+    "3\u202fGPa",
+    "ΔN",
+    "swept, 12 values",
+    "process.gravity_m_s2",
+  ]) {
+    assert.ok(settings.includes(text), text);
+  }
+  assert.match(await page.textContent("#statistics"), /accepted steps[\d\s]+rejected steps/);
+  const origin = await page.textContent("#origin");
+  assert.match(origin, /Bristle \d+\.\d+\.\d+/);
+  assert.match(origin, /[0-9a-f]{64} \(SHA-256\)/);
+  await close();
+});
+
+test("a failed case is shown as one, and its error as text", async () => {
+  const text = fs.readFileSync(report("paper"), "utf8");
+  const [head, rest] = text.split('id="data">');
+  const end = rest.indexOf("</script>");
+  const data = JSON.parse(rest.slice(0, end));
+  const failed = 65;
+  data.failed = 1;
+  data.errors = [[failed, "stopped <img src=x onerror=alert(1)>"]];
+  for (const { values } of [...data.quantities, ...data.statistics]) values[failed] = null;
+  data.force_uncertainty[failed] = null;
+  data.courses = data.courses.filter(([index]) => index !== failed && index % 7 === 0);
+  const file = path.join(scratch, "failed.html");
+  fs.writeFileSync(file, `${head}id="data">${JSON.stringify(data).replaceAll("<", "\\u003c")}${rest.slice(end)}`);
+
+  const { page, close } = await open(file);
+  await page.mouse.move(...(await cell(page, 5, 5)));
+  assert.match(await page.textContent("#readout"), /failed/);
+  assert.match(await page.textContent("#card"), /stopped <img/);
+  await page.mouse.click(...(await cell(page, 5, 5)));
+  await page.waitForFunction(() => location.hash === "#case-66");
+  assert.match(await page.textContent("#case-note"), /has failed: stopped <img src=x/);
+  assert.ok(await page.isHidden("#course"));
+  assert.match(await page.textContent("#summary"), /1 of them has failed/);
+  await shot(page, "failed-1280-light");
+
+  // A case that is solved, but whose course was not kept, leads to one that has it.
+  await page.mouse.click(...(await cell(page, 6, 5)));
+  await page.waitForFunction(() => location.hash === "#case-67");
+  assert.match(await page.textContent("#case-note"), /course over time was kept of 18 cases/);
+  await page.click("#case-note a");
+  assert.ok(await page.isVisible("#course"));
+  await close();
+});
+
+test("three swept settings: slices", async () => {
+  const { page, close } = await open(report("slices"));
+  const before = await page.textContent("#readout");
+  await page.focus("#map");
+  await page.selectOption('[data-path="filament.segments"]', { index: 0 });
+  assert.notEqual(await page.textContent("#readout"), before);
+  assert.match(await page.textContent("#readout"), /n\s=\s5/);
+  await fitsAcross(page);
+  await shot(page, "slices-1280-light");
+  await close();
+});
+
+test("one swept setting: a curve", async () => {
+  const { page, close } = await open(report("curve"));
+  assert.ok(await page.locator("#map polyline.line").count());
+  await page.focus("#map");
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => location.hash === "#case-2");
+  await fitsAcross(page);
+  await shot(page, "curve-1280-light");
+  await close();
+});
+
+test("one case alone", async () => {
+  const { page, close } = await open(report("single"));
+  assert.ok(await page.isHidden("#overview"));
+  assert.ok(await page.isVisible("#scene"));
+  await shot(page, "single-1280-light");
+  await close();
+});
+
+for (const colorScheme of ["light", "dark"]) {
+  for (const width of [1280, NARROW]) {
+    test(`${width} px, ${colorScheme}`, async () => {
+      const { page, close } = await open(
+        report("paper"),
+        { width, colorScheme, hasTouch: width === NARROW },
+        "#case-66",
+      );
+      await page.locator("#time").fill("450");
+      await fitsAcross(page);
+      const [paper, ink] = await page.evaluate(() => {
+        const { backgroundColor, color } = getComputedStyle(document.body);
+        return [backgroundColor, color].map((text) => Number(/\d+/.exec(text)));
+      });
+      assert.equal(paper < ink, colorScheme === "dark");
+      await shot(page, `paper-${width}-${colorScheme}`);
+      await page.setViewportSize({ width: width === NARROW ? 720 : 900, height: 800 });
+      await fitsAcross(page);
+      await close();
+    });
+  }
+}
+
+test("the picture of the README", async () => {
+  const { page, close } = await open(report("paper"), { height: 1560 });
+  await page.locator("#time").fill("400");
+  await page.evaluate(() => document.activeElement.blur());
+  await page.screenshot({ path: path.join(screenshots, "readme.png") });
+  await close();
+});
+
+test("printed, it is on paper whole", async () => {
+  const { page, close } = await open(report("paper"), {}, "#case-66");
+  await page.pdf({ path: path.join(screenshots, "paper.pdf"), format: "A4" });
+  await close();
+});
