@@ -16,8 +16,10 @@ use bristle::derive::{DeriveError, DeriveFormat, Equations, derive};
 use bristle::document::Document;
 use bristle::evaluation::{EvaluationError, evaluate};
 use bristle::input_error::InputError;
+use bristle::measured::comparison_table;
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
+use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
 use bristle::simulation::{SimulationError, simulate_with_history};
 use bristle::state::{StateError, parse_state};
@@ -27,6 +29,10 @@ use bristle::tables::study_tables;
 use bristle_codegen::compare::States;
 
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text};
+use crate::pictures::{
+    CASE, Drawn, FIGURES, HISTORY, MEASURED, PicturesError, RUNS, STUDY, draw_history, draw_saved, draw_study,
+    measured_forces,
+};
 use crate::validation::{self, Extent};
 
 /// Exit status where what is compared disagrees.
@@ -36,9 +42,7 @@ const BAD_INPUT: u8 = 2;
 /// Exit status where a simulation failed.
 const SIMULATION_FAILED: u8 = 3;
 /// Names of the result files.
-const RUNS: &str = "runs.csv";
 const METRICS: &str = "metrics.json";
-const HISTORY: &str = "history.csv";
 const COMPARISONS: &str = "validation.csv";
 const PAGE: &str = "validation.md";
 /// Most threads that a study may ask for.
@@ -52,6 +56,7 @@ const EXAMPLES: &str = "\
 Examples:
   bristle study examples/zirconia.toml --out results    all contacts of a study
   bristle simulate examples/zirconia.toml --out one     one contact and its course over time
+  bristle plot results                                  the figures of a study once more
   bristle derive --segments 2                           the equations of motion, to read
   bristle validate                                      the simulator beside exact solutions
 
@@ -80,6 +85,7 @@ enum Command {
     Derive(DeriveArgs),
     Compare(CompareArgs),
     Validate(ValidateArgs),
+    Plot(PlotArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
@@ -87,7 +93,7 @@ enum Command {
     Schema,
 }
 
-/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv
+/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv and DIR/figures
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -98,7 +104,14 @@ enum Command {
 ///
 /// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
 /// solver statistics, and status (ok or the error). A case that fails does not stop the others,
-/// and makes the exit status 3.
+/// and makes the exit status 3. DIR/figures has maps and curves of the metrics as SVG and PNG;
+/// `bristle plot DIR` draws them again. Measured forces are drawn beside simulated ones, and
+/// deviations written to DIR/measured_comparison.csv, if the file names them:
+///
+///   [measured]
+///   file = "forces.csv"
+///
+/// with the columns brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 struct StudyArgs {
@@ -113,10 +126,11 @@ struct StudyArgs {
     threads: Option<u64>,
 }
 
-/// Simulate one contact, and write DIR/metrics.json and DIR/history.csv
+/// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
-/// position and energies at equally spaced times; their number changes no metric. [study] is ignored.
+/// position and energies at equally spaced times; their number changes no metric. DIR/figures/history.svg and .png show force and
+/// tip deflection over time. [study] is ignored.
 #[derive(Args)]
 struct SimulateArgs {
     /// Input file, see `bristle schema`
@@ -203,6 +217,22 @@ struct ValidateArgs {
     out: PathBuf,
 }
 
+/// Draw saved results once more, to DIR/figures
+///
+/// DIR is what `bristle study` or `bristle simulate` has written to. Of a study: maps and curves of tip deflection, contact time,
+/// contact time ratio, impulse and tool force over the swept settings, and the tool force beside measured ones. Of one contact:
+/// force and tip deflection over time. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the
+/// results.
+#[derive(Args)]
+struct PlotArgs {
+    /// Directory with results
+    #[arg(value_name = "DIR")]
+    results: PathBuf,
+    /// Directory for the figures, which go to its subdirectory `figures` [default: DIR]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct EquationsArgs {
@@ -273,6 +303,8 @@ enum CliError {
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
+    #[error(transparent)]
+    Pictures(#[from] PicturesError),
     #[error("cannot draw a figure: {0}")]
     Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
@@ -290,6 +322,7 @@ pub fn run() -> ExitCode {
         Command::Derive(arguments) => derive_equations(&arguments),
         Command::Compare(arguments) => compare_derivations(&arguments),
         Command::Validate(arguments) => validate(&arguments),
+        Command::Plot(arguments) => plot(&arguments),
         Command::Schema => print(&input_schema()),
     };
     match result {
@@ -307,8 +340,11 @@ pub fn run() -> ExitCode {
 fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let study = Document::parse(&text, &name)?.study()?;
-    prepare_directory(&arguments.out, &[RUNS])?;
+    let document = Document::parse(&text, &name)?;
+    let study = document.study()?;
+    let measured = document.measured_file().map(|file| measured_forces(&beside(&arguments.file, file))).transpose()?;
+    prepare_directory(&arguments.out, &[RUNS, STUDY, MEASURED])?;
+    prepare_directory(&arguments.out.join(FIGURES), &[])?;
 
     let start = Instant::now();
     let bar = ProgressBar::new(study.case_count() as u64).with_style(progress_style());
@@ -318,10 +354,16 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let seconds = start.elapsed().as_secs_f64();
 
     let runs = StagedFile::write(arguments.out.join(RUNS), |out| write_runs(out, &study, &results))?;
+    if let Some((text, _)) = &measured {
+        stage_text(&arguments.out, MEASURED, text)?.commit()?;
+    }
+    stage_text(&arguments.out, STUDY, &study_text(&study, measured.is_some()))?.commit()?;
     let runs = runs.commit()?;
+    let points = measured.map_or_else(Vec::new, |(_, points)| points);
     say(study_tables(&study, &results));
     say(format_args!("{} cases in {seconds:.2} s", study.case_count()));
     say_written(&runs);
+    say_drawn(&draw_study(&arguments.out, &study, &results, &points)?);
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
@@ -336,6 +378,11 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     Ok(SIMULATION_FAILED.into())
 }
 
+/// A file of a directory with this text, under a temporary name.
+fn stage_text(directory: &Path, name: &str, text: &str) -> Result<StagedFile, FileError> {
+    StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))
+}
+
 /// Style of the progress bar, which indicatif shows on a terminal only.
 fn progress_style() -> ProgressStyle {
     ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left")
@@ -346,14 +393,24 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out, &[METRICS, HISTORY])?;
+    prepare_directory(&arguments.out, &[METRICS, HISTORY, CASE])?;
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let simulation = simulate_with_history(&settings, samples)?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
+    stage_text(&arguments.out, CASE, &case_text(&settings))?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
+    say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn plot(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
+    let out = arguments.out.as_ref().unwrap_or(&arguments.results);
+    for drawn in draw_saved(&arguments.results, out)? {
+        say_drawn(&drawn);
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -400,13 +457,12 @@ fn validate(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 
-    let stage =
-        |name: &str, text: String| StagedFile::write(arguments.out.join(name), |out| out.write_all(text.as_bytes()));
+    let stage = |name: &str, text: String| stage_text(&arguments.out, name, &text);
     let comparisons = arguments.out.join(COMPARISONS);
     let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, &outcomes))?];
     files.push(stage(PAGE, validation::page(&outcomes, extent))?);
     for figure in outcomes.iter().flat_map(|outcome| outcome.figures()) {
-        files.push(stage(&format!("{}.svg", figure.name), validation::svg(figure).map_err(CliError::Drawing)?)?);
+        files.push(stage(&format!("{}.svg", figure.name), figure.svg().map_err(CliError::Drawing)?)?);
     }
     for file in files {
         say_written(&file.commit()?);
@@ -438,6 +494,18 @@ fn say(message: impl Display) {
 
 fn say_written(path: &Path) {
     say(format_args!("wrote {}", path.display()));
+}
+
+fn say_drawn(Drawn { message, comparisons }: &Drawn) {
+    say(message);
+    if !comparisons.is_empty() {
+        say(comparison_table(comparisons));
+    }
+}
+
+/// A path that a file states, which is relative to the file's directory.
+fn beside(file: &Path, path: &str) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(path)
 }
 
 #[cfg(test)]

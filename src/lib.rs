@@ -9,7 +9,8 @@
 //! 4. [`integrate`]: implicit, error-controlled steps;
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
-//! 7. [`report`], [`tables`], [`drawing`]: results as files, as text and as pictures.
+//! 7. [`report`], [`tables`], [`figures`], [`drawing`]: results as files, as text and as pictures;
+//! 8. [`results`], [`measured`]: saved results read back, and forces that were measured beside them.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
@@ -20,12 +21,16 @@ pub mod document;
 pub mod drawing;
 pub mod equations;
 pub mod evaluation;
+pub mod figures;
 pub mod filament;
+mod grid;
 pub mod input_error;
 pub mod integrate;
+pub mod measured;
 pub mod metrics;
 pub mod parameters;
 pub mod report;
+pub mod results;
 pub mod schema;
 pub mod settings;
 pub mod simulation;

@@ -2,6 +2,7 @@
 
 mod cli;
 mod files;
+mod pictures;
 mod validation;
 
 use std::process::ExitCode;

@@ -191,6 +191,12 @@ impl Study {
         Ok(study)
     }
 
+    /// The settings that all cases have but for the swept ones.
+    #[must_use]
+    pub fn base(&self) -> &Settings {
+        &self.base
+    }
+
     /// The swept settings, from the slowest to the fastest.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
