@@ -7,10 +7,11 @@ use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of}
 use crate::drawing::map::{self, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
-use crate::drawing::{self, Area, BLUE, GREY, VERMILION, centred, fine, stroke, text};
+use crate::drawing::{self, Area, BLUE, GREY, Pen, VERMILION, centred, fine, stroke, text};
 use crate::grid::{Plane, Side, equation, process_planes, telling_planes};
 use crate::measured::{Measurement, relative_uncertainty, same, tool_force};
 use crate::metrics::Metrics;
+use crate::parameters::Parameter;
 use crate::settings::Settings;
 use crate::simulation::{Pass, Sample};
 use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
@@ -289,8 +290,6 @@ impl View<'_> {
         if !over.varies() {
             return Ok(None);
         }
-        let [millimetres, one] = [1e3, 1.0];
-        let unit = |side: &Side| if side.parameter.path == DEPTH { millimetres } else { one };
         let place = |point: &Measurement| match family {
             Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
             Family::OverY => (point.penetration_depth_m, point.brushing_velocity_m_s),
@@ -319,7 +318,7 @@ impl View<'_> {
             let mut band = (Vec::new(), Vec::new());
             let mut bands = Vec::new();
             for &at in &over.values {
-                let at_shown = at * unit(over);
+                let at_shown = at * over.factor();
                 match force(at, level) {
                     Ok(simulated) => {
                         line.push((at_shown, simulated.force_n));
@@ -340,7 +339,7 @@ impl View<'_> {
             }
             curves.push(Curve::new(format!("simulated, {name}"), Look::Line, line).with_pen(index));
             let points: Vec<&Measurement> = measured.iter().filter(|point| same(place(point).1, level)).collect();
-            let at = |point: &Measurement, force: f64| (place(point).0 * unit(over), force);
+            let at = |point: &Measurement, force: f64| (place(point).0 * over.factor(), force);
             let ends = points
                 .iter()
                 .flat_map(|point| [at(point, point.force_n - point.std_n), at(point, point.force_n + point.std_n)]);
@@ -369,8 +368,8 @@ impl View<'_> {
 }
 
 /// Size of the picture of a history, and of its panels, in pixels.
-const HISTORY: (i32, i32) = (760, 520);
-const HISTORY_TOP: i32 = 58;
+const HISTORY: (i32, i32) = (760, 528);
+const HISTORY_TOP: i32 = 68;
 const PANEL: i32 = 190;
 const BETWEEN: i32 = 26;
 /// Colour of the times in contact.
@@ -391,12 +390,11 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> drawing::Resul
     let left = panels.iter().map(|(scale, ..)| left_of(scale)).max().unwrap_or(0);
     let right = HISTORY.0 - 24;
     let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
-    let settings = settings.map(|(path, value)| {
-        crate::parameters::Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value))
-    });
+    let settings = settings
+        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
     let svg = drawing::svg(HISTORY, |area| {
         let title = format!("One contact: {}", settings.join(", "));
-        heading(area, left, &title, "grey: in contact; dashed: nominal entry and exit of the undeformed filament")?;
+        heading(area, left, &title, "shaded: in contact; dashed: nominal entry and exit of the undeformed filament")?;
         for (row, (scale, points, color)) in (0..).zip(&panels) {
             let top = HISTORY_TOP + row * (PANEL + BETWEEN);
             let frame = [left, top, right, top + PANEL];
@@ -411,7 +409,7 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> drawing::Resul
             for (time, name) in [(entry, "entry"), (exit, "exit")] {
                 if (0.0..=1.0).contains(&x.part(time)) {
                     let at = x.place(time, left, right);
-                    let line = crate::drawing::Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
+                    let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
                     line.line(area, &[(at, fine(top)), (at, fine(top + PANEL))])?;
                     if row == 0 {
                         area.draw_text(name, &centred(text(11, GREY)), (at, fine(top - 8)))?;
@@ -448,4 +446,101 @@ fn draw_contact(
         area.draw(&Rectangle::new([(from, fine(top)), (to, fine(bottom))], CONTACT.filled()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::simulation::simulate_with_history;
+    use crate::study::run_study;
+
+    fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
+        let text = format!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = 2\nlength_m = 0.040\n\
+             diameter_m = 1.18e-3\n[solver]\nrelative_tolerance = 1e-2\n[process]\nbrushing_velocity_m_s = 10.0\n\
+             penetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
+        );
+        let study = Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study");
+        let results = run_study(&study, None, || {}).expect("threads");
+        (study, results)
+    }
+
+    fn names(pictures: &Pictures) -> Vec<&str> {
+        pictures.pictures.iter().map(|picture| picture.name.as_str()).collect()
+    }
+
+    #[test]
+    fn odd_grids_are_drawn_without_what_is_no_number() {
+        let sweeps = [
+            "brushing_velocity_m_s = [10.0]",
+            "brushing_velocity_m_s = [10.0, 10.0]\npenetration_depth_m = [1e-3]",
+            "brushing_velocity_m_s = [20.0, 10.0, 11.0]\npenetration_depth_m = [3e-3, 1e-3]",
+            "penetration_depth_m = [1e-3, 2e-3]\n\"filament.segments\" = [1, 2, 3]",
+            "\"tool.filament_count\" = [0.0, 10.0]\n\"filament.segments\" = [1, 2]\n\"contact.exponent\" = [1.0, 1.5]",
+        ];
+        let point = |velocity: f64, depth: f64| Measurement {
+            brushing_velocity_m_s: velocity,
+            penetration_depth_m: depth,
+            force_n: -1.0,
+            std_n: 0.0,
+        };
+        let measured = [point(10.0, 1e-3), point(10.5, 1.5e-3), point(1e9, 1e-9)];
+        for sweeps in sweeps {
+            let (study, mut results) = study(sweeps);
+            // As simulated, with one failed case, and with failed cases only.
+            for failed in [0, 1, results.len()] {
+                results.iter_mut().take(failed).for_each(|result| *result = Err("failed".to_owned()));
+                let pictures = study_figures(&study, &results, &measured).expect("pictures");
+                let again = study_figures(&study, &results, &measured).expect("pictures");
+                assert_eq!(pictures, again);
+                for Picture { name, svg } in &pictures.pictures {
+                    assert!(is_of_study(name), "{name}");
+                    assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN") && !svg.contains("inf"), "{name}");
+                }
+                let mut names = names(&pictures);
+                names.sort_unstable();
+                names.dedup();
+                assert_eq!(names.len(), pictures.pictures.len());
+            }
+        }
+    }
+
+    #[test]
+    fn one_case_has_no_picture() {
+        let (study, results) = study("brushing_velocity_m_s = [10.0]");
+        let pictures = study_figures(&study, &results, &[]).expect("pictures");
+        assert!(pictures.pictures.is_empty() && !pictures.note.is_empty());
+    }
+
+    #[test]
+    fn what_is_left_out_is_said() {
+        let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
+        let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
+        let (study, results) = study(&sweeps);
+        let pictures = study_figures(&study, &results, &[]).expect("pictures");
+        assert_eq!(pictures.pictures.len(), 11);
+        let find = |name: &str| pictures.pictures.iter().find(|picture| picture.name == name).expect(name);
+        assert!(find("impulse_over_depth").svg.contains("7 of 9 values of v_b"));
+        assert!(!find("impulse_over_velocity").svg.contains("values of"));
+        assert!(find("tool_force_map").svg.contains("N_f = 10500 ± 600: all values ± 5.7 %"));
+    }
+
+    #[test]
+    fn only_pictures_of_studies_are_taken_for_them() {
+        assert!(is_of_study("impulse_map_segments_3") && is_of_study("measured_over_depth"));
+        assert!(!is_of_study("history") && !is_of_study("impulse") && !is_of_study("my_impulse_map"));
+    }
+
+    #[test]
+    fn histories_of_any_length_are_drawn() {
+        let (study, _) = study("brushing_velocity_m_s = [10.0]");
+        let settings = study.settings(0);
+        for samples in [2, 3, 300] {
+            let history = simulate_with_history(&settings, samples).expect("a pass").history;
+            let svg = history_figure(&settings, &history).expect("a picture").svg;
+            assert!(!svg.contains("NaN") && svg.contains("F_n in N") && svg.contains("s_n in mm"));
+        }
+        history_figure(&settings, &[]).expect("an empty picture");
+    }
 }

@@ -74,9 +74,14 @@ impl Side {
         }
     }
 
+    /// From SI to the unit of the label.
+    pub fn factor(&self) -> f64 {
+        factor(self.parameter)
+    }
+
     /// The values in the unit of the label.
     pub fn shown(&self) -> Vec<f64> {
-        self.values.iter().map(|value| value * factor(self.parameter)).collect()
+        self.values.iter().map(|value| value * self.factor()).collect()
     }
 }
 

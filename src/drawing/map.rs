@@ -13,7 +13,7 @@ const SIZE: (i32, i32) = (680, 430);
 /// Pixels above, below and to the right of the cells.
 const TOP: i32 = 40;
 const BOTTOM: i32 = 50;
-const RIGHT: i32 = 112;
+const RIGHT: i32 = 100;
 /// Distance of the colour bar from the cells, and its width.
 const BAR: (i32, i32) = (20, 14);
 /// Number of colours of the bar.
@@ -91,13 +91,24 @@ fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Ve
     all.into_iter().step_by(every).collect()
 }
 
-/// Decimals that tell numbers of this size apart.
-fn decimals(largest: f64) -> usize {
-    match largest {
+/// Decimals with which a number of this size is written in a cell.
+fn decimals(value: f64) -> usize {
+    match value.abs() {
         100.0.. => 0,
         10.0.. => 1,
         _ => 2,
     }
+}
+
+/// Whether a piece of a line meets the rectangle of this half size around `middle`; checked at points a pixel apart.
+fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) -> bool {
+    let (wide, high) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+    let steps = (wide.abs().max(high.abs()) / f64::from(fine(1))).ceil().max(1.0);
+    (0..=steps as i32).any(|step| {
+        let part = f64::from(step) / steps;
+        let (x, y) = (f64::from(from.0) + part * wide, f64::from(from.1) + part * high);
+        (x - f64::from(middle.0)).abs() <= f64::from(half.0) && (y - f64::from(middle.1)).abs() <= f64::from(half.1)
+    })
 }
 
 impl Map {
@@ -119,6 +130,7 @@ impl Map {
             let (xs, ys) = (self.x.borders(), self.y.borders());
             let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
             self.draw_level(area, &across, &up)?;
+            self.draw_numbers(area, &scale, &across, &up)?;
             let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
             area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
             let below = ticks(&self.x, &across, |label| width(label, 11) + 8);
@@ -154,34 +166,60 @@ impl Map {
         for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
             hatch(area, corners(borders))?;
         }
-        let largest = self.values.iter().flatten().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        let digits = decimals(largest);
-        let number = |value: f64| format!("{value:.digits$}").replace('-', "−");
-        let fits = |value: f64, borders: [&[f64]; 2]| {
-            let [(low_x, high_y), (high_x, low_y)] = corners(borders);
-            let room = (width(&number(value), NUMBER) + 2 * FREE.0, NUMBER + 2 * FREE.1);
-            high_x - low_x >= fine(room.0) && low_y - high_y >= fine(room.1)
-        };
-        let all_fit = cells().all(|(value, borders)| value.is_none_or(|value| fits(value, borders)));
-        if scale.factor.is_empty() && all_fit {
-            for (value, borders) in cells() {
+        Ok(())
+    }
+
+    /// Writes the numbers of all cells, if all fit; not where the line of the level would cross one, which is near the level.
+    fn draw_numbers(
+        &self,
+        area: &Area<'_>,
+        scale: &Scale,
+        across: &impl Fn(f64) -> i32,
+        up: &impl Fn(f64) -> i32,
+    ) -> super::Result<()> {
+        let (xs, ys) = (self.x.borders(), self.y.borders());
+        let mut numbers = Vec::new();
+        for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
+            for (value, x) in row.iter().zip(xs.windows(2)) {
                 let Some(value) = *value else { continue };
-                let [(low_x, high_y), (high_x, low_y)] = corners(borders);
-                let shade = if scale.part(value) < 0.6 { WHITE } else { INK };
-                let middle = ((low_x + high_x) / 2, (high_y + low_y) / 2);
-                area.draw_text(&number(value), &centred(text(NUMBER, shade)), middle)?;
+                let number = format!("{value:.*}", decimals(value)).replace('-', "−");
+                let half = (fine(width(&number, NUMBER)) / 2, fine(NUMBER) / 2);
+                let [left, right] = [x[0], x[1]].map(across);
+                let [bottom, top] = [y[0], y[1]].map(up);
+                if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
+                    return Ok(());
+                }
+                numbers.push((value, number, ((left + right) / 2, (top + bottom) / 2), half));
             }
+        }
+        let largest = numbers.iter().fold(0.0_f64, |largest, (value, ..)| largest.max(value.abs()));
+        if !scale.factor.is_empty() || largest < 0.1 {
+            return Ok(());
+        }
+        let line = self.level_line(across, up);
+        for (value, number, middle, half) in numbers {
+            let near = (half.0 + fine(FREE.0) / 2, half.1 + fine(FREE.1) / 2);
+            if line.iter().any(|piece| crosses(*piece, middle, near)) {
+                continue;
+            }
+            let shade = if scale.part(value) < 0.6 { WHITE } else { INK };
+            area.draw_text(&number, &centred(text(NUMBER, shade)), middle)?;
         }
         Ok(())
     }
 
+    /// The pieces of the level's line in coordinates of the file; none without a level.
+    fn level_line(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
+        let pieces = self.level.map(|level| contour([&self.x.values, &self.y.values], &self.values, level));
+        pieces.into_iter().flatten().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
+    }
+
     /// The line of the level, in ink on white, so that it shows on every colour.
     fn draw_level(&self, area: &Area<'_>, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> super::Result<()> {
-        let Some(level) = self.level else { return Ok(()) };
-        let pieces = contour([&self.x.values, &self.y.values], &self.values, level);
+        let pieces = self.level_line(across, up);
         for (color, tenths) in LINE {
             for piece in &pieces {
-                area.draw(&PathElement::new(piece.map(|(x, y)| (across(x), up(y))), stroke(color, tenths)))?;
+                area.draw(&PathElement::new(piece.to_vec(), stroke(color, tenths)))?;
             }
         }
         Ok(())
