@@ -376,7 +376,7 @@ mod tests {
 
         let error = |text: &str| read_runs(text, "runs.csv", &study).expect_err("damaged").to_string();
         assert!(error("").contains("empty"));
-        assert!(error(&runs.replacen("contact_time_s", "contact_time", 1)).contains("no column `contact_time_s`"));
+        assert!(error(&runs.replacen(",contact_time_s", ",contact_time", 1)).contains("no column `contact_time_s`"));
         let last = runs.trim_end().rfind('\n').expect("rows");
         assert!(error(&runs[..=last]).contains("15 rows"));
         assert!(

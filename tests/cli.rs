@@ -359,7 +359,7 @@ fn results_that_cannot_be_drawn_are_refused() {
     for (old, new, place) in [
         ("10.0,0.0005", "10.5,0.0005", "runs.csv:2, column brushing_velocity_m_s"),
         (",ok\n", ",ok\n10.0,0.1", "runs.csv:3"),
-        ("contact_time_s", "time", "no column `contact_time_s`"),
+        (",contact_time_s", ",time", "no column `contact_time_s`"),
     ] {
         workspace.write("results/runs.csv", runs.replacen(old, new, 1));
         let message = workspace.refuse("plot results");

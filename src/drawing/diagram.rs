@@ -25,6 +25,8 @@ pub const SUBTITLE: i32 = 18;
 const ROW: i32 = 18;
 const TEXT: i32 = 58;
 const MARGIN: i32 = 8;
+/// Most markers of a line.
+const MAX_MARKERS: usize = 25;
 /// Strength of a band's colour, and half the width of the end of an error bar.
 const BAND: f64 = 0.15;
 const CAP: i32 = 4;
@@ -102,7 +104,10 @@ impl Styled<'_> {
             Look::Markers => self.pen.markers(area, marked)?,
             Look::Joined => {
                 self.pen.line(area, points)?;
-                self.pen.markers(area, marked)?;
+                // Of many points some, so that the dashes can be seen between them.
+                let every = marked.len().div_ceil(MAX_MARKERS).max(1);
+                let marked: Vec<(i32, i32)> = marked.iter().copied().step_by(every).collect();
+                self.pen.markers(area, &marked)?;
             }
             Look::Band => area.draw(&Polygon::new(points, self.pen.color.mix(BAND).filled()))?,
             Look::Bars => {
