@@ -236,9 +236,12 @@ impl View<'_> {
             .collect();
         let all = x.values.len() * y.values.len();
         let selection = if values.len() < all { format!("{} of {all} cases", values.len()) } else { String::new() };
-        let level = quantity.level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
+        let known = || values.iter().flatten();
+        let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
+        let level = quantity.level.filter(|(level, _)| crossed(*level));
+        let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
-        let subtitle = self.subtitle([level, self.uncertainty(quantity), selection, failures]);
+        let subtitle = self.subtitle([meaning, self.uncertainty(quantity), selection, failures]);
         let map = Map {
             title: format!("{} {}", quantity.title, quantity.label),
             subtitle,
@@ -247,7 +250,7 @@ impl View<'_> {
             label: quantity.label.to_owned(),
             values,
             range: quantity.range,
-            level: quantity.level.map(|(level, _)| level),
+            level: level.map(|(level, _)| level),
         };
         Ok(Picture { name: format!("{}_map{}", quantity.name, self.plane.suffix()), svg: map.svg()? })
     }

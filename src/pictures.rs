@@ -15,7 +15,7 @@ use bristle::simulation::Sample;
 use bristle::study::{CaseResult, Study};
 use thiserror::Error;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_text};
+use crate::files::{FileError, StagedFile, prepare_directory, read_results, read_text};
 
 /// Directory of the pictures within that of the results.
 pub const FIGURES: &str = "figures";
@@ -106,7 +106,7 @@ pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -
 pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
     let read = |name: &str| {
         let path = saved.join(name);
-        Ok::<_, PicturesError>((read_text(&path)?, path.to_string_lossy().into_owned()))
+        Ok::<_, PicturesError>((read_results(&path)?, path.to_string_lossy().into_owned()))
     };
     let [has_study, has_case] = [STUDY, CASE].map(|name| saved.join(name).exists());
     if !has_study && !has_case {

@@ -118,7 +118,7 @@ impl Map {
         let known =
             self.values.iter().flatten().copied().filter(|value| coordinate(&axis_of_colours, *value).is_some());
         let shown: Vec<f64> = self.range.into_iter().flatten().chain(known).collect();
-        let scale = Scale::exact(axis_of_colours, shown.into_iter());
+        let scale = Scale::exact(axis_of_colours, shown.iter().copied());
         let height_of_heading = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
         let labels = self.y.labels.iter().map(|label| width(label, 11)).max().unwrap_or(0);
         let left = 36 + labels.max(24);
@@ -138,7 +138,8 @@ impl Map {
             axis(area, name, &below, false, |x| (across(x), fine(bottom)))?;
             let beside = ticks(&self.y, &up, |_| 15);
             axis(area, (&self.y.label, (14, (top + bottom) / 2)), &beside, true, |y| (fine(left), up(y)))?;
-            self.draw_bar(area, frame, &scale)
+            // Without a value there is nothing that the colours range over.
+            if shown.is_empty() { Ok(()) } else { self.draw_bar(area, frame, &scale) }
         })
     }
 
@@ -169,7 +170,7 @@ impl Map {
         Ok(())
     }
 
-    /// Writes the numbers of all cells, if all fit; not where the line of the level would cross one, which is near the level.
+    /// Writes the numbers of all cells, if all fit; but none that the line of the level crosses.
     fn draw_numbers(
         &self,
         area: &Area<'_>,
