@@ -92,10 +92,10 @@ impl<'t> Document<'t> {
                 document.sweeps = document.read_sweeps(entries)?;
             }
         }
-        if let Some(measured) = document.table.remove(MEASURED) {
-            if let DeValue::Table(entries) = measured.get_ref() {
-                document.measured_file = Some(document.read_measured(entries, measured.span())?);
-            }
+        if let Some(measured) = document.table.remove(MEASURED)
+            && let DeValue::Table(entries) = measured.get_ref()
+        {
+            document.measured_file = Some(document.read_measured(entries, measured.span())?);
         }
         Ok(document)
     }
