@@ -15,9 +15,11 @@ use bristle::derive::{DeriveError, DeriveFormat, Equations, derive};
 use bristle::document::Document;
 use bristle::evaluation::{EvaluationError, evaluate};
 use bristle::input_error::InputError;
+use bristle::measured::comparison_table;
 use bristle::page::{page, record};
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
+use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
 use bristle::simulation::{SimulationError, simulate_with_history};
 use bristle::state::{StateError, parse_state};
@@ -28,6 +30,10 @@ use bristle_codegen::compare::States;
 
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
+use crate::pictures::{
+    CASE, COMPARISON, Drawn, FIGURES, HISTORY, MEASURED, PicturesError, RUNS, STUDY, draw_history, draw_saved,
+    draw_study, measured_forces, remove_unfinished,
+};
 use crate::progress::Progress;
 use crate::terminal::{say, say_at_the_end, start_log};
 use crate::validation::{self, Extent, Outcome};
@@ -41,10 +47,8 @@ const SIMULATION_FAILED: u8 = 3;
 /// Exit status where Ctrl-C has stopped a study, as shells have it: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
 /// Names of the result files.
-const RUNS: &str = "runs.csv";
 const REPORT: &str = "report.html";
 const METRICS: &str = "metrics.json";
-const HISTORY: &str = "history.csv";
 const COMPARISONS: &str = "validation.csv";
 const PAGE: &str = "validation.md";
 /// Most threads that a study may ask for.
@@ -58,6 +62,7 @@ const EXAMPLES: &str = "\
 Examples:
   bristle study examples/zirconia.toml --out results    all contacts of a study
   bristle simulate examples/zirconia.toml --out one     one contact and its course over time
+  bristle plot results                                  the figures of a study once more
   bristle derive --segments 2                           the equations of motion, to read
   bristle validate                                      the simulator beside exact solutions
 
@@ -90,6 +95,7 @@ enum Command {
     Derive(DeriveArgs),
     Compare(CompareArgs),
     Validate(ValidateArgs),
+    Plot(PlotArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
@@ -97,7 +103,7 @@ enum Command {
     Schema,
 }
 
-/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv and DIR/report.html
+/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv, DIR/report.html and DIR/figures
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -111,6 +117,15 @@ enum Command {
 /// and makes the exit status 3. report.html is a page to look
 /// through in a browser: maps, one contact at a time in motion, settings.
 ///
+/// DIR/figures has maps and curves of the metrics as SVG and PNG;
+/// `bristle plot DIR` draws them again. Measured forces are drawn beside simulated ones, and
+/// deviations written to DIR/measured_comparison.csv, if the file names them:
+///
+///   [measured]
+///   file = "forces.csv"
+///
+/// with the columns brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
+///
 /// A study can be stopped at any moment, by Ctrl-C or a crash: the same command goes on where it
 /// was. Each case that is done is a line of DIR/journal.jsonl; what is lost are the cases that
 /// were being simulated, and after a loss of power those of the last tenth of a second. The
@@ -122,7 +137,7 @@ enum Command {
 /// done counts the cases with a result, failures those of them that failed, rate cases a second;
 /// rate and seconds_left are null as long as they are unknown. At the end:
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
-///    "files":["results/runs.csv","results/report.html"]}
+///    "files":["results/runs.csv","results/study.json","results/report.html"]}
 /// resumed counts the cases that were in the journal already, and files are those now written.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -144,10 +159,11 @@ struct StudyArgs {
     json: bool,
 }
 
-/// Simulate one contact, and write DIR/metrics.json and DIR/history.csv
+/// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
-/// position and energies at equally spaced times; their number changes no metric. [study] is ignored.
+/// position and energies at equally spaced times; their number changes no metric. DIR/figures/history.svg and .png show force and
+/// tip deflection over time. [study] is ignored.
 #[derive(Args)]
 struct SimulateArgs {
     /// Input file, see `bristle schema`
@@ -234,6 +250,22 @@ struct ValidateArgs {
     out: PathBuf,
 }
 
+/// Draw saved results once more, to DIR/figures
+///
+/// DIR is what `bristle study` or `bristle simulate` has written to. Of a study: maps and curves of tip deflection, contact time,
+/// contact time ratio, impulse and tool force over the swept settings, and the tool force beside measured ones. Of one contact:
+/// force and tip deflection over time. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the
+/// results.
+#[derive(Args)]
+struct PlotArgs {
+    /// Directory with results
+    #[arg(value_name = "DIR")]
+    results: PathBuf,
+    /// Directory for the figures, which go to its subdirectory `figures` [default: DIR]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct EquationsArgs {
@@ -304,6 +336,8 @@ enum CliError {
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
+    #[error(transparent)]
+    Pictures(#[from] PicturesError),
     #[error("cannot draw a figure: {0}")]
     Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
@@ -328,6 +362,7 @@ pub fn run() -> ExitCode {
         Command::Derive(arguments) => derive_equations(&arguments),
         Command::Compare(arguments) => compare_derivations(&arguments),
         Command::Validate(arguments) => validate(&arguments),
+        Command::Plot(arguments) => plot(&arguments),
         Command::Schema => print(&input_schema()),
     };
     match result {
@@ -345,21 +380,28 @@ pub fn run() -> ExitCode {
 fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let study = Document::parse(&text, &name)?.study()?;
-    prepare_directory(&arguments.out, &[RUNS, REPORT, JOURNAL])?;
+    let document = Document::parse(&text, &name)?;
+    let study = document.study()?;
+    let measured = document.measured_file().map(|file| measured_forces(&beside(&arguments.file, file))).transpose()?;
+    prepare_directory(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, JOURNAL])?;
+    prepare_directory(&arguments.out.join(FIGURES), &[])?;
 
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    remove_leftovers(&arguments.out, &[RUNS, REPORT]);
+    remove_leftovers(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, COMPARISON]);
+    remove_unfinished(&arguments.out);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
 
     let total = study.case_count();
-    let files = write_results(arguments, &study, &results)?;
+    let files = write_results(arguments, &study, &results, measured.as_ref().map(|(text, _)| text.as_str()))?;
+    let points = measured.map_or_else(Vec::new, |(_, points)| points);
+    let drawn = draw_study(&arguments.out, &study, &results, &points)?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
         say(format_args!("{total} cases in {seconds:.2} s"));
         files.iter().for_each(|path| say_written(path));
+        say_drawn(&drawn);
     }
     progress.summarise(seconds, &files);
 
@@ -431,22 +473,32 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let _ = ctrlc::try_set_handler(stop);
 }
 
-/// Writes what a study has found, and returns the paths.
-fn write_results(arguments: &StudyArgs, study: &Study, results: &[CaseResult]) -> Result<[PathBuf; 2], CliError> {
+/// Writes what a study has found, beside the `measured` forces that it is compared with, and returns the paths.
+fn write_results(
+    arguments: &StudyArgs,
+    study: &Study,
+    results: &[CaseResult],
+    measured: Option<&str>,
+) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
     let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
-    let files = [RUNS, REPORT].map(|name| arguments.out.join(name));
-    let [runs, report] = &files;
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
-    let runs = StagedFile::write(runs.clone(), |out| write_runs(out, study, results)).map_err(unfinished)?;
-    let courses = record(study, results, threads).map_err(CliError::Threads)?;
-    let text = page(&name, study, results, &courses);
-    let report = StagedFile::write(report.clone(), |out| out.write_all(text.as_bytes())).map_err(unfinished)?;
-    for file in [runs, report] {
-        file.commit().map_err(unfinished)?;
+    let directory = &arguments.out;
+    let runs = StagedFile::write(directory.join(RUNS), |out| write_runs(out, study, results)).map_err(unfinished)?;
+    let mut staged = vec![runs];
+    if let Some(text) = measured {
+        staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
-    Ok(files)
+    staged.push(stage_text(directory, STUDY, &study_text(study, measured.is_some())).map_err(unfinished)?);
+    let courses = record(study, results, threads).map_err(CliError::Threads)?;
+    staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
+    staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
+}
+
+/// A file of a directory with this text, under a temporary name.
+fn stage_text(directory: &Path, name: &str, text: &str) -> Result<StagedFile, FileError> {
+    StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))
 }
 
 /// Style of the progress bar, which indicatif shows on a terminal only.
@@ -459,14 +511,24 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out, &[METRICS, HISTORY])?;
+    prepare_directory(&arguments.out, &[METRICS, HISTORY, CASE])?;
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let simulation = simulate_with_history(&settings, samples)?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
+    stage_text(&arguments.out, CASE, &case_text(&settings))?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
+    say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn plot(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
+    let out = arguments.out.as_ref().unwrap_or(&arguments.results);
+    for drawn in draw_saved(&arguments.results, out)? {
+        say_drawn(&drawn);
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -523,13 +585,12 @@ fn validate(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
 
 /// Writes what a validation has compared, its page and its figures.
 fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> Result<(), CliError> {
-    let stage =
-        |name: &str, text: String| StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()));
+    let stage = |name: &str, text: String| stage_text(directory, name, &text);
     let comparisons = directory.join(COMPARISONS);
     let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
     files.push(stage(PAGE, validation::page(outcomes, extent))?);
     for figure in outcomes.iter().flat_map(Outcome::figures) {
-        files.push(stage(&format!("{}.svg", figure.name), validation::svg(figure).map_err(CliError::Drawing)?)?);
+        files.push(stage(&format!("{}.svg", figure.name), figure.svg().map_err(CliError::Drawing)?)?);
     }
     for file in files {
         say_written(&file.commit()?);
@@ -553,6 +614,18 @@ fn print(data: &str) -> Result<ExitCode, CliError> {
 
 fn say_written(path: &Path) {
     say(format_args!("wrote {}", path.display()));
+}
+
+fn say_drawn(Drawn { message, comparisons }: &Drawn) {
+    say(message);
+    if !comparisons.is_empty() {
+        say(comparison_table(comparisons));
+    }
+}
+
+/// A path that a file states, which is relative to the file's directory.
+fn beside(file: &Path, path: &str) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(path)
 }
 
 #[cfg(test)]

@@ -14,8 +14,13 @@ use crate::parameters::{PARAMETERS, Parameter, Violation};
 use crate::settings::Settings;
 use crate::study::{Axis, AxisError, DEPTH, SHORT_NAMES, Study, StudyError, VELOCITY};
 
-/// The section that states the sweeps; all others are sections of [`Settings`].
+/// The section that states the sweeps.
 const STUDY: &str = "study";
+/// The section that names measured forces; all others are sections of [`Settings`].
+const MEASURED: &str = "measured";
+/// Its one key, and what that may be.
+const FILE: &str = "file";
+const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
 /// What an entry of `[study]` may be.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
@@ -29,6 +34,8 @@ pub struct Document<'t> {
     /// Place of the heading of `[study]`.
     study_span: Range<usize>,
     sweeps: Vec<Sweep>,
+    /// The file of measured forces.
+    measured_file: Option<String>,
 }
 
 /// One entry of `[study]`.
@@ -60,8 +67,13 @@ struct SweepRange {
 impl<'t> Document<'t> {
     /// Reads a file's text. The name is the one that errors call the file by.
     pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
-        let mut document =
-            Self { source: Source { name, text }, table: DeTable::new(), study_span: 0..0, sweeps: Vec::new() };
+        let mut document = Self {
+            source: Source { name, text },
+            table: DeTable::new(),
+            study_span: 0..0,
+            sweeps: Vec::new(),
+            measured_file: None,
+        };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
             let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
@@ -79,6 +91,11 @@ impl<'t> Document<'t> {
             if let DeValue::Table(entries) = study.get_ref() {
                 document.sweeps = document.read_sweeps(entries)?;
             }
+        }
+        if let Some(measured) = document.table.remove(MEASURED)
+            && let DeValue::Table(entries) = measured.get_ref()
+        {
+            document.measured_file = Some(document.read_measured(entries, measured.span())?);
         }
         Ok(document)
     }
@@ -99,6 +116,12 @@ impl<'t> Document<'t> {
             .map(|parameter| Override { parameter, text: ANY, span: self.end() })
             .collect();
         self.build(&overrides).map(|(settings, _)| settings)
+    }
+
+    /// The file of measured forces that the file names, as it names it: relative to its own directory.
+    #[must_use]
+    pub fn measured_file(&self) -> Option<&str> {
+        self.measured_file.as_deref()
     }
 
     /// The study that the file states, all of whose cases are checked.
@@ -174,6 +197,28 @@ impl<'t> Document<'t> {
             .collect()
     }
 
+    /// Reads the entries of `[measured]`, whose heading stands at `span`.
+    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<String, InputError> {
+        if let Some((key, _)) = entries.iter().find(|(key, _)| key.get_ref() != FILE) {
+            let name = key.get_ref();
+            let problem = Problem::UnknownKey { key: format!("{MEASURED}.{name}"), expected: format!("`{FILE}`") };
+            return Err(self.error(problem, key.span(), &did_you_mean(name, std::iter::once(FILE))));
+        }
+        let key = format!("{MEASURED}.{FILE}");
+        let allowed = MEASURED_FILE.to_owned();
+        let Some(value) = entries.get(FILE) else {
+            let advice = format!("add `{FILE} = \"forces.csv\"` below [{MEASURED}]");
+            return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
+        };
+        match value.get_ref() {
+            DeValue::String(path) if !path.trim().is_empty() => Ok(path.to_string()),
+            _ => {
+                let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+                Err(self.error(problem, value.span(), ""))
+            }
+        }
+    }
+
     fn read_axis(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Axis, InputError> {
         let name = key.get_ref().as_ref();
         let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
@@ -214,7 +259,7 @@ impl<'t> Document<'t> {
     /// The error about a top-level entry that is no section.
     fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
         let key = name.get_ref().to_string();
-        if is_section(&key) || key == STUDY {
+        if is_section(&key) || key == STUDY || key == MEASURED {
             let problem = Problem::NotAllowed {
                 value: self.source.quote(value.span()),
                 allowed: format!("a section, begun by a line [{key}]"),

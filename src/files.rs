@@ -28,9 +28,17 @@ impl FileError {
 /// A longer input file is taken for a mistake.
 const MAX_INPUT_BYTES: u64 = 64 << 20;
 
+/// A longer result file is not one of ours: a study has a million cases at most, and a row some 300 bytes.
+const MAX_RESULT_BYTES: u64 = 1 << 30;
+
 /// Reads a text file.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
+}
+
+/// Reads a result file, which is as large as a study.
+pub fn read_results(path: &Path) -> Result<String, FileError> {
+    read_limited(path, MAX_RESULT_BYTES)
 }
 
 /// Reads the file of an expression graph, which can be larger than input written by hand.

@@ -10,7 +10,9 @@
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
 //! 7. [`journal`]: results as they come, so that a study that was stopped goes on;
-//! 8. [`report`], [`tables`], [`drawing`], [`page`]: results as files, as text, as pictures and as a page to look through.
+//! 8. [`report`], [`tables`], [`figures`], [`drawing`], [`page`]: results as files, as text, as pictures and as a page to look
+//!    through;
+//! 9. [`results`], [`measured`]: saved results read back, and forces that were measured beside them.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
@@ -21,14 +23,18 @@ pub mod document;
 pub mod drawing;
 pub mod equations;
 pub mod evaluation;
+pub mod figures;
 pub mod filament;
+mod grid;
 pub mod input_error;
 pub mod integrate;
 pub mod journal;
+pub mod measured;
 pub mod metrics;
 pub mod page;
 pub mod parameters;
 pub mod report;
+pub mod results;
 pub mod schema;
 pub mod settings;
 pub mod simulation;

@@ -3,6 +3,7 @@
 mod cli;
 mod files;
 mod journal_file;
+mod pictures;
 mod progress;
 mod terminal;
 mod validation;

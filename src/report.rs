@@ -13,16 +13,39 @@ use crate::simulation::{Sample, Simulation};
 use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
 
 /// Settings that stand in `runs.csv` whether swept or not, and the names of their columns.
-const FIXED_COLUMNS: [(&str, &str); 3] =
+pub(crate) const FIXED_COLUMNS: [(&str, &str); 3] =
     [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
 
+/// Status of a case that did not fail.
+pub(crate) const OK: &str = "ok";
+
 /// A structure of numbers as columns of a table.
-trait Columns {
+pub(crate) trait Columns: Sized {
     /// Names of the columns.
     const NAMES: &'static [&'static str];
 
     /// Texts of the columns.
     fn cells(&self) -> Vec<String>;
+
+    /// The structure from the texts of its columns, by their positions; or the position of one that is wrong.
+    fn parse<'t>(cell: impl Fn(usize) -> &'t str) -> Result<Self, usize>;
+}
+
+/// A number of a table; none that is not finite.
+trait Number: Sized {
+    fn read(text: &str) -> Option<Self>;
+}
+
+impl Number for f64 {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok().filter(|number: &Self| number.is_finite())
+    }
+}
+
+impl Number for usize {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
 }
 
 /// Makes a column of each field but those after `without`. A field that is not listed does not compile.
@@ -34,6 +57,18 @@ macro_rules! columns {
             fn cells(&self) -> Vec<String> {
                 let Self { $($field),* $($(, $left_out: _)*)? } = self;
                 vec![$(format!("{:?}", $field)),*]
+            }
+
+            fn parse<'t>(cell: impl Fn(usize) -> &'t str) -> Result<Self, usize> {
+                let mut positions = 0..;
+                let mut next = || positions.next().unwrap_or_default();
+                Ok(Self {
+                    $($field: {
+                        let position = next();
+                        Number::read(cell(position)).ok_or(position)?
+                    },)*
+                    $($($left_out: Default::default()),*)?
+                })
             }
         }
     };
@@ -56,6 +91,22 @@ columns!(Metrics {
 
 columns!(Statistics { steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events }
     without { chart_changes });
+
+columns!(Sample {
+    time_s,
+    base_angle_rad,
+    contact_normal_force_n,
+    contact_tangential_force_n,
+    tip_deflection_m,
+    tip_x_m,
+    tip_y_m,
+    tip_z_m,
+    kinetic_energy_j,
+    potential_energy_j,
+    dissipated_energy_j,
+    contact_normal_impulse_n_s,
+    peak_contact_normal_force_n,
+});
 
 /// Writes `runs.csv`: a heading, then a row a case in the grid's order.
 ///
@@ -80,7 +131,7 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
             Ok(summary) => {
                 row.extend(summary.metrics.cells());
                 row.extend(summary.statistics.cells());
-                row.push("ok".to_owned());
+                row.push(OK.to_owned());
             }
             Err(message) => {
                 let empty = Metrics::NAMES.len() + Statistics::NAMES.len();

@@ -5,6 +5,7 @@ use std::ops::Bound;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
+use crate::measured::COLUMNS;
 use crate::parameters::{PARAMETERS, Parameter};
 use crate::settings::Settings;
 use crate::study::SHORT_NAMES;
@@ -26,6 +27,7 @@ pub fn input_schema() -> String {
         process.remove("required");
     }
     schema["properties"]["study"] = study_schema();
+    schema["properties"]["measured"] = measured_schema();
     format!("{schema:#}\n")
 }
 
@@ -80,6 +82,25 @@ fn study_schema() -> Value {
         "description": "The settings that `bristle study` sweeps.",
         "type": "object",
         "properties": sweeps,
+        "additionalProperties": false,
+    })
+}
+
+fn measured_schema() -> Value {
+    json!({
+        "description": "Measured tool forces, which `bristle study` compares with simulated ones.",
+        "type": "object",
+        "properties": {
+            "file": {
+                "type": "string",
+                "minLength": 1,
+                "description": format!(
+                    "Path of a CSV file, relative to the directory of the input file, with the columns {}.",
+                    COLUMNS.join(", ")
+                ),
+            },
+        },
+        "required": ["file"],
         "additionalProperties": false,
     })
 }

@@ -177,7 +177,7 @@ fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
 }
 
 /// At most `limit` positions of `count`, evenly spread from the first to the last.
-fn spread(count: usize, limit: usize) -> Vec<usize> {
+pub(crate) fn spread(count: usize, limit: usize) -> Vec<usize> {
     if count <= limit {
         (0..count).collect()
     } else {
@@ -186,7 +186,7 @@ fn spread(count: usize, limit: usize) -> Vec<usize> {
 }
 
 /// Swept values with equally many decimals.
-fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
+pub(crate) fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     let labels: Vec<String> = values.map(short).collect();
     let decimals = |label: &String| match label.split_once('.') {
         Some((_, decimals)) if !label.contains('e') => decimals.len(),
@@ -201,7 +201,7 @@ fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
 }
 
 /// A swept value with at most four significant digits.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let scientific = format!("{value:.3e}");
     match scientific.parse::<f64>() {
         Ok(rounded) if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 => rounded.to_string(),

@@ -1,7 +1,8 @@
 //! The contract of the command line: files, exit statuses and messages.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
 
 use assert_cmd::Command;
@@ -190,7 +191,11 @@ fn study_writes_a_row_a_case_in_the_grids_order() {
     let files = fs::read_dir(workspace.path("results")).expect("results");
     let mut files: Vec<_> = files.map(|entry| entry.expect("an entry").file_name()).collect();
     files.sort();
-    assert_eq!(files, ["journal.jsonl", "report.html", "runs.csv"], "no temporary file is left");
+    assert_eq!(
+        files,
+        ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"],
+        "no temporary file is left"
+    );
 }
 
 #[test]
@@ -257,6 +262,208 @@ fn a_failed_simulation_writes_nothing() {
         .stderr(contains("the simulation failed").and(contains("panicked").not()));
     let files: Vec<_> = fs::read_dir(workspace.path("one")).expect("one").collect();
     assert!(files.is_empty());
+}
+
+/// Files of a directory with their bytes, by name.
+fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry"));
+    let entries = entries.filter(|entry| entry.path().is_file());
+    entries
+        .map(|entry| (entry.file_name().into_string().expect("a name"), fs::read(entry.path()).expect("a file")))
+        .collect()
+}
+
+/// The figures of a study of velocity and depth.
+const FIGURES: [&str; 11] = [
+    "contact_time_map",
+    "contact_time_over_velocity",
+    "contact_time_ratio_map",
+    "impulse_map",
+    "impulse_over_depth",
+    "impulse_over_velocity",
+    "tip_deflection_map",
+    "tip_deflection_over_velocity",
+    "tool_force_map",
+    "tool_force_over_depth",
+    "tool_force_over_velocity",
+];
+
+#[test]
+fn a_study_draws_its_figures_and_plot_draws_them_again() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 11 figures"));
+    let drawn = files(&workspace.path("results/figures"));
+    let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
+    let expected: Vec<String> =
+        FIGURES.iter().flat_map(|name| [format!("{name}.png"), format!("{name}.svg")]).collect();
+    assert_eq!(names, expected);
+    for (name, bytes) in &drawn {
+        let start: &[u8] = if name.ends_with(".svg") { b"<svg" } else { b"\x89PNG" };
+        assert!(bytes.starts_with(start), "{name}");
+    }
+
+    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 11 figures"));
+    assert_eq!(files(&workspace.path("again/figures")), drawn);
+    fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
+    workspace.bristle("plot results").assert().success();
+    assert_eq!(files(&workspace.path("results/figures")), drawn);
+}
+
+#[test]
+fn simulate_draws_the_contact_over_time() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    let drawn = files(&workspace.path("one/figures"));
+    assert_eq!(drawn.keys().collect::<Vec<_>>(), ["history.png", "history.svg"]);
+    workspace.bristle("plot one --out again").assert().success();
+    assert_eq!(files(&workspace.path("again/figures")), drawn);
+}
+
+#[test]
+fn figures_fit_what_is_swept() {
+    let workspace = Workspace::new();
+    let study = |sweeps: &str| {
+        let (settings, _) = FILE.split_once("[study]").expect("a study");
+        workspace.write("case.toml", format!("{settings}[study]\n{sweeps}\n"));
+        let assert = workspace.bristle("study case.toml --out results --restart").assert().success();
+        let names = files(&workspace.path("results/figures")).into_keys().filter(|name| name.ends_with(".svg"));
+        (names.collect::<Vec<_>>(), String::from_utf8_lossy(&assert.get_output().stderr).into_owned())
+    };
+    // Figures of the study before are removed.
+    let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
+    assert_eq!(names.len(), 5);
+    assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
+    let (names, _) = study("\"filament.segments\" = [4, 3]");
+    assert!(names.len() == 5 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    let (names, message) = study("\"filament.segments\" = [4]");
+    assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
+    let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
+    let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
+    assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
+    assert!(names.len() == 44 && message.contains("4 of 5 values"), "{message}");
+}
+
+#[test]
+fn a_failed_case_is_a_gap_in_the_figures() {
+    let workspace = Workspace::new();
+    let sweep = format!("\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n");
+    workspace.write("case.toml", format!("{FILE}{sweep}"));
+    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 22 figures"));
+    let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
+    assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"));
+    assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
+}
+
+#[test]
+fn results_that_cannot_be_drawn_are_refused() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    let message = workspace.refuse("plot absent");
+    assert!(message.contains("absent") && message.contains("bristle study"), "{message}");
+    workspace.bristle("study case.toml --out results").assert().success();
+    let runs = workspace.read("results/runs.csv");
+    let drawn = files(&workspace.path("results/figures"));
+    for (old, new, place) in [
+        ("10.0,0.0005", "10.5,0.0005", "runs.csv:2, column brushing_velocity_m_s"),
+        (",ok\n", ",ok\n10.0,0.1", "runs.csv:3"),
+        (",contact_time_s", ",time", "no column `contact_time_s`"),
+    ] {
+        workspace.write("results/runs.csv", runs.replacen(old, new, 1));
+        let message = workspace.refuse("plot results");
+        assert!(message.contains(place) && message.contains("help:"), "{message}");
+    }
+    workspace.write("results/runs.csv", "");
+    assert!(workspace.refuse("plot results").contains("empty"));
+    assert_eq!(files(&workspace.path("results/figures")), drawn, "earlier figures stay");
+}
+
+/// Made-up forces at grid points, between them, and outside.
+const FORCES: &str = "\
+brushing_velocity_m_s, penetration_depth_m, force_n, std_n
+10.0, 0.001, 100.0, 1e6
+20, 1.0e-3, 150.0, 0.0
+15.0, 0.00075, 120.0, 10.0
+30.0, 0.001, 300.0, 10.0
+";
+
+#[test]
+fn measured_forces_are_compared_and_drawn() {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("inputs")).expect("a directory");
+    workspace.write("inputs/case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
+    workspace.write("inputs/forces.csv", FORCES);
+    workspace
+        .bristle("study inputs/case.toml --out results")
+        .assert()
+        .success()
+        .stderr(contains("wrote 13 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
+
+    let runs = workspace.read_rows("results/runs.csv");
+    let force: Vec<f64> = runs[1..].iter().map(|row| row[14].parse().expect("a force")).collect();
+    let rows = workspace.read_rows("results/measured_comparison.csv");
+    assert_eq!(
+        rows[0].join(","),
+        "brushing_velocity_m_s,penetration_depth_m,measured_force_n,measured_std_n,simulated_force_n,\
+         simulated_uncertainty_n,difference_n,within_std,status"
+    );
+    let simulated = |row: usize| rows[row][4].parse::<f64>().expect("a force");
+    // Cases 2 and 3 are those at 1 mm; the third point lies in the middle of the first four.
+    assert_eq!([simulated(1), simulated(2)], [force[2], force[3]]);
+    let middle = force[..4].iter().sum::<f64>() / 4.0;
+    assert!((simulated(3) - middle).abs() < 1e-9 * middle, "rounding of the weights");
+    let uncertainty: f64 = rows[1][5].parse().expect("a force");
+    assert!((uncertainty - force[2] * 600.0 / 10_500.0).abs() < 1e-9 * force[2]);
+    assert_eq!([&rows[1][7], &rows[2][7], &rows[4][7]], ["yes", "no", ""]);
+    assert_eq!([&rows[1][8], &rows[4][8]], ["ok", "outside the study"]);
+
+    // The saved results stand alone.
+    fs::remove_dir_all(workspace.path("inputs")).expect("the inputs can be removed");
+    workspace.bristle("plot results --out again").assert().success().stderr(contains("bias"));
+    assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("results/figures")));
+    assert_eq!(workspace.read("again/measured_comparison.csv"), workspace.read("results/measured_comparison.csv"));
+}
+
+#[test]
+fn bad_measured_forces_are_refused_with_their_place() {
+    let changes = [
+        ("force_n", "force", "forces.csv:1: there is no column `force_n`"),
+        ("150.0", "many", "forces.csv:3, column force_n: `many`"),
+        ("150.0", "inf", "forces.csv:3, column force_n"),
+        ("0.00075", "0", "forces.csv:4, column penetration_depth_m"),
+        (", 0.0\n", ", -1.0\n", "forces.csv:3, column std_n"),
+        ("20, 1.0e-3", "10, 1.0e-3", "the same velocity and depth as in line 2"),
+        (", 10.0\n", "\n", "forces.csv:4: 3 cells where the heading has 4"),
+        (", ", ";", "forces.csv:"),
+    ];
+    let workspace = Workspace::new();
+    workspace.write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
+    for (old, new, place) in changes {
+        assert!(FORCES.contains(old), "{old}");
+        workspace.write("forces.csv", FORCES.replacen(old, new, 1));
+        let message = workspace.refuse("study case.toml --out results");
+        assert!(message.contains(place) && message.contains("help:"), "{new}: no `{place}` in\n{message}");
+        assert!(!workspace.path("results").exists());
+    }
+    for (forces, place) in [("", "empty"), ("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n", "no point")] {
+        workspace.write("forces.csv", forces);
+        assert!(workspace.refuse("study case.toml --out results").contains(place));
+    }
+    for (section, key) in [
+        ("[measured]\n", "`measured.file` is missing"),
+        ("[measured]\nfile = 3\n", "`measured.file` is 3"),
+        ("[measured]\nfile = \"\"\n", "`measured.file`"),
+        ("[measured]\nfiles = \"a.csv\"\n", "did you mean `file`?"),
+        ("[measured]\nfile = \"absent.csv\"\n", "absent.csv"),
+    ] {
+        workspace.write("case.toml", format!("{FILE}\n{section}"));
+        let message = workspace.refuse("study case.toml --out results");
+        assert!(message.contains(key), "{message}");
+    }
+    workspace.write("case.toml", format!("measured = 3\n{FILE}"));
+    assert!(workspace.refuse("study case.toml --out results").contains("a section, begun by a line [measured]"));
 }
 
 #[test]

@@ -130,7 +130,7 @@ impl Workspace {
         let output = self.study(options);
         assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
-        assert_eq!(self.files(), ["journal.jsonl", "report.html", "runs.csv"]);
+        assert_eq!(self.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
         output
@@ -378,7 +378,7 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(summary["cases"], CASES);
     assert_eq!(summary["failures"], FAILURES);
     assert_eq!(summary["resumed"], 0);
-    assert_eq!(summary["files"], serde_json::json!(["results/runs.csv", "results/report.html"]));
+    assert_eq!(summary["files"], serde_json::json!(["results/runs.csv", "results/study.json", "results/report.html"]));
     assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
     // The tables are left out; what went wrong is told.
     let message = error_text(&output);
@@ -481,11 +481,11 @@ mod unix {
         };
         // Not even the header fits.
         let (_, done) = stops(1, "journal.jsonl");
-        assert_eq!(workspace.files(), ["journal.jsonl"]);
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
         assert_eq!((workspace.journal().len(), done), (0, 0));
         // Some cases do.
         let (message, done) = stops(30, "journal.jsonl");
-        assert_eq!(workspace.files(), ["journal.jsonl"]);
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
         assert!(0 < done && done < CASES);
         assert!(message.contains(&format!("{done} of 180 cases are in the journal")), "{message}");
         assert!(message.contains("the same command goes on"), "{message}");
@@ -495,7 +495,7 @@ mod unix {
         let (message, done) = stops(2, "runs.csv");
         assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
         assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the one before"));
-        assert_eq!(workspace.files(), ["journal.jsonl", "report.html", "runs.csv"]);
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
         workspace.ends_as_undisturbed("");
     }
 
@@ -522,14 +522,18 @@ mod unix {
             \"$0\" study case.toml --out results || echo status $?
             ls -A results
             cp results/journal.jsonl first.jsonl
-            mount -o remount,size=4m results
+            mount -o remount,size=64m results
             \"$0\" study case.toml --out results || echo status $?
             ls -A results
             cp results/runs.csv runs.csv";
         let Some(output) = with_mounts(&workspace, script) else { return };
         let message = error_text(&output);
         let said = String::from_utf8(output.stdout).expect("UTF-8");
-        assert_eq!(said, "status 2\njournal.jsonl\nstatus 3\njournal.jsonl\nreport.html\nruns.csv\n", "{message}");
+        assert_eq!(
+            said,
+            "status 2\nfigures\njournal.jsonl\nstatus 3\nfigures\njournal.jsonl\nreport.html\nruns.csv\nstudy.json\n",
+            "{message}"
+        );
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
         assert!(message.contains("cases are in the journal: once there is room"), "{message}");
         workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
@@ -557,6 +561,6 @@ mod unix {
         let expected = "error: cannot write to the directory `results`: Read-only file system";
         assert_eq!(message.matches(expected).count(), 2, "{message}");
         assert!((workspace.journal(), workspace.read("runs.csv")) == before);
-        assert_eq!(workspace.files(), ["journal.jsonl", "report.html", "runs.csv"]);
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
     }
 }

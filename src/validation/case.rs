@@ -1,5 +1,10 @@
 //! What a case of the validation says: its formula, what was computed beside it, and whether that is near enough.
 
+use bristle::drawing;
+use bristle::drawing::diagram::Diagram;
+pub use bristle::drawing::diagram::{Curve, Look};
+pub use bristle::drawing::scale::Axis;
+
 use super::sources::Source;
 use super::tolerances::{Measure, Tolerance};
 
@@ -135,54 +140,10 @@ pub struct Figure {
     pub curves: Vec<Curve>,
 }
 
-/// An axis of a diagram.
-#[derive(Clone, Copy, Debug)]
-pub struct Axis {
-    /// Quantity and unit.
-    pub label: &'static str,
-    /// Powers of ten at equal distances.
-    pub logarithmic: bool,
-}
-
-/// Points of a diagram.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    /// Name in the legend.
-    pub name: String,
-    /// The points.
-    pub points: Vec<(f64, f64)>,
-    /// How they are drawn.
-    pub look: Look,
-}
-
-/// How points are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Look {
-    /// A thin grey line: what is exact, or another code.
-    Reference,
-    /// Markers.
-    Markers,
-    /// Markers, joined.
-    Joined,
-    /// A line in colour.
-    Line,
-}
-
-impl Axis {
-    /// An axis with equal distances for equal differences.
-    pub const fn linear(label: &'static str) -> Self {
-        Self { label, logarithmic: false }
-    }
-
-    /// An axis with equal distances for equal ratios.
-    pub const fn logarithmic(label: &'static str) -> Self {
-        Self { label, logarithmic: true }
-    }
-}
-
-impl Curve {
-    /// A curve.
-    pub fn new(name: impl Into<String>, look: Look, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, look }
+impl Figure {
+    /// The diagram as the text of an SVG file.
+    pub fn svg(&self) -> drawing::Result<String> {
+        let Self { title, x, y, curves, .. } = self.clone();
+        Diagram { title, subtitle: String::new(), x, y, curves }.svg()
     }
 }

@@ -9,7 +9,6 @@ mod chains;
 mod contact;
 mod equilibrium;
 mod exact;
-mod figures;
 mod impact;
 mod invariants;
 mod paper;
@@ -31,7 +30,6 @@ use bristle::simulation::SimulationError;
 use thiserror::Error;
 
 pub use case::{Case, Check, Figure};
-pub use figures::svg;
 pub use report::{agrees, page, table, write_rows};
 
 /// How much is computed.

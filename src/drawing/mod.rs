@@ -2,6 +2,12 @@
 //!
 //! Drawings are made with [`plotters`]; what is here places its elements to the tenth of a pixel.
 
+pub mod diagram;
+pub mod map;
+pub mod pens;
+pub mod raster;
+pub mod scale;
+
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -1,0 +1,384 @@
+//! Diagrams: curves on two axes become SVG.
+//!
+//! A legend covers no point: it stands in a corner that is free, or beside the diagram.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::pens::{pen, reference_pen};
+use super::scale::{Axis, Scale, coordinate};
+use super::{Area, FAINT, GREY, GRID, INK, Pen, axis, fine, right_of, stroke, text};
+
+/// Size of a picture in pixels; one with a legend beside the diagram may be wider.
+const SIZE: (i32, i32) = (680, 430);
+/// Pixels above, below and to the right of the diagram.
+const TOP: i32 = 40;
+const BOTTOM: i32 = 50;
+const RIGHT: i32 = 24;
+/// Least width of a diagram.
+const MIN_WIDTH: i32 = 400;
+/// More curves have their legend beside the diagram.
+const MAX_IN_CORNER: usize = 5;
+/// Height of a subtitle.
+pub const SUBTITLE: i32 = 18;
+/// Height of a row of the legend, where its text begins, and what is free around it.
+const ROW: i32 = 18;
+const TEXT: i32 = 58;
+const MARGIN: i32 = 8;
+/// Most markers of a line.
+const MAX_MARKERS: usize = 25;
+/// Strength of a band's colour, and half the width of the end of an error bar.
+const BAND: f64 = 0.15;
+const CAP: i32 = 4;
+/// Points nearer to the one before, in coordinates of the file, are left out: half a pixel.
+const RESOLUTION: i32 = 5;
+
+/// A diagram.
+#[derive(Clone, Debug)]
+pub struct Diagram {
+    /// Heading.
+    pub title: String,
+    /// What is smaller below it; may be empty.
+    pub subtitle: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// What is drawn, in this order; references and bands before the others.
+    pub curves: Vec<Curve>,
+}
+
+/// Points of a diagram.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Name in the legend.
+    pub name: String,
+    /// The points.
+    pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub look: Look,
+    /// Number of its pen; without one, its place among the curves that are no references or bands.
+    pub pen: Option<usize>,
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// A thin grey line: what is exact, or another code.
+    Reference,
+    /// Markers.
+    Markers,
+    /// Markers, joined.
+    Joined,
+    /// A line in colour.
+    Line,
+    /// A light area in colour, of which the points are the outline.
+    Band,
+    /// Error bars: each two points are the ends of one.
+    Bars,
+}
+
+impl Curve {
+    /// A curve.
+    pub fn new(name: impl Into<String>, look: Look, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, look, pen: None }
+    }
+
+    /// The curve with a pen that others may have too.
+    #[must_use]
+    pub fn with_pen(self, index: usize) -> Self {
+        Self { pen: Some(index), ..self }
+    }
+}
+
+/// A curve and its pen.
+struct Styled<'a> {
+    curve: &'a Curve,
+    pen: Pen,
+}
+
+impl Styled<'_> {
+    fn draw(&self, area: &Area<'_>, points: &[(i32, i32)], marked: &[(i32, i32)]) -> super::Result<()> {
+        match self.curve.look {
+            Look::Reference | Look::Line => self.pen.line(area, points)?,
+            Look::Markers => self.pen.markers(area, marked)?,
+            Look::Joined => {
+                self.pen.line(area, points)?;
+                // Of many points some, so that the dashes can be seen between them.
+                let every = marked.len().div_ceil(MAX_MARKERS).max(1);
+                let marked: Vec<(i32, i32)> = marked.iter().copied().step_by(every).collect();
+                self.pen.markers(area, &marked)?;
+            }
+            Look::Band => area.draw(&Polygon::new(points, self.pen.color.mix(BAND).filled()))?,
+            Look::Bars => {
+                let whole = Pen { dash: (1, 0), tenths: 12, ..self.pen };
+                whole.line(area, points)?;
+                for &(x, y) in points {
+                    whole.line(area, &[(x - fine(CAP), y), (x + fine(CAP), y)])?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Bands and references first, so that they lie below the rest. References of one name look the same.
+fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
+    let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.look == Look::Band);
+    let (references, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|curve| curve.look == Look::Reference);
+    let own = |index: usize, curve: &Curve| pen(curve.pen.unwrap_or(index));
+    let mut names: Vec<&str> = Vec::new();
+    let mut styled: Vec<_> =
+        bands.into_iter().enumerate().map(|(index, curve)| Styled { curve, pen: own(index, curve) }).collect();
+    for curve in references {
+        let index = names.iter().position(|name| *name == curve.name).unwrap_or_else(|| {
+            names.push(&curve.name);
+            names.len() - 1
+        });
+        styled.push(Styled { curve, pen: reference_pen(index) });
+    }
+    styled.extend(others.into_iter().enumerate().map(|(index, curve)| Styled { curve, pen: own(index, curve) }));
+    styled
+}
+
+/// A rectangle: left, top, right and bottom, in pixels.
+pub type Frame = [i32; 4];
+
+/// The points of a curve in coordinates of the file, in parts that end where a point cannot be shown.
+fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> Vec<Vec<(i32, i32)>> {
+    let place = |&(across, up): &(f64, f64)| {
+        let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
+        Some((x.place(across, left, right), y.place(up, bottom, top)))
+    };
+    if curve.look == Look::Bars {
+        let bars = curve.points.chunks_exact(2);
+        return bars.filter_map(|ends| ends.iter().map(place).collect()).collect();
+    }
+    let mut parts = vec![Vec::new()];
+    for (index, point) in curve.points.iter().enumerate() {
+        let Some(at) = place(point) else {
+            parts.push(Vec::new());
+            continue;
+        };
+        let part = parts.last_mut().expect("there is always a part");
+        let near = |&(x, y): &(i32, i32)| (at.0 - x).abs() < RESOLUTION && (at.1 - y).abs() < RESOLUTION;
+        if index + 1 == curve.points.len() || part.last().is_none_or(|last| !near(last)) {
+            part.push(at);
+        }
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// Distance of a rectangle (pixels) from what a curve covers, in coordinates of the file.
+fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i32)>]) -> i32 {
+    let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
+    let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
+    let points = parts.iter().flatten().map(|&at| from(at));
+    let lines = parts.iter().filter(|_| look != Look::Markers).flat_map(|part| part.windows(2)).flat_map(|ends| {
+        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
+        let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
+        (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+    });
+    points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
+}
+
+/// Width of a text in pixels, about: the font is the reader's.
+pub fn width(text: &str, size: i32) -> i32 {
+    text.chars().count() as i32 * size * 55 / 100
+}
+
+impl Diagram {
+    /// The diagram as the text of an SVG file.
+    pub fn svg(&self) -> super::Result<String> {
+        let shown = || {
+            let points = self.curves.iter().flat_map(|curve| &curve.points);
+            points.filter_map(|&(x, y)| Some((coordinate(&self.x, x)?, coordinate(&self.y, y)?)))
+        };
+        let x = Scale::new(self.x.clone(), shown().map(|(x, _)| x));
+        let y = Scale::new(self.y.clone(), shown().map(|(_, y)| y));
+        let curves = styled(&self.curves);
+        let mut entries: Vec<&Styled> = Vec::new();
+        for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
+            let same = |entry: &&Styled| entry.curve.name == styled.curve.name && entry.pen == styled.pen;
+            if !entries.iter().any(same) {
+                entries.push(styled);
+            }
+        }
+
+        let left = left_of(&y);
+        let extra = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
+        let (top, height) = (TOP + extra, SIZE.1 + extra);
+        let bottom = height - BOTTOM;
+        let names = entries.iter().map(|entry| width(&entry.curve.name, 12)).max().unwrap_or(0);
+        let (wide, high) = (TEXT + names + MARGIN, ROW * entries.len() as i32 + MARGIN);
+        let within = [left, top, SIZE.0 - RIGHT, bottom];
+        let corner = free_corner(&curves, [&x, &y], within, (wide, high)).filter(|_| entries.len() <= MAX_IN_CORNER);
+        let (frame, legend) = corner.map_or_else(
+            || {
+                let right = (SIZE.0 - wide - MARGIN).max(left + MIN_WIDTH);
+                ([left, top, right, bottom], (right + MARGIN, top))
+            },
+            |corner| (within, corner),
+        );
+        let size = if corner.is_some() { (SIZE.0, height) } else { (frame[2] + MARGIN + wide, height.max(top + high)) };
+
+        super::svg(size, |area| {
+            heading(area, left, &self.title, &self.subtitle)?;
+            draw_axes(area, [&x, &y], frame)?;
+            for styled in &curves {
+                for points in places(styled.curve, [&x, &y], frame) {
+                    styled.draw(area, &points, &points)?;
+                }
+            }
+            let (across, down) = legend;
+            let cover = [(fine(across), fine(down)), (fine(across + wide), fine(down + high))];
+            area.draw(&Rectangle::new(cover, WHITE.filled()))?;
+            for (row, entry) in (0..).zip(&entries) {
+                let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
+                let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
+                entry.draw(area, &line, &line[1..2])?;
+                area.draw_text(&entry.curve.name, &right_of(text(12, INK)), (fine(across + TEXT), level))?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Pixels left of a frame for the labels of its axis.
+pub fn left_of(y: &Scale) -> i32 {
+    let labels = y.ticks.iter().map(|(_, label)| width(label, 11)).max().unwrap_or(0);
+    36 + labels.max(24)
+}
+
+/// Writes a heading and what is smaller below it.
+pub fn heading(area: &Area<'_>, left: i32, title: &str, subtitle: &str) -> super::Result<()> {
+    area.draw_text(title, &text(14, INK), (fine(left), fine(14)))?;
+    if !subtitle.is_empty() {
+        area.draw_text(subtitle, &text(11, GREY), (fine(left), fine(32)))?;
+    }
+    Ok(())
+}
+
+/// Where a legend of a size can stand in the frame, as far as possible from the curves; nowhere if it would cover one.
+fn free_corner(
+    curves: &[Styled<'_>],
+    scales: [&Scale; 2],
+    frame: Frame,
+    (wide, high): (i32, i32),
+) -> Option<(i32, i32)> {
+    let covered: Vec<_> =
+        curves.iter().map(|styled| (styled.curve.look, places(styled.curve, scales, frame))).collect();
+    let [left, top, right, bottom] = frame;
+    let (far, low) = (right - wide - 2, bottom - high - 2);
+    let corners = [(far, top + 2), (left + 2, top + 2), (far, low), (left + 2, low)];
+    let distance = |(x, y): (i32, i32)| {
+        let legend = [x, y, x + wide, y + high];
+        covered.iter().map(|(look, parts)| distance(legend, *look, parts)).min().unwrap_or(i32::MAX)
+    };
+    // Of equal ones the first.
+    let best = corners.into_iter().rev().max_by_key(|&corner| distance(corner))?;
+    (wide <= right - left && distance(best) > fine(6)).then_some(best)
+}
+
+/// Grid, frame, ticks and names.
+pub fn draw_axes(area: &Area<'_>, scales @ [x, y]: [&Scale; 2], frame: Frame) -> super::Result<()> {
+    let [left, top, right, bottom] = frame;
+    draw_grid(area, scales, frame)?;
+    let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
+    axis(area, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)))?;
+    let name = (&*y.axis.label, (14, (top + bottom) / 2));
+    axis(area, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)))?;
+    let to_the_left = text(11, INK).pos(Pos::new(HPos::Right, VPos::Center));
+    area.draw_text(&y.factor, &to_the_left, (fine(left - 7), fine(top - 12)))?;
+    area.draw_text(&x.factor, &to_the_left, (fine(right), fine(bottom + 38)))?;
+    Ok(())
+}
+
+/// Grid and frame.
+fn draw_grid(area: &Area<'_>, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> super::Result<()> {
+    for (at, _) in &x.ticks {
+        let at = x.place(*at, left, right);
+        area.draw(&PathElement::new([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8)))?;
+    }
+    for (at, _) in &y.ticks {
+        let at = y.place(*at, bottom, top);
+        area.draw(&PathElement::new([(fine(left), at), (fine(right), at)], stroke(GRID, 8)))?;
+    }
+    let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn diagram(logarithmic: bool, curves: Vec<Curve>) -> Diagram {
+        let axis = |label| if logarithmic { Axis::logarithmic(label) } else { Axis::linear(label) };
+        let (title, subtitle) = ("Title".to_owned(), "Subtitle".to_owned());
+        Diagram { title, subtitle, x: axis("abscissa"), y: axis("ordinate"), curves }
+    }
+
+    fn points(points: &[(f64, f64)]) -> Vec<Curve> {
+        let looks = [Look::Reference, Look::Markers, Look::Joined, Look::Line, Look::Band, Look::Bars];
+        looks.map(|look| Curve::new(format!("{look:?}"), look, points.to_vec())).into()
+    }
+
+    #[test]
+    fn odd_points_are_drawn_or_left_out() {
+        let far = f64::MAX;
+        let odd: [&[(f64, f64)]; 9] = [
+            &[],
+            &[(1.0, 2.0)],
+            &[(0.0, 0.0)],
+            &[(3.0, 4.0), (3.0, 4.0), (3.0, 4.0)],
+            &[(1.0, 1.0), (f64::NAN, 1.0), (2.0, f64::INFINITY), (3.0, -1.0), (4.0, 0.0), (5.0, 2.0)],
+            &[(far, -far), (-far, far), (1.0, 1.0)],
+            &[(1e299, -1e299), (-1e299, 1e299), (1e299, 1e-299)],
+            &[(f64::MIN_POSITIVE / 8.0, 5e-324), (5e-324, f64::MIN_POSITIVE)],
+            &[(1.0, 1e9), (1.0 + f64::EPSILON, 1e9 + 1e-6)],
+        ];
+        for logarithmic in [false, true] {
+            for odd in odd {
+                let text = diagram(logarithmic, points(odd)).svg().expect("a picture");
+                assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{odd:?}");
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{odd:?}\n{text}");
+            }
+            diagram(logarithmic, vec![]).svg().expect("a picture");
+        }
+    }
+
+    #[test]
+    fn a_line_stops_where_a_point_cannot_be_shown() {
+        let curve = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 2.0), (3.0, f64::NAN), (4.0, 4.0)]);
+        let axis = Axis::linear("");
+        let scale = Scale::new(axis, [1.0, 4.0].into_iter());
+        let parts = places(&curve, [&scale, &scale], [0, 0, 300, 300]);
+        assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
+        let zero = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 0.0), (4.0, 4.0)]);
+        let scale = Scale::new(Axis::logarithmic(""), [0.0, 0.6].into_iter());
+        assert_eq!(places(&zero, [&scale, &scale], [0, 0, 300, 300]).len(), 2);
+    }
+
+    #[test]
+    fn a_legend_covers_no_point() {
+        let rising = vec![Curve::new("a name", Look::Line, vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)])];
+        let scale = Scale::new(Axis::linear(""), [0.0, 1.0].into_iter());
+        let frame = [0, 0, 600, 300];
+        let corner = free_corner(&styled(&rising), [&scale, &scale], frame, (100, 50));
+        assert_eq!(corner, Some((2, 2)), "top left");
+        let crossing = vec![(0.0, 0.0), (1.0, 1.0), (f64::NAN, 0.0), (0.0, 1.0), (1.0, 0.0)];
+        let crossing = vec![Curve::new("a name", Look::Line, crossing)];
+        assert_eq!(free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)), None);
+        let beside = diagram(false, crossing).svg().expect("a picture");
+        assert!(beside.contains("a name"));
+    }
+
+    #[test]
+    fn long_histories_keep_what_can_be_seen() {
+        let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin())).collect();
+        let text = diagram(false, vec![Curve::new("history", Look::Line, history)]).svg().expect("a picture");
+        assert!(text.len() < 300_000, "{}", text.len());
+    }
+}

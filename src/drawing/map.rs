@@ -1,0 +1,375 @@
+//! Maps: a quantity over two others as cells in colour, with its numbers where they fit, as SVG.
+//!
+//! The colours are viridis: even steps of brightness, the same to a reader who sees no colours.
+
+use plotters::prelude::*;
+
+use super::diagram::{Frame, SUBTITLE, heading, width};
+use super::scale::{Axis, Scale, coordinate};
+use super::{Area, FAINT, INK, axis, centred, fine, right_of, stroke, text};
+
+/// Size of a picture in pixels.
+const SIZE: (i32, i32) = (680, 430);
+/// Pixels above, below and to the right of the cells.
+const TOP: i32 = 40;
+const BOTTOM: i32 = 50;
+const RIGHT: i32 = 100;
+/// Distance of the colour bar from the cells, and its width.
+const BAR: (i32, i32) = (20, 14);
+/// Number of colours of the bar.
+const SHADES: u32 = 100;
+/// Size of the numbers in cells, and what is free around them.
+const NUMBER: i32 = 10;
+const FREE: (i32, i32) = (4, 5);
+/// Fill of a cell without a value, and distance of the lines across it.
+const EMPTY: RGBColor = RGBColor(240, 241, 243);
+const HATCH: i32 = 6;
+
+/// A side of a map.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// Quantity and unit.
+    pub label: String,
+    /// The values of the cells, in ascending order; at least one.
+    pub values: Vec<f64>,
+    /// What is written at each.
+    pub labels: Vec<String>,
+}
+
+/// A quantity over two others.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// Heading.
+    pub title: String,
+    /// What is smaller below it; may be empty.
+    pub subtitle: String,
+    /// To the right.
+    pub x: Side,
+    /// Upwards.
+    pub y: Side,
+    /// Name and unit of the quantity.
+    pub label: String,
+    /// The quantity, row by row from below; none where it is not known.
+    pub values: Vec<Option<f64>>,
+    /// What the colours range over, where it is not the values.
+    pub range: Option<[f64; 2]>,
+    /// A value whose line is drawn.
+    pub level: Option<f64>,
+}
+
+impl Side {
+    /// Borders of the cells: in the middle between values, and as far outside of the first and the last.
+    fn borders(&self) -> Vec<f64> {
+        let values = &self.values;
+        let (first, last) = (values[0], values[values.len() - 1]);
+        let ends = match values.len() {
+            1 => [first.abs().max(1e-300) / 2.0; 2],
+            count => [(values[1] - first) / 2.0, (last - values[count - 2]) / 2.0],
+        };
+        let middles = values.windows(2).map(|pair| pair[0] + (pair[1] - pair[0]) / 2.0);
+        std::iter::once(first - ends[0]).chain(middles).chain([last + ends[1]]).collect()
+    }
+}
+
+/// Where values of a side lie between two pixels, in coordinates of the file.
+fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
+    let (first, last) = (borders[0], borders[borders.len() - 1]);
+    move |value| fine(low) + ((value - first) / (last - first) * f64::from(fine(high - low))).round() as i32
+}
+
+/// Values and labels so far apart that the labels do not touch: every value, or every second, and so on.
+fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Vec<(f64, String)> {
+    let all: Vec<(f64, String)> = side.values.iter().copied().zip(side.labels.iter().cloned()).collect();
+    let apart = |every: usize| {
+        let kept: Vec<_> = all.iter().step_by(every).collect();
+        kept.windows(2).all(|pair| {
+            let distance = (at(pair[1].0) - at(pair[0].0)).abs();
+            distance >= fine(room(&pair[0].1).max(room(&pair[1].1)))
+        })
+    };
+    let every = (1..all.len()).find(|&every| apart(every)).unwrap_or(all.len().max(1));
+    all.into_iter().step_by(every).collect()
+}
+
+/// Decimals with which a number of this size is written in a cell.
+fn decimals(value: f64) -> usize {
+    match value.abs() {
+        100.0.. => 0,
+        10.0.. => 1,
+        _ => 2,
+    }
+}
+
+/// Whether a piece of a line meets the rectangle of this half size around `middle`; checked at points a pixel apart.
+fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) -> bool {
+    let (wide, high) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+    let steps = (wide.abs().max(high.abs()) / f64::from(fine(1))).ceil().max(1.0);
+    (0..=steps as i32).any(|step| {
+        let part = f64::from(step) / steps;
+        let (x, y) = (f64::from(from.0) + part * wide, f64::from(from.1) + part * high);
+        (x - f64::from(middle.0)).abs() <= f64::from(half.0) && (y - f64::from(middle.1)).abs() <= f64::from(half.1)
+    })
+}
+
+impl Map {
+    /// The map as the text of an SVG file.
+    pub fn svg(&self) -> super::Result<String> {
+        let axis_of_colours = Axis::linear(self.label.clone());
+        let known =
+            self.values.iter().flatten().copied().filter(|value| coordinate(&axis_of_colours, *value).is_some());
+        let shown: Vec<f64> = self.range.into_iter().flatten().chain(known).collect();
+        let scale = Scale::exact(axis_of_colours, shown.iter().copied());
+        let height_of_heading = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
+        let labels = self.y.labels.iter().map(|label| width(label, 11)).max().unwrap_or(0);
+        let left = 36 + labels.max(24);
+        let (top, height) = (TOP + height_of_heading, SIZE.1 + height_of_heading);
+        let frame @ [_, _, right, bottom] = [left, top, SIZE.0 - RIGHT, height - BOTTOM];
+        super::svg((SIZE.0, height), |area| {
+            heading(area, left, &self.title, &self.subtitle)?;
+            self.draw_cells(area, frame, &scale)?;
+            let (xs, ys) = (self.x.borders(), self.y.borders());
+            let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
+            self.draw_level(area, &across, &up)?;
+            self.draw_numbers(area, &scale, &across, &up)?;
+            let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+            area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
+            let below = ticks(&self.x, &across, |label| width(label, 11) + 8);
+            let name = (&*self.x.label, ((left + right) / 2, bottom + 38));
+            axis(area, name, &below, false, |x| (across(x), fine(bottom)))?;
+            let beside = ticks(&self.y, &up, |_| 15);
+            axis(area, (&self.y.label, (14, (top + bottom) / 2)), &beside, true, |y| (fine(left), up(y)))?;
+            // Without a value there is nothing that the colours range over.
+            if shown.is_empty() { Ok(()) } else { self.draw_bar(area, frame, &scale) }
+        })
+    }
+
+    fn draw_cells(&self, area: &Area<'_>, [left, top, right, bottom]: Frame, scale: &Scale) -> super::Result<()> {
+        let (xs, ys) = (self.x.borders(), self.y.borders());
+        let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
+        let cells = || {
+            let rows = self.values.chunks(self.x.values.len()).zip(ys.windows(2));
+            rows.flat_map(|(row, y)| row.iter().zip(xs.windows(2)).map(move |(value, x)| (value, [x, y])))
+        };
+        let corners = |[x, y]: [&[f64]; 2]| [(across(x[0]), up(y[1])), (across(x[1]), up(y[0]))];
+        for (value, borders) in cells() {
+            let [(low_x, high_y), (high_x, low_y)] = corners(borders);
+            match value {
+                // A cell reaches a little below the one that is drawn after it, so that no seam shows.
+                Some(value) => {
+                    let reach = [(low_x, high_y - 5), (high_x + 5, low_y)];
+                    let reach = [(reach[0].0, reach[0].1.max(fine(top))), (reach[1].0.min(fine(right)), reach[1].1)];
+                    area.draw(&Rectangle::new(reach, color(scale.part(*value)).filled()))?;
+                }
+                None => hatch(area, [(low_x, high_y), (high_x, low_y)])?,
+            }
+        }
+        // Once more over what neighbours have drawn into them.
+        for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
+            hatch(area, corners(borders))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the numbers of all cells, if all fit; but none that the line of the level crosses.
+    fn draw_numbers(
+        &self,
+        area: &Area<'_>,
+        scale: &Scale,
+        across: &impl Fn(f64) -> i32,
+        up: &impl Fn(f64) -> i32,
+    ) -> super::Result<()> {
+        let (xs, ys) = (self.x.borders(), self.y.borders());
+        let mut numbers = Vec::new();
+        for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
+            for (value, x) in row.iter().zip(xs.windows(2)) {
+                let Some(value) = *value else { continue };
+                let number = format!("{value:.*}", decimals(value)).replace('-', "−");
+                let half = (fine(width(&number, NUMBER)) / 2, fine(NUMBER) / 2);
+                let [left, right] = [x[0], x[1]].map(across);
+                let [bottom, top] = [y[0], y[1]].map(up);
+                if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
+                    return Ok(());
+                }
+                numbers.push((value, number, ((left + right) / 2, (top + bottom) / 2), half));
+            }
+        }
+        let largest = numbers.iter().fold(0.0_f64, |largest, (value, ..)| largest.max(value.abs()));
+        if !scale.factor.is_empty() || largest < 0.1 {
+            return Ok(());
+        }
+        let line = self.level_line(across, up);
+        for (value, number, middle, half) in numbers {
+            let near = (half.0 + fine(FREE.0) / 2, half.1 + fine(FREE.1) / 2);
+            if line.iter().any(|piece| crosses(*piece, middle, near)) {
+                continue;
+            }
+            let shade = if scale.part(value) < 0.6 { WHITE } else { INK };
+            area.draw_text(&number, &centred(text(NUMBER, shade)), middle)?;
+        }
+        Ok(())
+    }
+
+    /// The pieces of the level's line in coordinates of the file; none without a level.
+    fn level_line(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
+        let pieces = self.level.map(|level| contour([&self.x.values, &self.y.values], &self.values, level));
+        pieces.into_iter().flatten().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
+    }
+
+    /// The line of the level, in ink on white, so that it shows on every colour.
+    fn draw_level(&self, area: &Area<'_>, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> super::Result<()> {
+        let pieces = self.level_line(across, up);
+        for (color, tenths) in LINE {
+            for piece in &pieces {
+                area.draw(&PathElement::new(piece.to_vec(), stroke(color, tenths)))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn draw_bar(&self, area: &Area<'_>, [_, top, right, bottom]: Frame, scale: &Scale) -> super::Result<()> {
+        let (start, end) = (right + BAR.0, right + BAR.0 + BAR.1);
+        let at = |part: f64| fine(bottom) - (part * f64::from(fine(bottom - top))).round() as i32;
+        for shade in 0..SHADES {
+            let [low, middle] = [0.0, 0.5].map(|half| (f64::from(shade) + half) / f64::from(SHADES));
+            let corners = [(fine(start), fine(top)), (fine(end), at(low))];
+            area.draw(&Rectangle::new(corners, color(middle).filled()))?;
+        }
+        let corners = [(start, top), (end, top), (end, bottom), (start, bottom), (start, top)];
+        area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
+        let mut labels = 0;
+        for (value, label) in &scale.ticks {
+            let level = scale.place(*value, bottom, top);
+            area.draw(&PathElement::new([(fine(end), level), (fine(end + 4), level)], stroke(INK, 10)))?;
+            area.draw_text(label, &right_of(text(11, INK)), (fine(end + 7), level))?;
+            labels = labels.max(width(label, 11));
+        }
+        if let Some(level) = self.level.filter(|level| (0.0..=1.0).contains(&scale.part(*level))) {
+            let level = scale.place(level, bottom, top);
+            for (color, tenths) in LINE {
+                area.draw(&PathElement::new([(fine(start), level), (fine(end), level)], stroke(color, tenths)))?;
+            }
+        }
+        area.draw_text(&scale.factor, &right_of(text(11, INK)), (fine(start), fine(top - 12)))?;
+        let name = (end + 7 + labels + 16, (top + bottom) / 2);
+        let turned = centred(text(12, INK)).transform(plotters::style::FontTransform::Rotate270);
+        area.draw_text(&self.label, &turned, (fine(name.0), fine(name.1)))?;
+        Ok(())
+    }
+}
+
+/// Colours and widths in tenths of a pixel of the level's line, from the lowest to the highest.
+const LINE: [(RGBColor, i32); 2] = [(WHITE, 44), (INK, 20)];
+
+/// Of a part of the range, 0 to 1.
+fn color(part: f64) -> RGBColor {
+    ViridisRGB.get_color(part.clamp(0.0, 1.0))
+}
+
+/// Fills a rectangle with lines.
+fn hatch(area: &Area<'_>, corners: [(i32, i32); 2]) -> super::Result<()> {
+    let [(left, top), (right, bottom)] = corners;
+    area.draw(&Rectangle::new(corners, EMPTY.filled()))?;
+    let (wide, high) = (right - left, bottom - top);
+    let mut offset = fine(HATCH) / 2;
+    while offset < wide + high {
+        // From the left or lower border to the upper or right one.
+        let from = (left + (offset - high).max(0), top + offset.min(high));
+        let to = (left + offset.min(wide), top + (offset - wide).max(0));
+        area.draw(&PathElement::new([from, to], stroke(FAINT, 8)))?;
+        offset += fine(HATCH);
+    }
+    Ok(())
+}
+
+/// The pieces of the line on which a quantity, given row by row, has this level; linear between neighbours.
+///
+/// Between four neighbours of which one is not known there is no piece.
+pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
+    let mut pieces = Vec::new();
+    for (row, y) in ys.windows(2).enumerate() {
+        for (column, x) in xs.windows(2).enumerate() {
+            let at = |column: usize, row: usize| values.get(row * xs.len() + column).copied().flatten();
+            let around = [at(column, row), at(column + 1, row), at(column + 1, row + 1), at(column, row + 1)];
+            let [Some(a), Some(b), Some(c), Some(d)] = around else { continue };
+            let corners = [(x[0], y[0], a), (x[1], y[0], b), (x[1], y[1], c), (x[0], y[1], d)];
+            let crossing = |from: usize| {
+                let ((x0, y0, v0), (x1, y1, v1)) = (corners[from], corners[(from + 1) % 4]);
+                let part = (level - v0) / (v1 - v0);
+                ((v0 < level) != (v1 < level)).then_some((x0 + part * (x1 - x0), y0 + part * (y1 - y0)))
+            };
+            let crossings: Vec<(f64, f64)> = (0..4).filter_map(crossing).collect();
+            match crossings[..] {
+                [from, to] => pieces.push([from, to]),
+                [below, right, above, left] => {
+                    // A saddle: the middle says which corners belong together.
+                    let joined = ((a + b + c + d) / 4.0 < level) == (a < level);
+                    let pairs = if joined { [[below, right], [above, left]] } else { [[below, left], [right, above]] };
+                    pieces.extend(pairs);
+                }
+                _ => {}
+            }
+        }
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn side(values: &[f64]) -> Side {
+        let labels = values.iter().map(f64::to_string).collect();
+        Side { label: "side in mm".to_owned(), values: values.to_vec(), labels }
+    }
+
+    fn map(xs: &[f64], ys: &[f64], values: Vec<Option<f64>>) -> Map {
+        let (title, subtitle, label) = ("Title".to_owned(), "Below".to_owned(), "quantity".to_owned());
+        Map { title, subtitle, x: side(xs), y: side(ys), label, values, range: None, level: Some(0.5) }
+    }
+
+    #[test]
+    fn borders_lie_between_values() {
+        assert_eq!(side(&[1.0, 2.0, 4.0]).borders(), [0.5, 1.5, 3.0, 5.0]);
+        assert_eq!(side(&[3.0]).borders(), [1.5, 4.5]);
+    }
+
+    #[test]
+    fn the_line_of_a_level_is_interpolated() {
+        let [xs, ys] = [[0.0, 1.0, 3.0], [0.0, 2.0, 3.0]];
+        let plane: Vec<_> = ys.iter().flat_map(|y| xs.map(|x| Some(x + y))).collect();
+        let pieces = contour([&xs, &ys], &plane, 1.5);
+        assert!(!pieces.is_empty());
+        for (x, y) in pieces.into_iter().flatten() {
+            assert!((x + y - 1.5_f64).abs() < 1e-12, "{x} {y}");
+        }
+        let saddle = [1.0, 0.0, 0.0, 1.0].map(Some);
+        assert_eq!(contour([&xs[..2], &ys[..2]], &saddle, 0.5).len(), 2);
+        let gap = [Some(1.0), None, Some(0.0), Some(1.0)];
+        assert!(contour([&xs[..2], &ys[..2]], &gap, 0.5).is_empty());
+    }
+
+    #[test]
+    fn odd_maps_are_drawn() {
+        let maps = [
+            map(&[1.0], &[1.0], vec![Some(0.3)]),
+            map(&[0.0], &[1.0], vec![None]),
+            map(&[1.0, 1.0 + 1e-12], &[-3.0, 1e9], vec![Some(0.0), None, Some(1e300), Some(-1e-300)]),
+            map(&[1.0, 2.0], &[1.0], vec![Some(0.25), Some(0.75)]),
+            map(&(0..300).map(f64::from).collect::<Vec<_>>(), &[1.0], vec![Some(0.5); 300]),
+        ];
+        for map in maps {
+            let text = map.svg().expect("a picture");
+            assert!(text.trim_end().ends_with("</svg>") && !text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn labels_do_not_touch() {
+        let side = side(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let labels = |distance: i32| {
+            let ticks = ticks(&side, |value| fine(distance) * value as i32, |_| 10);
+            ticks.into_iter().map(|(_, label)| label).collect::<Vec<_>>().concat()
+        };
+        assert_eq!([labels(10), labels(6), labels(1)], ["12345", "135", "1"]);
+    }
+}

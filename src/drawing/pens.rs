@@ -1,0 +1,52 @@
+//! The looks of curves: told apart by colour, dashes and markers at once, so that they can be read in grey too.
+
+use std::f64::consts::TAU;
+
+use plotters::prelude::*;
+
+use super::{BLUE, GREY, INK, Marker, Pen, VERMILION};
+
+/// Of Okabe and Ito, without their yellow, which white swallows.
+pub const COLORS: [RGBColor; 7] = [
+    BLUE,
+    VERMILION,
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    INK,
+];
+/// Corners and turns of the markers. Their number, that of the colours and that of the dashes have no common factor, so that no
+/// two curves look the same.
+const MARKERS: [(u32, f64); 5] = [(32, 0.0), (4, TAU / 8.0), (3, -TAU / 4.0), (4, 0.0), (3, TAU / 4.0)];
+const DASHES: [(i32, i32); 6] = [(1, 0), (7, 3), (2, 3), (14, 4), (7, 8), (4, 6)];
+
+/// The pen of a curve that is the `index`-th of those with a colour.
+#[must_use]
+pub fn pen(index: usize) -> Pen {
+    let (corners, turn) = MARKERS[index % MARKERS.len()];
+    let (color, dash) = (COLORS[index % COLORS.len()], DASHES[index % DASHES.len()]);
+    Pen { color, tenths: 16, dash, marker: Marker { corners, turn, radius: 4 } }
+}
+
+/// The pen of a reference.
+#[must_use]
+pub fn reference_pen(index: usize) -> Pen {
+    Pen { color: GREY, tenths: 10, dash: DASHES[index % DASHES.len()], ..pen(0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_differ_in_more_than_colour() {
+        for index in 0..210 {
+            for other in 0..index {
+                assert_ne!(pen(index), pen(other));
+            }
+        }
+        let [first, second] = [pen(0), pen(1)];
+        assert!(first.dash != second.dash && first.marker != second.marker);
+    }
+}

@@ -1,0 +1,190 @@
+//! Axes: values become places, and ticks are round numbers.
+
+use std::borrow::Cow;
+
+use super::{fine, labelled, power_of_ten, whole};
+
+/// An axis of a diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: Cow<'static, str>,
+    /// Powers of ten at equal distances.
+    pub logarithmic: bool,
+    /// Zero is shown whatever the values.
+    pub from_zero: bool,
+}
+
+impl Axis {
+    /// An axis with equal distances for equal differences.
+    pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { label: label.into(), logarithmic: false, from_zero: false }
+    }
+
+    /// An axis with equal distances for equal ratios.
+    pub fn logarithmic(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { logarithmic: true, ..Self::linear(label) }
+    }
+
+    /// A linear axis that shows zero.
+    pub fn from_zero(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { from_zero: true, ..Self::linear(label) }
+    }
+}
+
+/// An axis with its range and its ticks, in coordinates in which equal distances are equal.
+#[derive(Clone, Debug)]
+pub struct Scale {
+    /// What it shows.
+    pub axis: Axis,
+    low: f64,
+    high: f64,
+    /// Coordinates and labels.
+    pub ticks: Vec<(f64, String)>,
+    /// What the labels are to be multiplied by; empty if that is one.
+    pub factor: String,
+}
+
+impl Scale {
+    /// The scale of an axis that shows `values`, in its coordinates, with a margin.
+    #[must_use]
+    pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
+        let zero = (axis.from_zero && !axis.logarithmic).then_some(0.0);
+        let (low, high) = range(values.chain(zero), axis.logarithmic);
+        let margin = 0.04 * (high - low);
+        let (low, high) = (low - margin, high + margin);
+        let (ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
+        Self { axis, low, high, ticks, factor }
+    }
+
+    /// The scale of a linear axis from the least to the largest of `values`.
+    #[must_use]
+    pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = range(values, false);
+        // So that rounding takes no tick at an end away.
+        let slack = 1e-9 * (high - low);
+        let (ticks, factor) = linear_ticks(low - slack, high + slack);
+        Self { axis, low, high, ticks, factor }
+    }
+
+    /// The part of the range that lies below a coordinate.
+    #[must_use]
+    pub fn part(&self, at: f64) -> f64 {
+        (at - self.low) / (self.high - self.low)
+    }
+
+    /// Where a coordinate lies between `low` and `high` (pixels), in coordinates of the file.
+    #[must_use]
+    pub fn place(&self, at: f64, low: i32, high: i32) -> i32 {
+        fine(low) + (self.part(at) * f64::from(fine(high - low))).round() as i32
+    }
+}
+
+/// The least and the largest of `values`, and some room if that is one.
+fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> (f64, f64) {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let largest = low.abs().max(high.abs());
+    if high - low > 1e-9 * largest && largest >= 1e-290 {
+        return (low, high);
+    }
+    // All in one place, as far as labels can show.
+    let half = match logarithmic {
+        true => 0.5,
+        false if largest < 1e-290 => 1.0,
+        false => 0.1 * largest,
+    };
+    (low - half, high + half)
+}
+
+/// The coordinate of a value on an axis; none if it cannot be shown.
+#[must_use]
+pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
+    let shown = value.abs() < 1e300 && (value > 0.0 || !axis.logarithmic);
+    shown.then(|| if axis.logarithmic { value.log10() } else { value })
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that these leave out.
+#[must_use]
+pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
+    let least = (high - low) / 7.0;
+    let power = 10_f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0].map(|digit| digit * power).into_iter().find(|step| *step >= least);
+    let step = step.unwrap_or(10.0 * power);
+    let largest = low.abs().max(high.abs());
+    let exponent = if (1e-2..1e5).contains(&largest) { 0.0 } else { 3.0 * (largest.log10() / 3.0).floor() };
+    let unit = 10_f64.powf(exponent);
+    // A little more than a step, so that a logarithm rounded down costs no decimal too many.
+    let decimals = (-(1.1 * step / unit).log10().floor()).clamp(0.0, 15.0) as usize;
+    let values = ((low / step).ceil() as i64..=(high / step).floor() as i64).map(|count| count as f64 * step);
+    let ticks = labelled(values, |value| format!("{:.decimals$}", value / unit).replace('-', "−"));
+    let factor = if exponent == 0.0 { String::new() } else { format!("× {}", power_of_ten(exponent)) };
+    (ticks, factor)
+}
+
+/// Ticks between two powers of ten given by their exponents: powers of ten, in a narrow range 1, 2 and 5 times them, in a
+/// still narrower one those of a linear axis.
+fn logarithmic_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
+    let powers: Vec<f64> = (low.ceil() as i32..=high.floor() as i32).map(f64::from).collect();
+    if powers.len() > 2 {
+        let every = powers.len().div_ceil(9) as f64;
+        let plain = powers.iter().all(|power| (0.0..5.0).contains(power));
+        let powers = powers.into_iter().filter(|power| power % every == 0.0);
+        let label = |power: f64| if plain { whole(10_f64.powf(power)) } else { power_of_ten(power) };
+        return (labelled(powers, label), String::new());
+    }
+    let digits = (low.floor() as i32..=high.floor() as i32).flat_map(|power| [1, 2, 5].map(|digit| (digit, power)));
+    let digits = digits.map(|(digit, power)| (f64::from(digit).log10() + f64::from(power), digit_label(digit, power)));
+    let digits: Vec<_> = digits.filter(|(at, _)| (low..=high).contains(at)).collect();
+    if digits.len() > 2 {
+        return (digits, String::new());
+    }
+    let (ticks, factor) = linear_ticks(10_f64.powf(low), 10_f64.powf(high));
+    (ticks.into_iter().filter(|(value, _)| *value > 0.0).map(|(value, label)| (value.log10(), label)).collect(), factor)
+}
+
+/// A digit times a power of ten, as a label.
+fn digit_label(digit: i32, power: i32) -> String {
+    match (digit, power) {
+        (_, -3..=4) => format!("{:.*}", (-power).max(0) as usize, f64::from(digit) * 10_f64.powi(power)),
+        (1, _) => power_of_ten(f64::from(power)),
+        _ => format!("{digit}·{}", power_of_ten(f64::from(power))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels((ticks, factor): (Vec<(f64, String)>, String)) -> (String, String) {
+        (ticks.into_iter().map(|(_, label)| label).collect::<Vec<_>>().join(" "), factor)
+    }
+
+    #[test]
+    fn ticks_are_round_numbers() {
+        let linear = |low, high| labels(linear_ticks(low, high));
+        assert_eq!(linear(-0.04, 1.04), ("0.0 0.2 0.4 0.6 0.8 1.0".into(), String::new()));
+        assert_eq!(linear(-30.0, 30.0).0, "−30 −20 −10 0 10 20 30");
+        assert_eq!(linear(0.0, 7.0).0, "0 1 2 3 4 5 6 7");
+        assert_eq!(linear(0.0, 7.1e-4), ("0 200 400 600".into(), "× 10⁻⁶".into()));
+        assert_eq!(linear(0.0, 2.5e7), ("0 5 10 15 20 25".into(), "× 10⁶".into()));
+        assert_eq!(linear(1.000001, 1.000006).0, "1.000001 1.000002 1.000003 1.000004 1.000005 1.000006");
+        let logarithmic = |low: f64, high: f64| labels(logarithmic_ticks(low.log10(), high.log10()));
+        assert_eq!(logarithmic(4.3, 230.0).0, "5 10 20 50 100 200");
+        assert_eq!(logarithmic(0.5, 2e4).0, "1 10 100 1000 10000");
+        assert_eq!(logarithmic(2e-9, 5e-5).0, "10⁻⁸ 10⁻⁷ 10⁻⁶ 10⁻⁵");
+        assert_eq!(logarithmic(2e-17, 5e2).0, "10⁻¹⁵ 10⁻¹² 10⁻⁹ 10⁻⁶ 10⁻³ 10⁰");
+        assert_eq!(logarithmic(1.5e-7, 1.2e-6).0, "2·10⁻⁷ 5·10⁻⁷ 10⁻⁶");
+        assert_eq!(logarithmic(1.1, 1.5).0, "1.1 1.2 1.3 1.4 1.5");
+    }
+
+    #[test]
+    fn zero_is_shown_where_it_is_asked_for() {
+        let labels = |axis| labels((Scale::new(axis, [200.0, 400.0].into_iter()).ticks, String::new())).0;
+        assert_eq!(labels(Axis::linear("")), "200 250 300 350 400");
+        assert_eq!(labels(Axis::from_zero("")), "0 100 200 300 400");
+    }
+}
