@@ -28,6 +28,7 @@ use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::simulation::SOLVER_FINGERPRINT;
 use crate::study::{Axis, CaseResult, CaseSummary, Study};
+use crate::uncertainty::ForceScatter;
 
 /// The version of the format.
 pub const FORMAT: u32 = 1;
@@ -139,6 +140,9 @@ enum Outcome {
         statistics: Statistics,
         /// The one number of [`Statistics`] that is in no other file.
         chart_changes: usize,
+        /// Where filaments scatter.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        scatter: Option<ForceScatter>,
     },
     Failed {
         error: String,
@@ -173,10 +177,11 @@ impl Journal {
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(CaseSummary { metrics, statistics }) => Outcome::Simulated {
+            Ok(CaseSummary { metrics, statistics, scatter }) => Outcome::Simulated {
                 metrics: metrics.clone(),
                 statistics: *statistics,
                 chart_changes: statistics.chart_changes,
+                scatter: scatter.clone(),
             },
             Err(error) => Outcome::Failed { error: error.clone() },
         };
@@ -230,8 +235,8 @@ impl Journal {
         let Entry { case, outcome } = unsealed(&self.seed, line)?;
         let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
         let result = match outcome {
-            Outcome::Simulated { metrics, statistics, chart_changes } => {
-                Ok(CaseSummary { metrics, statistics: Statistics { chart_changes, ..statistics } })
+            Outcome::Simulated { metrics, statistics, chart_changes, scatter } => {
+                Ok(CaseSummary { metrics, statistics: Statistics { chart_changes, ..statistics }, scatter })
             }
             Outcome::Failed { error } => Err(error),
         };

@@ -42,6 +42,7 @@ pub mod state;
 pub mod study;
 pub mod tables;
 pub mod tool;
+pub mod uncertainty;
 pub mod workpiece;
 
 /// Compiles and runs the code of the README.

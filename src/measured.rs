@@ -6,9 +6,8 @@
 use std::io::{self, Write};
 
 use crate::grid::{Plane, Side, process_planes};
-use crate::metrics::Metrics;
 use crate::results::{DataError, Source};
-use crate::study::{CaseResult, Study};
+use crate::study::{CaseResult, CaseSummary, Study};
 use crate::tables::short;
 
 /// Columns of the table; others are skipped.
@@ -95,6 +94,8 @@ pub struct Simulated {
     pub force_n: f64,
     /// Its uncertainty in N, from that of the number of filaments.
     pub uncertainty_n: f64,
+    /// The band in N that 95 % of the tools lie in, where filaments scatter.
+    pub band_n: Option<[f64; 2]>,
 }
 
 /// Why there is no simulated force at a point.
@@ -219,16 +220,22 @@ pub(crate) fn tool_force(
     velocity: f64,
     depth: f64,
 ) -> Result<Simulated, Missing> {
-    let force_n = interpolate(results, plane, [velocity, depth], |metrics| metrics.tool_contact_normal_force_n)?;
-    Ok(Simulated { force_n, uncertainty_n: force_n.abs() * relative_uncertainty(study, plane.case(0, 0)) })
+    let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, plane, [velocity, depth], value);
+    let force_n = at(&|summary| Some(summary.metrics.tool_contact_normal_force_n))?;
+    let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
+    Ok(Simulated {
+        force_n,
+        uncertainty_n: force_n.abs() * relative_uncertainty(study, plane.case(0, 0)),
+        band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
+    })
 }
 
-/// A metric between the cases of a plane, linear along each side.
+/// A value of the cases of a plane, linear between them along each side.
 fn interpolate(
     results: &[CaseResult],
     plane: &Plane,
     [x, y]: [f64; 2],
-    metric: impl Fn(&Metrics) -> f64,
+    value: impl Fn(&CaseSummary) -> Option<f64>,
 ) -> Result<f64, Missing> {
     let across = weights(&plane.x, x).ok_or(Missing::Outside)?;
     let up = weights(&plane.y, y).ok_or(Missing::Outside)?;
@@ -236,7 +243,7 @@ fn interpolate(
     for &(row, part_up) in up.iter().filter(|(_, part)| *part != 0.0) {
         for &(column, part_across) in across.iter().filter(|(_, part)| *part != 0.0) {
             let summary = results[plane.case(column, row)].as_ref().map_err(|_| Missing::Failed)?;
-            sum += part_up * part_across * metric(&summary.metrics);
+            sum += part_up * part_across * value(summary).ok_or(Missing::Failed)?;
         }
     }
     Ok(sum)
@@ -270,7 +277,7 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
             let depth = short(1e3 * measured.penetration_depth_m);
             let left = pair(measured.force_n, measured.std_n);
             let right = match simulated {
-                Ok(Simulated { force_n, uncertainty_n }) => {
+                Ok(Simulated { force_n, uncertainty_n, .. }) => {
                     let within = if point.is_within() == Some(true) { "yes" } else { "no" };
                     let simulated = pair(*force_n, *uncertainty_n);
                     format!("{simulated:>18}  {:>+10.1}  {within:>10}", force_n - measured.force_n)
@@ -301,6 +308,10 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
 pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     let further = comparisons.first().map_or(&[][..], |comparison| &comparison.fixed);
+    let mut simulated_at =
+        comparisons.iter().flat_map(|comparison| &comparison.points).flat_map(|point| point.simulated);
+    let has_bands = simulated_at.any(|simulated| simulated.band_n.is_some());
+    let bands = if has_bands { &["simulated_lower_95_n", "simulated_upper_95_n"][..] } else { &[] };
     let names = [
         "brushing_velocity_m_s",
         "penetration_depth_m",
@@ -308,11 +319,10 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
         "measured_std_n",
         "simulated_force_n",
         "simulated_uncertainty_n",
-        "difference_n",
-        "within_std",
-        "status",
     ];
-    writer.write_record(further.iter().map(|(path, _)| *path).chain(names))?;
+    let further = further.iter().map(|(path, _)| *path);
+    let verdict = ["difference_n", "within_std", "status"];
+    writer.write_record(further.chain(names).chain(bands.iter().copied()).chain(verdict))?;
     for comparison in comparisons {
         for point in &comparison.points {
             let Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n } = point.measured;
@@ -323,6 +333,8 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
             let optional = |value: Option<f64>| value.map_or_else(String::new, number);
             row.push(optional(simulated.map(|simulated| simulated.force_n)));
             row.push(optional(simulated.map(|simulated| simulated.uncertainty_n)));
+            let band = simulated.and_then(|simulated| simulated.band_n);
+            row.extend((0..bands.len()).map(|end| optional(band.map(|band| band[end]))));
             row.push(optional(point.difference_n()));
             let within = point.is_within().map(|within| if within { "yes" } else { "no" });
             row.push(within.unwrap_or_default().to_owned());
@@ -338,6 +350,7 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::integrate::Statistics;
+    use crate::metrics::Metrics;
     use crate::study::{CaseSummary, DEPTH, VELOCITY};
 
     /// Two velocities, three depths that are not evenly spaced.
@@ -369,7 +382,7 @@ mod tests {
             };
             match failed {
                 Some(number) if number == case => Err("failed".to_owned()),
-                _ => Ok(CaseSummary { metrics, statistics: Statistics::default() }),
+                _ => Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None }),
             }
         };
         (0..study.case_count()).map(case).collect()

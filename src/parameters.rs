@@ -8,6 +8,7 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::metrics::NominalContact;
 use crate::settings::Settings;
+use crate::uncertainty::{MAX_SAMPLES, MIN_SAMPLES, Scatter};
 use crate::workpiece::unit_normal;
 
 /// Least component of the unit normal of the workpiece across the tool axis.
@@ -196,6 +197,16 @@ impl Scalar for usize {
     }
 }
 
+impl Scalar for u32 {
+    fn into_f64(self) -> f64 {
+        f64::from(self)
+    }
+
+    fn from_f64(value: f64) -> Self {
+        value as Self
+    }
+}
+
 /// Makes a table entry whose path cannot differ from the field that it names.
 macro_rules! parameter {
     ($section:ident . $key:ident, $unit:literal, $range:expr) => {
@@ -235,16 +246,23 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE),
     parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2)),
     parameter!(solver.samples, "", Range::whole(2.0, 1e6)),
+    parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.youngs_modulus_std_pa, "Pa", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.samples, "", Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64)),
+    parameter!(uncertainty.seed, "", Range::whole(0.0, u32::MAX as f64)),
 ];
 
 impl Settings {
-    /// Checks every setting by itself and all of them together.
+    /// Checks every setting by itself, all of them together, and those of the tools that are sampled about them.
     pub fn check(&self) -> Result<(), Violation> {
         for parameter in PARAMETERS {
             parameter.check(parameter.get(self))?;
         }
         self.check_vectors()?;
-        self.check_relations()
+        self.check_relations()?;
+        Scatter::of(self).map_or(Ok(()), |scatter| scatter.check())
     }
 
     fn check_vectors(&self) -> Result<(), Violation> {

@@ -11,6 +11,7 @@ use crate::metrics::Metrics;
 use crate::parameters::Parameter;
 use crate::simulation::{Sample, Simulation};
 use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
+use crate::uncertainty::ForceScatter;
 
 /// Settings that stand in `runs.csv` whether swept or not, and the names of their columns.
 pub(crate) const FIXED_COLUMNS: [(&str, &str); 3] =
@@ -92,6 +93,19 @@ columns!(Metrics {
 columns!(Statistics { steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events }
     without { chart_changes });
 
+columns!(ForceScatter {
+    tool_force_mean_n,
+    tool_force_std_n,
+    tool_force_lower_95_n,
+    tool_force_upper_95_n,
+    sobol_length,
+    sobol_diameter,
+    sobol_youngs_modulus,
+    sobol_damping_ratio,
+    sobol_filament_count,
+    failed_samples,
+});
+
 columns!(Sample {
     time_s,
     base_angle_rad,
@@ -110,16 +124,19 @@ columns!(Sample {
 
 /// Writes `runs.csv`: a heading, then a row a case in the grid's order.
 ///
-/// A case that failed has empty metrics and statistics, and the error's text as its status.
+/// A case that failed has empty metrics and statistics, and the error's text as its status. Where filaments scatter in some
+/// case, the distribution of the tool force stands between the metrics and the statistics.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let further = further_parameters(study);
     let fixed: Vec<&Parameter> = FIXED_COLUMNS.iter().filter_map(|(_, path)| Parameter::find(path)).collect();
+    let scatter = if study.scatters() { ForceScatter::NAMES } else { &[] };
     let mut writer = csv::Writer::from_writer(out);
     let names = FIXED_COLUMNS.iter().map(|(name, _)| *name);
     writer.write_record(
         names
             .chain(further.iter().map(|parameter| parameter.path))
             .chain(Metrics::NAMES.iter().copied())
+            .chain(scatter.iter().copied())
             .chain(Statistics::NAMES.iter().copied())
             .chain(["status"]),
     )?;
@@ -130,11 +147,15 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
         match result {
             Ok(summary) => {
                 row.extend(summary.metrics.cells());
+                match &summary.scatter {
+                    Some(scatter) => row.extend(scatter.cells()),
+                    None => row.extend(scatter.iter().map(|_| String::new())),
+                }
                 row.extend(summary.statistics.cells());
                 row.push(OK.to_owned());
             }
             Err(message) => {
-                let empty = Metrics::NAMES.len() + Statistics::NAMES.len();
+                let empty = Metrics::NAMES.len() + scatter.len() + Statistics::NAMES.len();
                 row.extend(std::iter::repeat_n(String::new(), empty));
                 row.push(message.clone());
             }

@@ -13,6 +13,7 @@ use crate::report::{Columns, FIXED_COLUMNS, OK};
 use crate::settings::Settings;
 use crate::simulation::Sample;
 use crate::study::{Axis, CaseResult, CaseSummary, Study};
+use crate::uncertainty::ForceScatter;
 
 /// Number of the form of `study.json` and `case.json`; another form has another number.
 const FORMAT: u32 = 1;
@@ -258,6 +259,7 @@ pub fn read_runs(text: &str, name: &str, study: &Study) -> Result<Vec<CaseResult
         settings.push((position, axis.parameter(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
     let metrics = table.columns(Metrics::NAMES)?;
+    let scatter = if study.scatters() { Some(table.columns(ForceScatter::NAMES)?) } else { None };
     let statistics = table.columns(Statistics::NAMES)?;
     let status = table.column("status")?;
     if table.rows.len() != study.case_count() {
@@ -278,6 +280,10 @@ pub fn read_runs(text: &str, name: &str, study: &Study) -> Result<Vec<CaseResult
             Some(OK) => Ok(CaseSummary {
                 metrics: table.read::<Metrics>(row, &metrics)?,
                 statistics: table.read::<Statistics>(row, &statistics)?,
+                scatter: match &scatter {
+                    Some(columns) if row.get(columns[0]) != Some("") => Some(table.read::<ForceScatter>(row, columns)?),
+                    _ => None,
+                },
             }),
             message => Err(message.unwrap_or_default().to_owned()),
         });

@@ -25,6 +25,9 @@ pub struct Settings {
     /// The numerical solution and its output.
     #[serde(default)]
     pub solver: SolverSettings,
+    /// How exactly the filaments are known, for `bristle study`.
+    #[serde(default)]
+    pub uncertainty: UncertaintySettings,
 }
 
 /// The brushing tool.
@@ -41,7 +44,7 @@ pub struct ToolSettings {
     /// Number `N_f` of filaments on the tool. An estimate need not be whole.
     #[serde(default = "default_filament_count")]
     pub filament_count: f64,
-    /// Uncertainty of the number of filaments.
+    /// Uncertainty of the number of filaments: its standard deviation.
     #[serde(default = "default_filament_count_uncertainty")]
     pub filament_count_uncertainty: f64,
 }
@@ -168,6 +171,54 @@ pub struct SolverSettings {
 impl Default for SolverSettings {
     fn default() -> Self {
         Self { relative_tolerance: 1.0e-6, samples: 2000 }
+    }
+}
+
+/// How exactly the filaments are known: standard deviations of normal distributions about the settings in `[filament]`.
+///
+/// Where one is above zero, a study repeats each case with sampled tools, and states the distribution of the tool force. The
+/// filaments of one sampled tool are all alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct UncertaintySettings {
+    /// Standard deviation of the free length `l_f`, in m.
+    pub length_std_m: f64,
+    /// Standard deviation of the diameter `d`, in m.
+    pub diameter_std_m: f64,
+    /// Standard deviation of Young's modulus `E`, in Pa.
+    pub youngs_modulus_std_pa: f64,
+    /// Standard deviation of the damping ratio `ζ`.
+    pub damping_ratio_std: f64,
+    /// Number of sampled tools. Powers of two fill the space of the inputs most evenly.
+    pub samples: usize,
+    /// Seed of the samples.
+    pub seed: u32,
+    /// What stays the same where the length of the filaments is another one.
+    pub hold: Hold,
+}
+
+/// What stays the same on tools with filaments of another length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Hold {
+    /// Brushing velocity and penetration depth: each tool is set up anew, by its own radius.
+    #[default]
+    Process,
+    /// Rotational speed, and distance of the axis from the workpiece: the machine knows the nominal radius only.
+    Machine,
+}
+
+impl Default for UncertaintySettings {
+    fn default() -> Self {
+        Self {
+            length_std_m: 0.0,
+            diameter_std_m: 0.0,
+            youngs_modulus_std_pa: 0.0,
+            damping_ratio_std: 0.0,
+            samples: 128,
+            seed: 1,
+            hold: Hold::Process,
+        }
     }
 }
 

@@ -19,6 +19,7 @@ use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
 use crate::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
+use crate::uncertainty::{ForceScatter, INPUTS, Scatter};
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
@@ -222,6 +223,16 @@ impl Study {
         })
     }
 
+    /// Whether filaments scatter in some case.
+    #[must_use]
+    pub fn scatters(&self) -> bool {
+        let swept = |path| self.axes.iter().find(|axis| axis.parameter.path == path);
+        INPUTS.iter().filter(|input| input.moves_filaments()).any(|input| match swept(input.std) {
+            Some(axis) => axis.values.iter().any(|&value| value > 0.0),
+            None => input.scatters(&self.base),
+        })
+    }
+
     /// All settings of one case, counted from 0.
     #[must_use]
     pub fn settings(&self, case: usize) -> Settings {
@@ -240,6 +251,8 @@ pub struct CaseSummary {
     pub metrics: Metrics,
     /// What the solver did for them.
     pub statistics: Statistics,
+    /// The distribution of the tool force, where filaments scatter; none if most of the sampled tools failed.
+    pub scatter: Option<ForceScatter>,
 }
 
 /// A case's summary, or the text of the error that ended it.
@@ -247,8 +260,8 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
 ///
-/// Without a number, there are as many threads as cores; each simulates [`LANES`](crate::equations::LANES) cases at a
-/// time. `on_case_done` is called after each case, from any thread. A simulation's error ends its case only.
+/// Where filaments scatter, the passes of the sampled tools are part of a case. Without a number, there are as many threads
+/// as cores; each simulates [`LANES`](crate::equations::LANES) passes at a time. `on_case_done` is called after each case, from any thread. A simulation's error ends its case only.
 ///
 /// # Errors
 /// If the threads cannot be started.
@@ -268,8 +281,8 @@ pub fn run_study(
 /// [`run_study`] for those cases that have no result in `results` yet.
 ///
 /// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` is told the case, counted
-/// from 0, and its result; if it breaks, no further case is started, those on their way come to their ends, and the others
-/// stay without a result.
+/// from 0, and its result; if it breaks, no further pass is started, those on their way come to their ends, and cases that
+/// are not complete stay without a result.
 ///
 /// # Errors
 /// If the threads cannot be started; cases may have been simulated then.
@@ -293,11 +306,135 @@ fn simulate_taken(
     simulate_side_by_side(take, done);
 }
 
-/// The cases that are still to be simulated, and when those that are being simulated were begun.
+/// The passes that are still to be simulated, and those that are.
 struct Queue {
-    /// The first to simulate last.
+    /// The cases to begin; the first one last.
     waiting: Vec<(Kind, usize)>,
-    begun: BTreeMap<usize, Instant>,
+    /// The case begun last, with its kind, as long as it has passes that have not been given out.
+    current: Option<(Kind, usize)>,
+    begun: BTreeMap<usize, BegunCase>,
+    /// Case and run of each pass that is being simulated, by the number that it was given out under.
+    running: BTreeMap<usize, (usize, Run)>,
+    /// How many passes of sampled tools have been given out.
+    tools: usize,
+}
+
+/// What a pass is to its case.
+#[derive(Clone, Copy)]
+enum Run {
+    Nominal,
+    /// That of a sampled tool.
+    Tool(usize),
+}
+
+/// A case some of whose passes have been given out.
+struct BegunCase {
+    start: Instant,
+    settings: Settings,
+    /// The passes to give out; the first one last.
+    runs: Vec<Run>,
+    /// Passes without a result yet.
+    left: usize,
+    nominal: Option<CaseResult>,
+    scatter: Option<Scatter>,
+    /// Impulses of the sampled tools.
+    impulses: Vec<Option<f64>>,
+}
+
+impl BegunCase {
+    fn new(settings: Settings) -> Self {
+        let scatter = Scatter::of(&settings);
+        let tools = scatter.as_ref().map_or(0, Scatter::count);
+        let reaches = |tool: &usize| scatter.as_ref().is_some_and(|scatter| scatter.settings(*tool).is_some());
+        let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
+        runs.push(Run::Nominal);
+        // What does not reach the workpiece has no impulse.
+        Self {
+            start: Instant::now(),
+            left: runs.len(),
+            nominal: None,
+            impulses: vec![Some(0.0); tools],
+            settings,
+            runs,
+            scatter,
+        }
+    }
+
+    fn settings(&self, run: Run) -> Settings {
+        let sampled = match (run, &self.scatter) {
+            (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
+            _ => None,
+        };
+        sampled.unwrap_or_else(|| self.settings.clone())
+    }
+
+    /// Takes the result of a pass; true if it was the last.
+    fn take<E: Display>(&mut self, run: Run, result: Result<Simulation, E>) -> bool {
+        match run {
+            Run::Nominal => {
+                self.nominal = Some(
+                    result
+                        .map(|Simulation { metrics, statistics, .. }| CaseSummary {
+                            metrics,
+                            statistics,
+                            scatter: None,
+                        })
+                        .map_err(|error| error.to_string()),
+                );
+            }
+            Run::Tool(tool) => {
+                self.impulses[tool] = result.ok().map(|simulation| simulation.metrics.contact_normal_impulse_n_s);
+            }
+        }
+        self.left -= 1;
+        self.left == 0
+    }
+
+    fn conclude(self) -> CaseResult {
+        let mut summary = self.nominal.expect("the nominal pass is one of those that are done")?;
+        summary.scatter = self.scatter.and_then(|scatter| scatter.reduce(&self.impulses));
+        Ok(summary)
+    }
+}
+
+impl Queue {
+    /// The next pass of this kind, or of any.
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Case> {
+        if self.current.is_none() {
+            let &(next, case) = self.waiting.last()?;
+            if kind.is_some_and(|kind| kind != next) {
+                return None;
+            }
+            self.waiting.pop();
+            self.current = Some((next, case));
+            self.begun.insert(case, BegunCase::new(study.settings(case)));
+        }
+        let (of_current, case) = self.current?;
+        // Sampled tools are of the kind of the nominal one: neither dampers nor friction come or go with what scatters.
+        if kind.is_some_and(|kind| kind != of_current) {
+            return None;
+        }
+        let begun = self.begun.get_mut(&case)?;
+        let run = begun.runs.pop()?;
+        if begun.runs.is_empty() {
+            self.current = None;
+        }
+        // Those of sampled tools come after all cases.
+        let number = match run {
+            Run::Nominal => case,
+            Run::Tool(_) => study.case_count + self.tools,
+        };
+        self.tools += usize::from(matches!(run, Run::Tool(_)));
+        self.running.insert(number, (case, run));
+        Some(Case { number, settings: begun.settings(run) })
+    }
+
+    /// Takes the result of a pass, and returns its case if that is complete.
+    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Option<(usize, BegunCase)> {
+        let (case, run) = self.running.remove(&number)?;
+        let is_complete = self.begun.get_mut(&case)?.take(run, result);
+        is_complete.then(|| self.begun.remove(&case).map(|begun| (case, begun))).flatten()
+    }
 }
 
 /// [`complete_study`] with a function that simulates the cases that it takes until there is none.
@@ -315,32 +452,28 @@ fn complete_cases<E: Display>(
         Some(threads) => threads.get(),
         None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
     };
-    let threads = threads.min(waiting.len());
+    // A case alone has passes for all threads where tools are sampled.
+    let threads = if study.scatters() { threads } else { threads.min(waiting.len()) };
     info!(cases = study.case_count, to_simulate = waiting.len(), threads, "study started");
     let start = Instant::now();
 
-    let queue = Mutex::new(Queue { waiting, begun: BTreeMap::new() });
+    let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), tools: 0 };
+    let queue = Mutex::new(queue);
     let results = Mutex::new(results);
-    let take = |kind: Option<Kind>| {
-        let mut queue = queue.lock().expect("nothing panics with the queue in hand");
-        let &(next, number) = queue.waiting.last()?;
-        if kind.is_some_and(|kind| kind != next) {
-            return None;
-        }
-        queue.waiting.pop();
-        queue.begun.insert(number, Instant::now());
-        Some(Case { number, settings: study.settings(number) })
-    };
+    let queued = || queue.lock().expect("nothing panics with the queue in hand");
+    let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
-        let result = result
-            .map(|Simulation { metrics, statistics, .. }| CaseSummary { metrics, statistics })
-            .map_err(|error| error.to_string());
-        let begun = queue.lock().expect("nothing panics with the queue in hand").begun.remove(&number);
-        trace_case(number, &result, begun);
-        let flow = on_case_done(number, &result);
-        results.lock().expect("nothing panics with the results in hand")[number] = Some(result);
+        let complete = queued().take(number, result);
+        let Some((case, begun)) = complete else { return };
+        let start = begun.start;
+        let result = begun.conclude();
+        trace_case(case, &result, start);
+        let flow = on_case_done(case, &result);
+        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
         if flow.is_break() {
-            queue.lock().expect("nothing panics with the queue in hand").waiting.clear();
+            let mut queue = queued();
+            queue.waiting.clear();
+            queue.current = None;
         }
     };
     thread::scope(|scope| {
@@ -355,9 +488,9 @@ fn complete_cases<E: Display>(
 }
 
 /// Tells the log of a case. The seconds are those since it was begun, which it has shared with others.
-fn trace_case(number: usize, result: &CaseResult, begun: Option<Instant>) {
+fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     let case = number + 1;
-    let seconds = begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
+    let seconds = begun.elapsed().as_secs_f64();
     match result {
         Ok(CaseSummary { statistics, .. }) => {
             debug!(case, seconds, steps = statistics.steps, rejected = statistics.rejected_steps, "case done");

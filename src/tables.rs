@@ -1,8 +1,8 @@
 //! The tables that a study prints, made for a terminal 100 columns wide.
 
-use crate::metrics::Metrics;
 use crate::parameters::Parameter;
-use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
+use crate::study::{Axis, CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
+use crate::uncertainty::{ForceScatter, INPUTS};
 
 /// Most columns of numbers that fit beside the row's heading.
 const MAX_COLUMNS: usize = 12;
@@ -15,87 +15,139 @@ const ROW_HEADING: usize = 10;
 /// Width of a number's column.
 const CELL: usize = 7;
 
-/// One metric as the tables show it.
+/// What a table shows.
 struct Quantity {
     symbol: &'static str,
     name: &'static str,
     /// Unit without prefix, empty for a pure number.
     unit: &'static str,
-    value: fn(&Metrics) -> f64,
+    /// What stands below each other for a case, with what the symbol has beside it in a list.
+    parts: &'static [(&'static str, Part)],
 }
 
+/// A number of a case; none where it is not known.
+type Part = fn(&CaseSummary) -> Option<f64>;
+
 const QUANTITIES: [Quantity; 3] = [
-    Quantity { symbol: "ε_tc", name: "contact time ratio", unit: "", value: |metrics| metrics.contact_time_ratio },
+    Quantity {
+        symbol: "ε_tc",
+        name: "contact time ratio",
+        unit: "",
+        parts: &[("", |summary| Some(summary.metrics.contact_time_ratio))],
+    },
     Quantity {
         symbol: "p_n",
         name: "contact normal impulse of a filament",
         unit: "N s",
-        value: |metrics| metrics.contact_normal_impulse_n_s,
+        parts: &[("", |summary| Some(summary.metrics.contact_normal_impulse_n_s))],
     },
     Quantity {
         symbol: "F_n,w",
         name: "contact normal force of the tool",
         unit: "N",
-        value: |metrics| metrics.tool_contact_normal_force_n,
+        parts: &[("", |summary| Some(summary.metrics.tool_contact_normal_force_n))],
     },
 ];
+
+/// Where filaments scatter.
+const BAND: Quantity = Quantity {
+    symbol: "F_n,w",
+    name: "upper and lower end of the band that 95 % of the tools lie in",
+    unit: "N",
+    parts: &[
+        (", 97.5 %", |summary| Some(summary.scatter.as_ref()?.tool_force_upper_95_n)),
+        (", 2.5 %", |summary| Some(summary.scatter.as_ref()?.tool_force_lower_95_n)),
+    ],
+};
 
 /// A quantity in all cases, in a unit that makes its numbers readable.
 struct Column {
     quantity: &'static Quantity,
-    /// Unit with its prefix.
+    /// Unit with its prefix, empty for a pure number.
     unit: String,
-    /// The numbers in this unit; none where a case failed.
-    values: Vec<Option<f64>>,
+    /// For each part, the numbers in this unit; none where they are not known.
+    parts: Vec<Vec<Option<f64>>>,
     decimals: usize,
 }
 
 impl Column {
     fn new(quantity: &'static Quantity, results: &[CaseResult]) -> Self {
         const PREFIXES: [(&str, f64); 6] = [("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)];
-        let value = |result: &CaseResult| {
-            let summary = result.as_ref().ok()?;
-            Some((quantity.value)(&summary.metrics))
-        };
-        let largest = results.iter().filter_map(value).fold(0.0, f64::max);
+        let value = |result: &CaseResult, part: Part| result.as_ref().ok().and_then(part);
+        let parts = quantity.parts.iter().map(|(_, part)| results.iter().map(|result| value(result, *part)).collect());
+        let mut parts: Vec<Vec<Option<f64>>> = parts.collect();
+        let largest = parts.iter().flatten().flatten().copied().fold(0.0, f64::max);
         let (prefix, factor) = PREFIXES
             .into_iter()
             .filter(|(prefix, _)| prefix.is_empty() || !quantity.unit.is_empty())
             .find(|(_, factor)| largest * factor >= 1.0)
             .unwrap_or(("", 1.0));
+        parts.iter_mut().flatten().flatten().for_each(|value| *value *= factor);
         let decimals = match largest * factor {
             100.0.. => 1,
             10.0.. => 2,
             _ => 3,
         };
-        Self {
-            quantity,
-            unit: format!("{prefix}{}", quantity.unit),
-            values: results.iter().map(|result| value(result).map(|value| value * factor)).collect(),
-            decimals,
-        }
+        Self { quantity, unit: format!("{prefix}{}", quantity.unit), parts, decimals }
     }
 
-    /// The symbol, and the unit where there is one.
-    fn heading(&self) -> String {
-        if self.unit.is_empty() {
-            self.quantity.symbol.to_owned()
-        } else {
-            format!("{} in {}", self.quantity.symbol, self.unit)
-        }
+    /// The symbol with what stands beside it, and the unit where there is one.
+    fn heading(&self, beside: &str) -> String {
+        let symbol = self.quantity.symbol;
+        if self.unit.is_empty() { format!("{symbol}{beside}") } else { format!("{symbol}{beside} in {}", self.unit) }
     }
 
-    fn text(&self, case: usize) -> String {
-        self.values[case].map_or_else(|| "failed".to_owned(), |value| format!("{value:.*}", self.decimals))
+    /// The headings of the parts.
+    fn headings(&self) -> impl Iterator<Item = String> {
+        self.quantity.parts.iter().map(|(beside, _)| self.heading(beside))
+    }
+
+    /// The parts of a case.
+    fn texts(&self, case: usize) -> impl Iterator<Item = String> {
+        let text = |value: f64| format!("{value:.*}", self.decimals);
+        self.parts.iter().map(move |values| values[case].map_or_else(|| "failed".to_owned(), text))
     }
 }
 
 /// The results of a study for people: a table for each quantity where velocity and depth alone are swept, else a list.
+///
+/// Where filaments scatter, the band of the tool force is among them, and a line says what the scatter comes from.
 #[must_use]
 pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
-    let columns = QUANTITIES.each_ref().map(|quantity| Column::new(quantity, results));
+    let band = study.scatters().then_some(&BAND);
+    let columns: Vec<Column> = QUANTITIES.iter().chain(band).map(|quantity| Column::new(quantity, results)).collect();
     let is_grid = study.axes().iter().all(|axis| [VELOCITY, DEPTH].contains(&axis.parameter().path));
-    if is_grid { columns.map(|column| table(study, &column)).join("\n") } else { list(study, &columns) }
+    let mut text = if is_grid {
+        columns.iter().map(|column| table(study, column)).collect::<Vec<_>>().join("\n")
+    } else {
+        list(study, &columns)
+    };
+    text.push_str(&origin_of_scatter(results));
+    text
+}
+
+/// What the scatter of the tool force comes from, as a line; empty where nothing scatters.
+fn origin_of_scatter(results: &[CaseResult]) -> String {
+    let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
+    if known.is_empty() {
+        return String::new();
+    }
+    let mean =
+        |index: usize| known.iter().map(|scatter| scatter.sobol_indices()[index]).sum::<f64>() / known.len() as f64;
+    let mut shares: Vec<(&str, f64)> = INPUTS
+        .iter()
+        .enumerate()
+        .map(|(index, input)| (input.name, mean(index)))
+        .filter(|(_, mean)| *mean > 0.0)
+        .collect();
+    shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let shares: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+    let mut text = format!("The scatter of F_n,w comes from: {} (mean over the cases)\n", shares.join(", "));
+    let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
+    if failed > 0 {
+        text.push_str(&format!("{failed} sampled tools are left out, as their simulations failed\n"));
+    }
+    text
 }
 
 /// A quantity over velocity (to the right) and depth (upwards, as in a diagram).
@@ -109,7 +161,7 @@ fn table(study: &Study, column: &Column) -> String {
         let cells: String = cells.iter().map(|cell| format!("{cell:>CELL$}")).collect();
         format!("{heading:>ROW_HEADING$} │{cells}\n")
     };
-    let mut text = format!("{}: {}", column.heading(), column.quantity.name);
+    let mut text = format!("{}: {}", column.heading(""), column.quantity.name);
     if shown_velocities.len() * shown_depths.len() < study.case_count() {
         text.push_str(" (a selection of the cases)");
     }
@@ -121,8 +173,12 @@ fn table(study: &Study, column: &Column) -> String {
     text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
     for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
-        let cells = shown_velocities.iter().map(|velocity| column.text(depth * velocities.len() + velocity));
-        text.push_str(&row(label, cells.collect()));
+        let cells = shown_velocities.iter().map(|velocity| column.texts(depth * velocities.len() + velocity));
+        let cells: Vec<Vec<String>> = cells.map(Iterator::collect).collect();
+        for part in 0..column.parts.len() {
+            let heading = if part == 0 { label } else { "" };
+            text.push_str(&row(heading, cells.iter().map(|parts| parts[part].clone()).collect()));
+        }
     }
     text
 }
@@ -131,13 +187,13 @@ fn table(study: &Study, column: &Column) -> String {
 fn list(study: &Study, columns: &[Column]) -> String {
     let (axis_headings, factors): (Vec<&str>, Vec<f64>) = study.axes().iter().map(axis_heading).unzip();
     let axis_headings = axis_headings.into_iter().map(str::to_owned);
-    let headings = axis_headings.chain(columns.iter().map(Column::heading));
+    let headings = axis_headings.chain(columns.iter().flat_map(Column::headings));
     let mut rows: Vec<Vec<String>> = vec![headings.collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
         let values = study.values(case).zip(&factors);
         let values = values.map(|(value, factor)| short(value * factor));
-        let metrics = columns.iter().map(|column| column.text(case));
+        let metrics = columns.iter().flat_map(|column| column.texts(case));
         rows.push(values.chain(metrics).collect());
     }
     let widths: Vec<usize> = (0..rows[0].len())

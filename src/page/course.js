@@ -96,7 +96,10 @@ function createCaseView(study, grid) {
   }
 
   function showTables(index) {
-    const rows = study.quantities.map((quantity) => {
+    const [shares, metrics] = [true, false].map((wanted) =>
+      study.quantities.filter(({ key }) => key.startsWith(SHARE) === wanted),
+    );
+    const rows = metrics.map((quantity) => {
       const cell = element("td", { class: "number" }, valueText(study, quantity, index));
       if (quantity.key === FORCE && study.force_uncertainty[index] !== null)
         cell.append(element("span", { class: "quiet" }, "± from the number of filaments"));
@@ -109,6 +112,7 @@ function createCaseView(study, grid) {
       );
     });
     byId("metrics").tBodies[0].replaceChildren(...rows);
+    showShares(shares, index);
     const counts = study.statistics.map(({ name, values }) =>
       element(
         "tr",
@@ -118,6 +122,27 @@ function createCaseView(study, grid) {
       ),
     );
     byId("statistics").tBodies[0].replaceChildren(...counts);
+  }
+
+  /** The shares of the inputs in the variance of the tool force, and what they leave to inputs together. */
+  function showShares(shares, index) {
+    const known = shares.map(({ name, values }) => [name.replace("share of ", ""), values[index]]);
+    const isKnown = known.length > 0 && known.every(([, value]) => value !== null);
+    byId("scatter").hidden = !isKnown;
+    if (!isKnown) return;
+    const sum = known.reduce((total, [, value]) => total + value, 0);
+    known.push(["interactions of inputs", Math.max(0, 1 - sum)]);
+    const rows = known.map(([name, value]) => {
+      const percent = `${number(Math.round(1000 * value) / 10, 3)}\u202f%`;
+      return element(
+        "tr",
+        {},
+        element("th", { scope: "row" }, name),
+        element("td", {}, element("meter", { min: 0, max: 1, value, "aria-label": `${name}: ${percent}` })),
+        element("td", { class: "number" }, percent),
+      );
+    });
+    byId("shares").tBodies[0].replaceChildren(...rows);
   }
 
   /** Draws all that does not move, for the width that there is. */

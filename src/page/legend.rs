@@ -2,6 +2,7 @@
 
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
+use crate::uncertainty::ForceScatter;
 
 /// A setting's name for people.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +18,7 @@ const fn legend(path: &'static str, symbol: &'static str, name: &'static str) ->
 }
 
 /// All settings in the order of the page.
-pub(super) const SETTINGS: [SettingLegend; 27] = [
+pub(super) const SETTINGS: [SettingLegend; 34] = [
     legend("tool.kind", "", "kind of tool"),
     legend("tool.body_radius_m", "r_g", "radius of the brush body"),
     legend("tool.width_m", "", "width of the brush"),
@@ -45,6 +46,13 @@ pub(super) const SETTINGS: [SettingLegend; 27] = [
     legend("process.tail_angle_rad", "", "angle simulated past nominal exit"),
     legend("solver.relative_tolerance", "", "relative tolerance"),
     legend("solver.samples", "", "samples of a written history"),
+    legend("uncertainty.length_std_m", "Δl_f", "standard deviation of the length"),
+    legend("uncertainty.diameter_std_m", "Δd", "standard deviation of the diameter"),
+    legend("uncertainty.youngs_modulus_std_pa", "ΔE", "standard deviation of Young’s modulus"),
+    legend("uncertainty.damping_ratio_std", "Δζ", "standard deviation of the damping ratio"),
+    legend("uncertainty.samples", "", "sampled tools a case"),
+    legend("uncertainty.seed", "", "seed of the samples"),
+    legend("uncertainty.hold", "", "what tools of another radius have in common"),
 ];
 
 /// Where a setting stands in the page; last if it has no legend.
@@ -57,8 +65,8 @@ pub(super) fn setting(path: &'static str) -> SettingLegend {
     SETTINGS.get(place(path)).copied().unwrap_or(legend(path, "", path))
 }
 
-/// A metric of the page.
-pub(super) struct Quantity {
+/// A figure of the page, out of a structure of them.
+pub(super) struct Quantity<T> {
     /// Its column in `runs.csv`.
     pub key: &'static str,
     pub symbol: &'static str,
@@ -66,7 +74,7 @@ pub(super) struct Quantity {
     pub unit: &'static str,
     pub name: &'static str,
     pub meaning: &'static str,
-    pub value: fn(&Metrics) -> f64,
+    pub value: fn(&T) -> f64,
 }
 
 /// Makes an entry whose key cannot differ from the field that it names.
@@ -78,13 +86,13 @@ macro_rules! quantity {
             unit: $unit,
             name: $name,
             meaning: $meaning,
-            value: |metrics| metrics.$key as f64,
+            value: |figures| figures.$key as f64,
         }
     };
 }
 
 /// All metrics, the most asked for first.
-pub(super) const QUANTITIES: [Quantity; 12] = [
+pub(super) const QUANTITIES: [Quantity<Metrics>; 12] = [
     quantity!(
         contact_time_ratio,
         "ε_tc",
@@ -127,6 +135,56 @@ pub(super) const QUANTITIES: [Quantity; 12] = [
     quantity!(contact_angle_rad, "Ω_c", "rad", "nominal contact angle", "2 arccos((R − a_e)/R) of the undeformed tool"),
     quantity!(nominal_contact_length_m, "l_d", "m", "nominal contact length", "R Ω_c"),
     quantity!(nominal_contact_time_s, "t_d", "s", "nominal contact time", "Ω_c/ω"),
+];
+
+/// All figures of the distribution; the Sobol indices in the order of [`INPUTS`](crate::uncertainty::INPUTS).
+pub(super) const SCATTER: [Quantity<ForceScatter>; 10] = [
+    quantity!(
+        tool_force_lower_95_n,
+        "",
+        "N",
+        "lower end of the 95 % band of F_n,w",
+        "2.5 % of the sampled tools have less"
+    ),
+    quantity!(
+        tool_force_upper_95_n,
+        "",
+        "N",
+        "upper end of the 95 % band of F_n,w",
+        "2.5 % of the sampled tools have more"
+    ),
+    quantity!(
+        tool_force_mean_n,
+        "",
+        "N",
+        "mean of F_n,w over the tools",
+        "also the force of one tool whose filaments differ among each other"
+    ),
+    quantity!(tool_force_std_n, "", "N", "standard deviation of F_n,w", "over the sampled tools"),
+    quantity!(sobol_length, "", "", "share of the length", "first-order Sobol index of l_f in the variance of F_n,w"),
+    quantity!(sobol_diameter, "", "", "share of the diameter", "first-order Sobol index of d in the variance of F_n,w"),
+    quantity!(
+        sobol_youngs_modulus,
+        "",
+        "",
+        "share of Young’s modulus",
+        "first-order Sobol index of E in the variance of F_n,w"
+    ),
+    quantity!(
+        sobol_damping_ratio,
+        "",
+        "",
+        "share of the damping ratio",
+        "first-order Sobol index of ζ in the variance of F_n,w"
+    ),
+    quantity!(
+        sobol_filament_count,
+        "",
+        "",
+        "share of the number of filaments",
+        "first-order Sobol index of N_f in the variance of F_n,w"
+    ),
+    quantity!(failed_samples, "", "", "failed tools", "sampled tools that are left out, as their simulation failed"),
 ];
 
 /// What the solver has counted.

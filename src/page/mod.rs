@@ -18,7 +18,7 @@ mod legend;
 
 pub use course::{Course, MAX_COURSES, record};
 
-use legend::{QUANTITIES, STATISTICS, SettingLegend};
+use legend::{QUANTITIES, Quantity, SCATTER, STATISTICS, SettingLegend};
 
 /// The page around the data, with places for what is filled in.
 const TEMPLATE: &str = include_str!("template.html");
@@ -88,6 +88,28 @@ struct AxisData {
     count: usize,
 }
 
+/// A figure of all cases in the page.
+#[derive(Serialize)]
+struct QuantityData {
+    key: &'static str,
+    symbol: &'static str,
+    unit: &'static str,
+    name: &'static str,
+    meaning: &'static str,
+    /// None where a case failed, or the figure is not known.
+    values: Vec<Option<f64>>,
+}
+
+fn figures<T>(
+    quantity: &Quantity<T>,
+    summaries: &[Option<CaseSummary>],
+    part: impl Fn(&CaseSummary) -> Option<&T>,
+) -> QuantityData {
+    let &Quantity { key, symbol, unit, name, meaning, value } = quantity;
+    let number = |summary: &Option<CaseSummary>| Some(rounded(value(part(summary.as_ref()?)?)));
+    QuantityData { key, symbol, unit, name, meaning, values: summaries.iter().map(number).collect() }
+}
+
 fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData> = study
@@ -110,17 +132,11 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let quantities: Vec<Value> = QUANTITIES
-        .iter()
-        .map(|quantity| {
-            let value = |summary: &Option<CaseSummary>| summary.as_ref().map(|s| rounded((quantity.value)(&s.metrics)));
-            let values: Vec<Option<f64>> = summaries.iter().map(value).collect();
-            json!({
-                "key": quantity.key, "symbol": quantity.symbol, "unit": quantity.unit, "name": quantity.name,
-                "meaning": quantity.meaning, "values": values,
-            })
-        })
-        .collect();
+    let metrics = QUANTITIES.iter().map(|quantity| figures(quantity, &summaries, |summary| Some(&summary.metrics)));
+    let scatter = SCATTER.iter().map(|quantity| figures(quantity, &summaries, |summary| summary.scatter.as_ref()));
+    // Where nothing scatters there is no band, and inputs that do not scatter have no share.
+    let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
+    let quantities: Vec<QuantityData> = metrics.chain(scatter.filter(tells)).collect();
     let statistics: Vec<Value> = STATISTICS
         .iter()
         .map(|count| {
@@ -175,6 +191,8 @@ fn settings(study: &Study) -> Vec<Value> {
         ("workpiece.kind", "", json!(base.workpiece.kind)),
         ("workpiece.normal", "", json!(base.workpiece.normal)),
         ("process.gravity_m_s2", "m/s²", json!(base.process.gravity_m_s2)),
+        ("uncertainty.hold", "", json!(base.uncertainty.hold)),
+        ("uncertainty.hold", "", json!(base.uncertainty.hold)),
     ];
     let mut settings: Vec<_> = others.into_iter().chain(scalars).collect();
     settings.sort_by_key(|(path, ..)| legend::place(path));

@@ -4,6 +4,8 @@ const VELOCITY = "process.brushing_velocity_m_s";
 const DEPTH = "process.penetration_depth_m";
 const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
+/** How the keys of shares in the variance of the tool force begin. */
+const SHARE = "sobol_";
 /** How many of the quantities, which come in the order of their importance, the card shows. */
 const ON_CARD = 8;
 

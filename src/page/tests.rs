@@ -8,6 +8,7 @@ use crate::document::Document;
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::study::Axis;
+use crate::uncertainty::ForceScatter;
 
 const FILE: &str = "
     [tool]
@@ -56,7 +57,21 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         tool_contact_normal_force_n: number(case),
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
-    (0..count).map(|case| Ok(CaseSummary { metrics: metrics(case), statistics })).collect()
+    let scatter = |case| ForceScatter {
+        tool_force_mean_n: number(case),
+        tool_force_std_n: number(case),
+        tool_force_lower_95_n: number(case),
+        tool_force_upper_95_n: number(case),
+        sobol_length: number(case),
+        sobol_diameter: number(case),
+        sobol_youngs_modulus: number(case),
+        sobol_damping_ratio: number(case),
+        sobol_filament_count: number(case),
+        failed_samples: case % 7,
+    };
+    (0..count)
+        .map(|case| Ok(CaseSummary { metrics: metrics(case), statistics, scatter: Some(scatter(case)) }))
+        .collect()
 }
 
 /// The data that stand in a page, as a browser reads them.
@@ -180,7 +195,7 @@ fn everything_has_a_legend() {
     known.sort_unstable();
     assert_eq!(paths, known);
 
-    let CaseSummary { metrics, statistics } = made_up(1).remove(0).expect("it is made up");
+    let CaseSummary { metrics, statistics, scatter } = made_up(1).remove(0).expect("it is made up");
     let fields = |value: Value| {
         keys(&value).map(|mut keys| {
             keys.sort();
@@ -190,6 +205,9 @@ fn everything_has_a_legend() {
     let mut known = QUANTITIES.map(|quantity| quantity.key.to_owned());
     known.sort();
     assert_eq!(fields(serde_json::to_value(metrics).expect("metrics are JSON")).as_deref(), Some(&known[..]));
+    let mut known = SCATTER.map(|quantity| quantity.key.to_owned());
+    known.sort();
+    assert_eq!(fields(serde_json::to_value(scatter).expect("figures are JSON")).as_deref(), Some(&known[..]));
     let mut known = STATISTICS.map(|count| count.key.to_owned());
     known.sort();
     assert_eq!(fields(serde_json::to_value(statistics).expect("statistics are JSON")).as_deref(), Some(&known[..]));

@@ -98,7 +98,7 @@ pub struct Pass {
 impl Pass {
     /// The pass that `settings` state.
     pub fn new(settings: &Settings) -> Self {
-        let Settings { tool, filament, contact, workpiece, process, solver } = settings;
+        let Settings { tool, filament, contact, workpiece, process, solver, uncertainty: _ } = settings;
         let nominal = NominalContact::of(settings);
         let [x, y, _] = workpiece.normal;
         // The tips are deepest opposite to the normal; for the default plane that is β = −π/2.

@@ -55,6 +55,7 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
             tail_angle_rad: 0.15,
         },
         solver: SolverSettings::default(),
+        uncertainty: Default::default(),
     }
 }
 

@@ -232,6 +232,28 @@ test("settings, statistics, version and hash of the equations are there", async 
   await close();
 });
 
+test("where filaments scatter, the band and the shares of the inputs are there", async () => {
+  const { page, close } = await open(report("curve"), {}, "#case-2");
+  const data = await dataOf(page);
+  const value = (name) => data.quantities.find(({ key }) => key === name).values[1];
+  const force = value("tool_contact_normal_force_n");
+  assert.ok(value("tool_force_lower_95_n") < force && force < value("tool_force_upper_95_n"));
+  assert.match(await page.textContent("#metrics"), /lower end of the 95 % band/);
+  assert.ok(!(await page.textContent("#metrics")).includes("share of"), "shares have a table of their own");
+  const names = await page.locator("#shares th[scope=row]").allTextContents();
+  assert.deepEqual(names, ["diameter", "Young’s modulus", "number of filaments", "interactions of inputs"]);
+  const shares = await page.locator("#shares meter").evaluateAll((meters) => meters.map((meter) => meter.value));
+  assert.ok(Math.abs(shares.reduce((sum, share) => sum + share, 0) - 1) < 0.05, String(shares));
+  assert.ok(Math.abs(shares[0] - value("sobol_diameter")) < 1e-12);
+  await page.selectOption("#quantity", "tool_force_upper_95_n");
+  await shot(page, "scatter-1280-light");
+  await close();
+
+  const { page: without, close: closeWithout } = await open(report("paper"));
+  assert.ok(await without.isHidden("#scatter"));
+  await closeWithout();
+});
+
 test("a failed case is shown as one, and its error as text", async () => {
   const text = fs.readFileSync(report("paper"), "utf8");
   const [head, rest] = text.split('id="data">');

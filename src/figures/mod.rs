@@ -9,7 +9,7 @@ use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{self, Area, BLUE, GREY, Pen, VERMILION, centred, fine, stroke, text};
 use crate::grid::{Plane, Side, equation, process_planes, telling_planes};
-use crate::measured::{Measurement, relative_uncertainty, same, tool_force};
+use crate::measured::{Measurement, relative_uncertainty};
 use crate::metrics::Metrics;
 use crate::parameters::Parameter;
 use crate::settings::Settings;
@@ -18,12 +18,12 @@ use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
 use crate::tables::{labels, short, spread};
 use plotters::prelude::*;
 
+mod force;
+
 /// Most values of the further sweeps for which pictures are drawn.
 const MAX_PLANES: usize = 4;
 /// Most curves of a family.
 const MAX_CURVES: usize = 7;
-/// Most curves beside measured points, each of which has a band.
-const MAX_MEASURED_CURVES: usize = 4;
 /// Most cells of a map along a side; more could not be seen.
 const MAX_CELLS: usize = 200;
 
@@ -136,8 +136,8 @@ const QUANTITIES: [Quantity; 5] = [
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
 /// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; of other studies, each metric over the setting that
-/// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`. Further
-/// sweeps have pictures for each of their values, but not for more than four, with the value at the end of the name.
+/// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each of their values, but not for more than four, with the value at the end of the name.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> drawing::Result<Pictures> {
     let planes = telling_planes(study, MAX_PLANES);
     let mut pictures = Vec::new();
@@ -152,6 +152,14 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
             for family in families {
                 pictures.push(view.curves(quantity, *family)?);
             }
+        }
+    }
+    if study.scatters() {
+        for plane in &planes.chosen {
+            let view = View { study, results, plane };
+            pictures.extend(view.scatter(Family::OverX)?);
+            pictures.extend(view.scatter(Family::OverY)?);
+            pictures.extend(view.sobol()?);
         }
     }
     let mut note = String::new();
@@ -176,7 +184,9 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
     let of_quantity = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
-    rest("measured_over_").is_some() || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
+    let beginnings = ["measured_over_", "scatter_over_", "sobol_over_"];
+    beginnings.iter().any(|beginning| rest(beginning).is_some())
+        || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
 }
 
 /// A plane with what was simulated there.
@@ -284,89 +294,6 @@ impl View<'_> {
         };
         let name = format!("{}_over_{}{}", quantity.name, over.word(), self.plane.suffix());
         Ok(Picture { name, svg: diagram.svg()? })
-    }
-
-    /// The tool's force beside measured points; none where the study has no curve.
-    fn measured(&self, measured: &[Measurement], family: Family) -> drawing::Result<Option<Picture>> {
-        let Plane { x, y, .. } = self.plane;
-        let (over, of) = if family == Family::OverX { (x, y) } else { (y, x) };
-        if !over.varies() {
-            return Ok(None);
-        }
-        let place = |point: &Measurement| match family {
-            Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
-            Family::OverY => (point.penetration_depth_m, point.brushing_velocity_m_s),
-        };
-        // The values at which something was measured, and the study can say something.
-        let (least, largest) = (of.values[0], of.values[of.values.len() - 1]);
-        let within = |value: f64| (least <= value && value <= largest) || same(value, least) || same(value, largest);
-        let mut levels: Vec<f64> = measured.iter().map(|point| place(point).1).filter(|&value| within(value)).collect();
-        levels.sort_by(f64::total_cmp);
-        levels.dedup_by(|next, first| same(*next, *first));
-        if levels.is_empty() {
-            return Ok(None);
-        }
-        let total = levels.len();
-        let levels: Vec<f64> = spread(total, MAX_MEASURED_CURVES).into_iter().map(|index| levels[index]).collect();
-        let force = |at: f64, level: f64| match family {
-            Family::OverX => tool_force(self.study, self.results, self.plane, at, level),
-            Family::OverY => tool_force(self.study, self.results, self.plane, level, at),
-        };
-        let mut curves = Vec::new();
-        let mut failed = false;
-        for (index, &level) in levels.iter().enumerate() {
-            let name = equation(of.parameter, level);
-            let mut line = Vec::new();
-            // Outlines between gaps: the upper edge forwards, then the lower one backwards.
-            let mut band = (Vec::new(), Vec::new());
-            let mut bands = Vec::new();
-            for &at in &over.values {
-                let at_shown = at * over.factor();
-                match force(at, level) {
-                    Ok(simulated) => {
-                        line.push((at_shown, simulated.force_n));
-                        band.0.push((at_shown, simulated.force_n + simulated.uncertainty_n));
-                        band.1.push((at_shown, simulated.force_n - simulated.uncertainty_n));
-                    }
-                    Err(_) => {
-                        failed = true;
-                        line.push((at_shown, f64::NAN));
-                        bands.push(std::mem::take(&mut band));
-                    }
-                }
-            }
-            bands.push(band);
-            for (mut upper, lower) in bands {
-                upper.extend(lower.into_iter().rev());
-                curves.push(Curve::new("", Look::Band, upper).with_pen(index));
-            }
-            curves.push(Curve::new(format!("simulated, {name}"), Look::Line, line).with_pen(index));
-            let points: Vec<&Measurement> = measured.iter().filter(|point| same(place(point).1, level)).collect();
-            let at = |point: &Measurement, force: f64| (place(point).0 * over.factor(), force);
-            let ends = points
-                .iter()
-                .flat_map(|point| [at(point, point.force_n - point.std_n), at(point, point.force_n + point.std_n)]);
-            curves.push(Curve::new("", Look::Bars, ends.collect()).with_pen(index));
-            let points = points.iter().map(|point| at(point, point.force_n)).collect();
-            curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
-        }
-        let selection = match levels.len() < total {
-            true => format!("{} of {total} measured values of {}", levels.len(), of.symbol()),
-            false => String::new(),
-        };
-        let tool = self.study.settings(self.plane.case(0, 0)).tool;
-        let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
-        let bands = format!("band: N_f = {count} ± {spread}; bars: ± standard deviation");
-        let gaps = if failed { "gaps: simulations failed".to_owned() } else { String::new() };
-        let diagram = Diagram {
-            title: "Contact normal force of the tool, simulated and measured".to_owned(),
-            subtitle: self.subtitle([bands, selection, gaps]),
-            x: Axis::linear(over.label()),
-            y: Axis::from_zero("F_n,w in N"),
-            curves,
-        };
-        let name = format!("measured_over_{}{}", over.word(), self.plane.suffix());
-        Ok(Some(Picture { name, svg: diagram.svg()? }))
     }
 }
 
