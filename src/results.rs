@@ -12,7 +12,7 @@ use crate::parameters::Parameter;
 use crate::report::{Columns, FIXED_COLUMNS, OK};
 use crate::settings::Settings;
 use crate::simulation::Sample;
-use crate::study::{Axis, CaseResult, CaseSummary, Study};
+use crate::study::{Axis, CaseResult, CaseSummary, Study, Sweep};
 
 /// Number of the form of `study.json` and `case.json`; another form has another number.
 const FORMAT: u32 = 1;
@@ -59,13 +59,7 @@ struct StudyFile {
     /// Whether `measured.csv` belongs to the results.
     measured: bool,
     settings: Settings,
-    axes: Vec<AxisFile>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct AxisFile {
-    setting: String,
-    values: Vec<f64>,
+    axes: Vec<Sweep>,
 }
 
 /// The text of `case.json`.
@@ -189,15 +183,12 @@ impl Table<'_> {
 /// The text of `study.json`; `measured` says whether measured forces belong to the results.
 #[must_use]
 pub fn study_text(study: &Study, measured: bool) -> String {
-    let axes = study.axes().iter();
     pretty(&StudyFile {
         format: FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
         measured,
         settings: study.base().clone(),
-        axes: axes
-            .map(|axis| AxisFile { setting: axis.parameter().path.to_owned(), values: axis.values().to_vec() })
-            .collect(),
+        axes: study.sweeps(),
     })
 }
 
@@ -220,7 +211,7 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
     let file: StudyFile = source.object()?;
     let mut axes = Vec::new();
-    for AxisFile { setting, values } in file.axes {
+    for Sweep { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
         let parameter = Parameter::find(&setting)
             .ok_or_else(|| source.error(place(), None, format!("there is no setting `{setting}`"), AGAIN))?;

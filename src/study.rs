@@ -11,6 +11,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use tracing::{debug, info, warn};
 
@@ -36,6 +37,13 @@ pub const MAX_CASES: usize = 1_000_000;
 pub struct Axis {
     parameter: &'static Parameter,
     values: Vec<f64>,
+}
+
+/// An axis as files state it.
+#[derive(PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sweep {
+    pub setting: String,
+    pub values: Vec<f64>,
 }
 
 /// The ways in which the values of a sweep can be wrong.
@@ -205,6 +213,12 @@ impl Study {
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
+    }
+
+    /// The same as files state them.
+    pub(crate) fn sweeps(&self) -> Vec<Sweep> {
+        let sweep = |axis: &Axis| Sweep { setting: axis.parameter().path.to_owned(), values: axis.values().to_owned() };
+        self.axes.iter().map(sweep).collect()
     }
 
     /// The number of cases, at least one.
