@@ -569,20 +569,7 @@ mod tests {
 
     fn simulation(contact_time_s: f64) -> Simulation {
         Simulation {
-            metrics: Metrics {
-                contact_angle_rad: 0.0,
-                nominal_contact_length_m: 0.0,
-                nominal_contact_time_s: 0.0,
-                contact_time_s,
-                contact_length_m: 0.0,
-                contact_time_ratio: 0.0,
-                contact_count: 0,
-                contact_normal_impulse_n_s: 0.0,
-                equivalent_contact_normal_force_n: 0.0,
-                peak_contact_normal_force_n: 0.0,
-                max_tip_deflection_m: 0.0,
-                tool_contact_normal_force_n: 0.0,
-            },
+            metrics: Metrics { contact_time_s, ..Metrics::default() },
             statistics: Statistics::default(),
             history: Vec::new(),
             shapes: Vec::new(),
