@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use bristle::contact::ContactLaw;
 use bristle::document::Document;
-use bristle::equations::{Chain, Clamp};
+use bristle::equations::Chain;
 use bristle::filament::chain;
 use bristle::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem};
 use bristle::study::Study;
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
 use serde::de::DeserializeOwned;
 
@@ -74,20 +74,7 @@ pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chai
 }
 
 /// A clamp at rest at the origin, along `x`.
-#[derive(Clone, Copy, Debug)]
-pub struct Wall;
-
-impl ClampMotion for Wall {
-    fn at(&self, _: f64) -> Clamp<f64> {
-        Clamp {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            acceleration: [0.0; 3],
-            direction: [1.0, 0.0, 0.0],
-            direction_rate: [0.0; 3],
-        }
-    }
-}
+pub const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
 
 /// The system of a chain that nothing touches, with all integrals.
 pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem<M, Plane> {

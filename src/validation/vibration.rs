@@ -11,7 +11,7 @@ use bristle::tool::ClampMotion;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
-    Wall, crossing, error_figure, extrapolated, extrapolated_twice, order, paper_case, unit_chain, untouched,
+    WALL, crossing, error_figure, extrapolated, extrapolated_twice, order, paper_case, unit_chain, untouched,
     without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
@@ -34,7 +34,7 @@ const FINE: usize = 100;
 
 /// The first frequencies of a chain at rest, clamped along `x`.
 fn frequencies<const N: usize>(chain: Chain<f64>, direction: Direction) -> [f64; N] {
-    let modes = modes(chain, &Wall.at(0.0), 0.0, direction);
+    let modes = modes(chain, &WALL.at(0.0), 0.0, direction);
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
@@ -106,8 +106,8 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
     filament.damping_ratio = damping_ratio;
     let chain = chain(&filament, [0.0; 3]);
-    let mut system = untouched(chain, Wall);
-    let mode = modes(chain, &Wall.at(0.0), 0.0, direction).swap_remove(0);
+    let mut system = untouched(chain, WALL);
+    let mode = modes(chain, &WALL.at(0.0), 0.0, direction).swap_remove(0);
     let tip = mode.shape[segments - 1];
     let (across, q) = match direction {
         Direction::InPlane => (1, mode.shape.iter().map(|angle| [FRAC_PI_2, SIZE * angle / tip]).collect()),
