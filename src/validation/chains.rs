@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use bristle::contact::ContactLaw;
 use bristle::document::Document;
 use bristle::equations::Chain;
+use bristle::equations::linear::{add, scale, sub};
 use bristle::filament::chain;
 use bristle::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem};
@@ -86,6 +87,31 @@ pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem
 pub fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, state: &FilamentState) -> f64 {
     let energies = system.energies(state);
     energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
+}
+
+/// The component along `z` of a vector product.
+pub fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The momentum of a filament, and its angular momentum about `z` through the origin: of the segments' centres, and about
+/// them. `root` and `nodes` are positions and velocities.
+pub fn momentum(
+    chain: &Chain<f64>,
+    root: [[f64; 3]; 2],
+    nodes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+) -> ([f64; 3], f64) {
+    let (mut linear, mut angular) = ([0.0; 3], 0.0);
+    let [mut inner, mut inner_rate] = root;
+    for [outer, outer_rate] in nodes {
+        // A centre is where, and moves with, the mean of its segment's ends.
+        let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
+        let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
+        linear = add(linear, scale(chain.mass, rate));
+        angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
+        (inner, inner_rate) = (outer, outer_rate);
+    }
+    (linear, angular)
 }
 
 /// What two solutions whose errors fall as n⁻² tend to, from those of n and 2n (Richardson).

@@ -15,7 +15,8 @@ use serde::Deserialize;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
-    WALL, logarithmic_slope, mechanical_energy, rods, tolerance_study, trajectory_rows, unit_chain, untouched, worse,
+    WALL, logarithmic_slope, mechanical_energy, momentum, rods, tolerance_study, trajectory_rows, unit_chain,
+    untouched, worse,
 };
 use super::exact::pendulum::SphericalPendulum;
 use super::{Extent, Failure, Group, sources, tolerances};
@@ -43,17 +44,14 @@ fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> F
     system.state(0.0, q, v)
 }
 
-/// Angular momentum about `z` through the origin, where the root rests: of the segments' centres, and about them.
+/// Angular momentum about `z` through the origin, where the root rests.
 fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
-    let across = |a: [f64; 3], b: [f64; 3]| a[0] * b[1] - a[1] * b[0];
-    let (mut root, mut root_rate, mut momentum) = ([0.0; 3], [0.0; 3], 0.0);
-    for [e, rate] in directions(state) {
-        let half = chain.length / 2.0;
-        let (centre, velocity) = (add(root, scale(half, e)), add(root_rate, scale(half, rate)));
-        momentum += chain.mass * across(centre, velocity) + chain.inertia * across(e, rate);
-        (root, root_rate) = (add(centre, scale(half, e)), add(velocity, scale(half, rate)));
-    }
-    momentum
+    let root = [[0.0; 3]; 2];
+    let nodes = directions(state).into_iter().scan(root, |node, [e, rate]| {
+        *node = [add(node[0], scale(chain.length, e)), add(node[1], scale(chain.length, rate))];
+        Some(*node)
+    });
+    momentum(chain, root, nodes).1
 }
 
 /// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling.
