@@ -130,6 +130,9 @@ pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
     ((coarse - exact) / (fine - exact)).abs().log2()
 }
 
+/// The numbers of segments of [`error_figure`].
+pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
+
 /// A diagram of errors over n: one curve for each of `names`, whose errors at n `errors` gives.
 pub fn error_figure<const N: usize>(
     name: &'static str,
@@ -137,7 +140,6 @@ pub fn error_figure<const N: usize>(
     curves: [String; N],
     errors: impl Fn(usize) -> Result<[f64; N], Failure>,
 ) -> Result<Figure, Failure> {
-    const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
     let mut points = vec![Vec::new(); N];
     for segments in SEGMENTS {
         for (points, error) in points.iter_mut().zip(errors(segments)?) {
