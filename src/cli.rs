@@ -490,12 +490,14 @@ fn write_results(
     let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
     let directory = &arguments.out;
-    let runs = StagedFile::write(directory.join(RUNS), |out| write_runs(out, study, results)).map_err(unfinished)?;
-    let mut staged = vec![runs];
+    let mut runs = Vec::new();
+    write_runs(&mut runs, study, results).expect("memory takes what is written to it");
+    let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
     if let Some(text) = measured {
         staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
-    staged.push(stage_text(directory, STUDY, &study_text(study, measured.is_some())).map_err(unfinished)?);
+    let text = study_text(study, &runs, measured.is_some());
+    staged.push(stage_text(directory, STUDY, &text).map_err(unfinished)?);
     let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;
     staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
     staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
