@@ -137,6 +137,8 @@ impl Workspace {
     /// Expects what a study leaves that nothing has disturbed, and no other file.
     fn is_as_undisturbed(&self) {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
+        let digest = bristle_codegen::exchange::digest(UNDISTURBED.0.as_bytes());
+        assert!(self.read("study.json").contains(&digest), "study.json is of another runs.csv");
         assert_eq!(self.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
