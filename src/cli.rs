@@ -159,6 +159,13 @@ struct StudyArgs {
     json: bool,
 }
 
+impl StudyArgs {
+    /// The number of threads that was asked for.
+    fn threads(&self) -> Option<NonZeroUsize> {
+        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+    }
+}
+
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
@@ -445,8 +452,7 @@ fn simulate_cases(
     stop_on_interrupt(journal, total, arguments.out.join(JOURNAL));
     let failures = results.iter().flatten().filter(|result| result.is_err()).count();
     let progress = Progress::begin(total, journal.cases(), failures, arguments.json);
-    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
-    let simulated = complete_study(study, threads, &mut results, |case, result| {
+    let simulated = complete_study(study, arguments.threads(), &mut results, |case, result| {
         let flow = journal.append(case, result);
         if flow.is_continue() {
             progress.case_done(result.is_err());
@@ -482,16 +488,17 @@ fn write_results(
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
     let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
-    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
     let directory = &arguments.out;
-    let runs = StagedFile::write(directory.join(RUNS), |out| write_runs(out, study, results)).map_err(unfinished)?;
-    let mut staged = vec![runs];
+    let mut runs = Vec::new();
+    write_runs(&mut runs, study, results).expect("memory takes what is written to it");
+    let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
     if let Some(text) = measured {
         staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
-    staged.push(stage_text(directory, STUDY, &study_text(study, measured.is_some())).map_err(unfinished)?);
-    let courses = record(study, results, threads).map_err(CliError::Threads)?;
+    let text = study_text(study, &runs, measured.is_some());
+    staged.push(stage_text(directory, STUDY, &text).map_err(unfinished)?);
+    let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;
     staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
     staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
 }

@@ -27,7 +27,7 @@ use crate::equations::FINGERPRINT;
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::simulation::SOLVER_FINGERPRINT;
-use crate::study::{Axis, CaseResult, CaseSummary, Study};
+use crate::study::{CaseResult, CaseSummary, Study, Sweep};
 use crate::uncertainty::ForceScatter;
 
 /// The version of the format.
@@ -117,12 +117,6 @@ struct Header<S> {
     sweeps: Vec<Sweep>,
 }
 
-#[derive(PartialEq, Serialize, Deserialize)]
-struct Sweep {
-    setting: String,
-    values: Vec<f64>,
-}
-
 /// Any other line.
 #[derive(Serialize, Deserialize)]
 struct Entry {
@@ -160,7 +154,7 @@ impl Journal {
             equations: FINGERPRINT.to_owned(),
             solver: SOLVER_FINGERPRINT.to_owned(),
             settings: study.base(),
-            sweeps: sweeps(study),
+            sweeps: study.sweeps(),
         };
         let header = sealed("", &header);
         let seed = check_of(&header).to_owned();
@@ -242,11 +236,6 @@ impl Journal {
         };
         Some((case, result))
     }
-}
-
-fn sweeps(study: &Study) -> Vec<Sweep> {
-    let sweep = |axis: &Axis| Sweep { setting: axis.parameter().path.to_owned(), values: axis.values().to_owned() };
-    study.axes().iter().map(sweep).collect()
 }
 
 /// An object as a line that ends with its check.
@@ -332,7 +321,7 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
             differences.push(format!("{what}: {there} there, {here} here"));
         }
     }
-    let here = sweeps(study);
+    let here = study.sweeps();
     let named = |sweeps: &[Sweep]| -> BTreeMap<String, Vec<f64>> {
         sweeps.iter().map(|sweep| (sweep.setting.clone(), sweep.values.clone())).collect()
     };

@@ -366,20 +366,7 @@ mod tests {
         let case = |case: usize| {
             let process = study.settings(case).process;
             let force = 10.0 * process.brushing_velocity_m_s + 1e5 * process.penetration_depth_m;
-            let metrics = Metrics {
-                contact_angle_rad: 0.0,
-                nominal_contact_length_m: 0.0,
-                nominal_contact_time_s: 0.0,
-                contact_time_s: 0.0,
-                contact_length_m: 0.0,
-                contact_time_ratio: 0.0,
-                contact_count: 0,
-                contact_normal_impulse_n_s: 0.0,
-                equivalent_contact_normal_force_n: 0.0,
-                peak_contact_normal_force_n: 0.0,
-                max_tip_deflection_m: 0.0,
-                tool_contact_normal_force_n: force,
-            };
+            let metrics = Metrics { tool_contact_normal_force_n: force, ..Metrics::default() };
             match failed {
                 Some(number) if number == case => Err("failed".to_owned()),
                 _ => Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None }),

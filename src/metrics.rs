@@ -9,7 +9,7 @@ use crate::settings::Settings;
 use crate::workpiece::unit_normal;
 
 /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// Nominal contact angle `Ω_c = 2 arccos((R − a_e)/R)` in rad.
     pub contact_angle_rad: f64,

@@ -119,7 +119,7 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
         let (text, name) = read(STUDY)?;
         let saved_study = read_study(&text, &name)?;
         let (text, name) = read(RUNS)?;
-        let results = read_runs(&text, &name, &saved_study.study)?;
+        let results = read_runs(&text, &name, &saved_study)?;
         let measured = if saved_study.measured { measured_forces(&saved.join(MEASURED))?.1 } else { Vec::new() };
         study = Some((saved_study.study, results, measured));
     }

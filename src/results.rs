@@ -3,16 +3,18 @@
 //! Studies and settings become text here, and text becomes what was written: the same numbers to the bit, or an error that says
 //! where the text is wrong. Files are the program's matter.
 
+use bristle_codegen::exchange::digest;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::equations::FINGERPRINT;
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::Parameter;
 use crate::report::{Columns, FIXED_COLUMNS, OK};
 use crate::settings::Settings;
 use crate::simulation::Sample;
-use crate::study::{Axis, CaseResult, CaseSummary, Study};
+use crate::study::{Axis, CaseResult, CaseSummary, Study, Sweep};
 use crate::uncertainty::ForceScatter;
 
 /// Number of the form of `study.json` and `case.json`; another form has another number.
@@ -48,8 +50,12 @@ pub struct SavedStudy {
     pub study: Study,
     /// Version of Bristle that simulated it.
     pub version: String,
+    /// SHA-256 of the equations that it was simulated by.
+    pub equations: String,
     /// Whether measured forces lie beside it.
     pub measured: bool,
+    /// SHA-256 of its `runs.csv`.
+    runs: String,
 }
 
 /// The text of `study.json`. Keys that are not known are skipped on reading.
@@ -57,16 +63,14 @@ pub struct SavedStudy {
 struct StudyFile {
     format: u32,
     bristle_version: String,
+    /// [`FINGERPRINT`] of the build.
+    equations_sha256: String,
+    /// Of `runs.csv`, which gets its name before this file does: after a crash between the two they do not fit.
+    runs_sha256: String,
     /// Whether `measured.csv` belongs to the results.
     measured: bool,
     settings: Settings,
-    axes: Vec<AxisFile>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct AxisFile {
-    setting: String,
-    values: Vec<f64>,
+    axes: Vec<Sweep>,
 }
 
 /// The text of `case.json`.
@@ -187,18 +191,17 @@ impl Table<'_> {
     }
 }
 
-/// The text of `study.json`; `measured` says whether measured forces belong to the results.
+/// The text of `study.json` beside the `runs.csv` of the text `runs`; `measured` says whether measured forces belong to the results.
 #[must_use]
-pub fn study_text(study: &Study, measured: bool) -> String {
-    let axes = study.axes().iter();
+pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     pretty(&StudyFile {
         format: FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
+        equations_sha256: FINGERPRINT.to_owned(),
+        runs_sha256: digest(runs),
         measured,
         settings: study.base().clone(),
-        axes: axes
-            .map(|axis| AxisFile { setting: axis.parameter().path.to_owned(), values: axis.values().to_vec() })
-            .collect(),
+        axes: study.sweeps(),
     })
 }
 
@@ -221,7 +224,7 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
     let file: StudyFile = source.object()?;
     let mut axes = Vec::new();
-    for AxisFile { setting, values } in file.axes {
+    for Sweep { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
         let parameter = Parameter::find(&setting)
             .ok_or_else(|| source.error(place(), None, format!("there is no setting `{setting}`"), AGAIN))?;
@@ -231,7 +234,13 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
         );
     }
     let study = Study::new(file.settings, axes).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
-    Ok(SavedStudy { study, version: file.bristle_version, measured: file.measured })
+    Ok(SavedStudy {
+        study,
+        version: file.bristle_version,
+        equations: file.equations_sha256,
+        measured: file.measured,
+        runs: file.runs_sha256,
+    })
 }
 
 /// Reads `case.json`; `name` is what errors call it.
@@ -248,8 +257,9 @@ pub fn read_case(text: &str, name: &str) -> Result<Settings, DataError> {
 /// Reads `runs.csv` of a study, in the grid's order; `name` is what errors call it.
 ///
 /// # Errors
-/// If the text is not what [`write_runs`](crate::report::write_runs) writes for this study.
-pub fn read_runs(text: &str, name: &str, study: &Study) -> Result<Vec<CaseResult>, DataError> {
+/// If the text is not what [`write_runs`](crate::report::write_runs) has written for this study.
+pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseResult>, DataError> {
+    let study = &saved.study;
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let mut settings = Vec::new();
@@ -287,6 +297,10 @@ pub fn read_runs(text: &str, name: &str, study: &Study) -> Result<Vec<CaseResult
             }),
             message => Err(message.unwrap_or_default().to_owned()),
         });
+    }
+    // Last, as all above can say where it is wrong.
+    if digest(text.as_bytes()) != saved.runs {
+        return Err(source.error(1, None, "these are not the results that study.json belongs to", AGAIN));
     }
     Ok(results)
 }
@@ -329,29 +343,40 @@ mod tests {
         brushing_velocity_m_s = { start = 10.1, stop = 10.4, step = 0.1 }
         ";
 
-    fn texts() -> (Study, Vec<CaseResult>, String, String) {
-        let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
+    fn texts(file: &str) -> (Study, Vec<CaseResult>, String, String) {
+        let study = Document::parse(file, "case.toml").and_then(|document| document.study()).expect("a study");
         let results = run_study(&study, None, || {}).expect("threads");
         let mut runs = Vec::new();
         write_runs(&mut runs, &study, &results).expect("a table");
         let runs = String::from_utf8(runs).expect("text");
-        let saved = study_text(&study, false);
+        let saved = study_text(&study, runs.as_bytes(), false);
         (study, results, saved, runs)
     }
 
     #[test]
     fn what_was_written_is_read_to_the_bit() {
-        let (study, mut results, saved, runs) = texts();
+        let (study, mut results, saved, runs) = texts(FILE);
         let read = read_study(&saved, "study.json").expect("a study");
-        assert_eq!(study_text(&read.study, read.measured), saved);
-        assert_eq!(read.version, env!("CARGO_PKG_VERSION"));
+        assert_eq!(study_text(&read.study, runs.as_bytes(), read.measured), saved);
+        assert_eq!((read.version.as_str(), read.equations.as_str()), (env!("CARGO_PKG_VERSION"), FINGERPRINT));
         for case in 0..study.case_count() {
             assert_eq!(read.study.settings(case), study.settings(case));
         }
         assert!(results[..8].iter().all(Result::is_err) && results[8..].iter().all(Result::is_ok));
         // Not written, see there.
         results.iter_mut().flatten().for_each(|summary| summary.statistics.chart_changes = 0);
-        assert_eq!(read_runs(&runs, "runs.csv", &read.study), Ok(results));
+        assert_eq!(read_runs(&runs, "runs.csv", &read), Ok(results));
+    }
+
+    /// As the same values are swept, no row tells; a crash between writing the two files leaves such a pair.
+    #[test]
+    fn rows_of_other_settings_are_refused() {
+        let (_, _, saved, _) = texts(FILE);
+        let (_, _, _, runs) = texts(&FILE.replace("length_m = 0.040", "length_m = 0.041"));
+        let study = read_study(&saved, "study.json").expect("a study");
+        let error = read_runs(&runs, "runs.csv", &study).expect_err("rows of another study").to_string();
+        let expected = "runs.csv:1: these are not the results that study.json belongs to\n   = help: ";
+        assert_eq!(error, format!("{expected}{AGAIN}"));
     }
 
     #[test]
@@ -369,7 +394,7 @@ mod tests {
 
     #[test]
     fn damaged_results_are_refused_with_their_place() {
-        let (study, _, saved, runs) = texts();
+        let (_, _, saved, runs) = texts(FILE);
         let study_error = |old: &str, new: &str| {
             assert!(saved.contains(old), "{old}");
             read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
@@ -379,7 +404,9 @@ mod tests {
         assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
         assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
         assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));
+        assert!(study_error("\"runs_sha256\"", "\"runs\"").contains("runs_sha256"));
 
+        let study = read_study(&saved, "study.json").expect("a study");
         let error = |text: &str| read_runs(text, "runs.csv", &study).expect_err("damaged").to_string();
         assert!(error("").contains("empty"));
         assert!(error(&runs.replacen(",contact_time_s", ",contact_time", 1)).contains("no column `contact_time_s`"));

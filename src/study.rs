@@ -11,6 +11,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use tracing::{debug, info, warn};
 
@@ -37,6 +38,13 @@ pub const MAX_CASES: usize = 1_000_000;
 pub struct Axis {
     parameter: &'static Parameter,
     values: Vec<f64>,
+}
+
+/// An axis as files state it.
+#[derive(PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sweep {
+    pub setting: String,
+    pub values: Vec<f64>,
 }
 
 /// The ways in which the values of a sweep can be wrong.
@@ -206,6 +214,12 @@ impl Study {
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
+    }
+
+    /// The same as files state them.
+    pub(crate) fn sweeps(&self) -> Vec<Sweep> {
+        let sweep = |axis: &Axis| Sweep { setting: axis.parameter().path.to_owned(), values: axis.values().to_owned() };
+        self.axes.iter().map(sweep).collect()
     }
 
     /// The number of cases, at least one.
@@ -688,20 +702,7 @@ mod tests {
 
     fn simulation(contact_time_s: f64) -> Simulation {
         Simulation {
-            metrics: Metrics {
-                contact_angle_rad: 0.0,
-                nominal_contact_length_m: 0.0,
-                nominal_contact_time_s: 0.0,
-                contact_time_s,
-                contact_length_m: 0.0,
-                contact_time_ratio: 0.0,
-                contact_count: 0,
-                contact_normal_impulse_n_s: 0.0,
-                equivalent_contact_normal_force_n: 0.0,
-                peak_contact_normal_force_n: 0.0,
-                max_tip_deflection_m: 0.0,
-                tool_contact_normal_force_n: 0.0,
-            },
+            metrics: Metrics { contact_time_s, ..Metrics::default() },
             statistics: Statistics::default(),
             history: Vec::new(),
             shapes: Vec::new(),

@@ -9,6 +9,25 @@ pub trait ClampMotion {
     fn at(&self, time: f64) -> Clamp<f64>;
 }
 
+/// A clamp at rest at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedClamp {
+    /// Unit vector `e_0` along which it holds the filament.
+    pub direction: [f64; 3],
+}
+
+impl ClampMotion for FixedClamp {
+    fn at(&self, _: f64) -> Clamp<f64> {
+        Clamp {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            acceleration: [0.0; 3],
+            direction: self.direction,
+            direction_rate: [0.0; 3],
+        }
+    }
+}
+
 /// A round tool that turns about `z` at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundTool {

@@ -379,6 +379,24 @@ fn results_that_cannot_be_drawn_are_refused() {
     assert_eq!(files(&workspace.path("results/figures")), drawn, "earlier figures stay");
 }
 
+/// As a crash leaves them that comes after the rows have been written, and before the settings are.
+#[test]
+fn results_of_two_studies_are_not_drawn_as_one() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success();
+    let settings = workspace.read("results/study.json");
+    workspace.write("case.toml", FILE.replace("diameter_m = 1.18e-3", "diameter_m = 1.2e-3"));
+    workspace.bristle("study case.toml --out results --restart").assert().success();
+    workspace.write("results/study.json", settings);
+    let message = workspace.refuse("plot results");
+    assert!(message.contains("runs.csv:1: these are not the results that study.json belongs to"), "{message}");
+    assert!(message.contains("help: run the command that made the results again"), "{message}");
+    // Which is enough, as the journal has them.
+    workspace.bristle("study case.toml --out results").assert().success();
+    workspace.bristle("plot results").assert().success();
+}
+
 /// Made-up forces at grid points, between them, and outside.
 const FORCES: &str = "\
 brushing_velocity_m_s, penetration_depth_m, force_n, std_n

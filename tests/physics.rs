@@ -5,14 +5,14 @@ mod common;
 use std::f64::consts::FRAC_PI_2;
 
 use bristle::contact::ContactLaw;
-use bristle::equations::{Clamp, LaneSet, StepWeights};
+use bristle::equations::{LaneSet, StepWeights};
 use bristle::evaluation::{State, evaluate};
 use bristle::filament::{chain, first_natural_frequency};
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
 use bristle::integrate::{self, Integrator, SecondOrderSystem, StageSolution, Tolerances};
 use bristle::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate, simulate};
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
 use common::{case, filament, random_state, residual, tolerance};
 use fastrand::Rng;
@@ -20,20 +20,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use proptest::prelude::*;
 
 /// A clamp at rest, along `x`.
-#[derive(Clone, Copy, Debug)]
-struct Wall;
-
-impl ClampMotion for Wall {
-    fn at(&self, _: f64) -> Clamp<f64> {
-        Clamp {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            acceleration: [0.0; 3],
-            direction: [1.0, 0.0, 0.0],
-            direction_rate: [0.0; 3],
-        }
-    }
-}
+const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
 
 fn mass_matrix(state: &State) -> DMatrix<f64> {
     let rows = evaluate(&filament(1), 0.14, state).expect("the state is regular").mass_matrix;
@@ -131,7 +118,7 @@ fn free_vibration_loses_what_its_dampers_take() {
     let filament = filament(segments);
     let (law, plane) = no_contact();
     let chain = chain(&filament, [0.0, -9.81, 3.0]);
-    let mut system = FilamentSystem::new(chain, Wall, law, plane, true);
+    let mut system = FilamentSystem::new(chain, WALL, law, plane, true);
     // Bent in space and released.
     let q = (1..=segments).map(|k| [FRAC_PI_2 - 0.03 * k as f64, 0.05 * k as f64]).collect();
     let start = system.state(0.0, q, vec![[0.0; 2]; segments]);

@@ -6,14 +6,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
-use bristle::equations::{Chain, Clamp, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
+use bristle::equations::{Chain, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
 use bristle::evaluation::{EvaluationError, State, evaluate};
 use bristle::filament::{chain, first_natural_frequency};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Statistics, Tolerances};
 use bristle::settings::{ContactSettings, FilamentSettings};
 use bristle::simulation::{FilamentState, FilamentSystem, Sample, integrate, simulate_with_history};
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
 use common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use fastrand::Rng;
@@ -245,23 +245,7 @@ fn crossed_joint_tangents_match_differences() {
     }
 }
 
-/// A clamp at rest at the origin.
-#[derive(Clone, Copy, Debug)]
-struct Wall([f64; 3]);
-
-impl ClampMotion for Wall {
-    fn at(&self, _: f64) -> Clamp<f64> {
-        Clamp {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            acceleration: [0.0; 3],
-            direction: self.0,
-            direction_rate: [0.0; 3],
-        }
-    }
-}
-
-type System = FilamentSystem<Wall, Plane>;
+type System = FilamentSystem<FixedClamp, Plane>;
 
 /// A turn of the frame by 90° about `x`: `z` becomes `−y`. The charts' axes are not permuted cyclically by it.
 fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -306,7 +290,7 @@ impl Motion {
     fn system(&self) -> System {
         let law = ContactLaw::from(&ContactSettings::default());
         let far = Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
-        FilamentSystem::new(self.chain, Wall(self.clamp), law, far, false)
+        FilamentSystem::new(self.chain, FixedClamp { direction: self.clamp }, law, far, false)
     }
 
     fn state(&self, system: &mut System) -> FilamentState {
@@ -550,7 +534,7 @@ fn condition(segments: usize, sine: f64) -> f64 {
     let rest = vec![[0.0; 2]; segments];
     let mut dynamics =
         Dynamics::new(Chain { root_stiffness: 0.0, joint_stiffness: 0.0, ..chain(&filament(segments), [0.0; 3]) });
-    let clamp = Wall([1.0, 0.0, 0.0]).at(0.0);
+    let clamp = FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0);
     let mut mass = DMatrix::zeros(size, size);
     for i in 0..size {
         let (mut accelerations, mut residual) = (rest.clone(), rest.clone());

@@ -48,7 +48,8 @@ pub struct BatchError {
 /// The memory in which batches of chains of one number of segments are computed.
 ///
 /// ```
-/// use bristle::equations::{Batch, Chain, Clamp, Member};
+/// use bristle::equations::{Batch, Chain, Member};
+/// use bristle::tool::{ClampMotion, FixedClamp};
 ///
 /// let chain = Chain {
 ///     segments: 2,
@@ -61,13 +62,7 @@ pub struct BatchError {
 ///     joint_damping: 1.5e-5,
 ///     gravity: [0.0, 0.0, -9.81],
 /// };
-/// let clamp = Clamp {
-///     position: [0.0; 3],
-///     velocity: [0.0; 3],
-///     acceleration: [0.0; 3],
-///     direction: [1.0, 0.0, 0.0],
-///     direction_rate: [0.0; 3],
-/// };
+/// let clamp = FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0);
 /// let (bends, rates) = ([0.1, 0.2, 0.3].map(|bend| [[1.5, 0.0], [1.5, bend]]), [[0.0; 2]; 2]);
 /// let members = bends.each_ref().map(|q| Member { chain: &chain, clamp: &clamp, q, v: &rates });
 /// let mut accelerations = [[0.0; 2]; 3 * 2];

@@ -4,12 +4,13 @@ use std::f64::consts::PI;
 
 use bristle::contact::ContactLaw;
 use bristle::document::Document;
-use bristle::equations::{Chain, Clamp};
+use bristle::equations::Chain;
+use bristle::equations::linear::{add, scale, sub};
 use bristle::filament::chain;
 use bristle::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem};
 use bristle::study::Study;
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
 use serde::de::DeserializeOwned;
 
@@ -74,20 +75,7 @@ pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chai
 }
 
 /// A clamp at rest at the origin, along `x`.
-#[derive(Clone, Copy, Debug)]
-pub struct Wall;
-
-impl ClampMotion for Wall {
-    fn at(&self, _: f64) -> Clamp<f64> {
-        Clamp {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            acceleration: [0.0; 3],
-            direction: [1.0, 0.0, 0.0],
-            direction_rate: [0.0; 3],
-        }
-    }
-}
+pub const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
 
 /// The system of a chain that nothing touches, with all integrals.
 pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem<M, Plane> {
@@ -99,6 +87,31 @@ pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem
 pub fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, state: &FilamentState) -> f64 {
     let energies = system.energies(state);
     energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
+}
+
+/// The component along `z` of a vector product.
+pub fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The momentum of a filament, and its angular momentum about `z` through the origin: of the segments' centres, and about
+/// them. `root` and `nodes` are positions and velocities.
+pub fn momentum(
+    chain: &Chain<f64>,
+    root: [[f64; 3]; 2],
+    nodes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+) -> ([f64; 3], f64) {
+    let (mut linear, mut angular) = ([0.0; 3], 0.0);
+    let [mut inner, mut inner_rate] = root;
+    for [outer, outer_rate] in nodes {
+        // A centre is where, and moves with, the mean of its segment's ends.
+        let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
+        let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
+        linear = add(linear, scale(chain.mass, rate));
+        angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
+        (inner, inner_rate) = (outer, outer_rate);
+    }
+    (linear, angular)
 }
 
 /// What two solutions whose errors fall as n⁻² tend to, from those of n and 2n (Richardson).
@@ -117,6 +130,9 @@ pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
     ((coarse - exact) / (fine - exact)).abs().log2()
 }
 
+/// The numbers of segments of [`error_figure`].
+pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
+
 /// A diagram of errors over n: one curve for each of `names`, whose errors at n `errors` gives.
 pub fn error_figure<const N: usize>(
     name: &'static str,
@@ -124,7 +140,6 @@ pub fn error_figure<const N: usize>(
     curves: [String; N],
     errors: impl Fn(usize) -> Result<[f64; N], Failure>,
 ) -> Result<Figure, Failure> {
-    const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
     let mut points = vec![Vec::new(); N];
     for segments in SEGMENTS {
         for (points, error) in points.iter_mut().zip(errors(segments)?) {

@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use bristle::equations::Dynamics;
 use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::integrate::SecondOrderSystem;
+use bristle::integrate::hermite::Knot;
 use bristle::metrics::Metrics;
 use bristle::settings::{ContactSettings, Settings};
 use bristle::simulation::{Pass, Sample, integral, simulate, simulate_with_history};
@@ -13,14 +14,16 @@ use bristle::tool::ClampMotion;
 use serde::Deserialize;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
-use super::chains::{mechanical_energy, paper_case, paper_study, tolerance_study, trajectory_rows, worse};
+use super::chains::{
+    axial, mechanical_energy, momentum, paper_case, paper_study, tolerance_study, trajectory_rows, worse,
+};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Contact of a filament",
     purpose: "Whole passes, as users simulate them: what must balance, what must not matter, and how errors fall.",
-    cases: &[energy, momentum, independence, segments, tolerance, stiffness],
+    cases: &[energy, impulse, independence, segments, tolerance, stiffness],
 };
 
 /// The unit vector across the default workpiece, and that along it.
@@ -93,11 +96,6 @@ fn energy(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-/// The component along the tool's axis of a vector product.
-fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
 /// How the momentum of a filament changes in a pass.
 struct Balance {
     /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, where it is 1, and along the workpiece, where it is 0; and the
@@ -121,24 +119,11 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     let mut dynamics = Dynamics::new(chain);
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
     let (mut accelerations, mut rest) = (start.accelerations.clone(), start.q.clone());
-    // Momentum, and angular momentum about the tool's axis.
-    let momentum = |time: f64, q: &[[f64; 2]], v: &[[f64; 2]]| {
+    let momentum_at = |time: f64, nodes: &[Knot<3>]| {
         let clamp = pass.tool().at(time);
-        let mut placed = Dynamics::new(chain);
-        placed.place(&clamp, q, v);
-        let (mut linear, mut angular) = ([0.0; 3], 0.0);
-        let (mut inner, mut inner_rate) = (clamp.position, clamp.velocity);
-        for (&outer, &outer_rate) in placed.positions().iter().zip(placed.velocities()) {
-            // A centre is where, and moves with, the mean of its segment's ends.
-            let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
-            let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
-            linear = add(linear, scale(chain.mass, rate));
-            angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
-            (inner, inner_rate) = (outer, outer_rate);
-        }
-        (linear, angular)
+        momentum(&chain, [clamp.position, clamp.velocity], nodes.iter().map(|knot| [knot.value, knot.rate]))
     };
-    let before = momentum(start.time, &start.q, &start.v);
+    let (mut before, mut after) = (None, ([0.0; 3], 0.0));
     let (mut root_impulse, mut turned) = ([0.0; 3], 0.0);
     let (mut impulse, mut balanced) = (Vec::new(), Vec::new());
     let (end, _) = pass.integrate(&mut system, start, |step| {
@@ -166,19 +151,21 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             }
             turned += weight * torque;
         }
-        let left = sub(sub(momentum(step.end.time, &step.end.q, &step.end.v).0, before.0), root_impulse);
+        let (linear, _) = *before.get_or_insert_with(|| momentum_at(step.start.time, step.start_nodes));
+        after = momentum_at(step.end.time, step.end_nodes);
+        let left = sub(sub(after.0, linear), root_impulse);
         impulse.push((step.end.time, step.end.integrals[integral::NORMAL_IMPULSE]));
         balanced.push((step.end.time, dot(left, NORMAL)));
     })?;
     let whole = end.integrals[integral::NORMAL_IMPULSE];
-    let (linear, angular) = momentum(end.time, &end.q, &end.v);
-    let left = sub(sub(linear, before.0), root_impulse);
+    let before = before.unwrap_or(after);
+    let left = sub(sub(after.0, before.0), root_impulse);
     let radius = settings.tool.body_radius_m + settings.filament.length_m;
-    let torque = (angular - before.1 - turned) / (whole * radius);
+    let torque = (after.1 - before.1 - turned) / (whole * radius);
     Ok(Balance { result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole, torque], impulse, balanced })
 }
 
-fn momentum(_: Extent) -> Result<Case, Failure> {
+fn impulse(_: Extent) -> Result<Case, Failure> {
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (velocity, depth) in PASSES {
         let balance = momentum_balance(&paper_case(25, velocity, depth)?)?;

@@ -6,7 +6,7 @@ use bristle::equations::{Chain, Dynamics, LaneSet, NodeLoads, NodeTangent, StepW
 use bristle::tool::ClampMotion;
 
 use super::Failure;
-use super::chains::{Wall, worse};
+use super::chains::{WALL, worse};
 
 /// What acts on the chain beside its weight.
 #[derive(Clone, Copy, Debug, Default)]
@@ -51,7 +51,7 @@ impl NodeLoads<f64> for Tip {
 pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape, Failure> {
     let n = chain.segments;
     let reach = chain.length * (n * n) as f64;
-    let (clamp, rest) = (Wall.at(0.0), vec![[0.0; 2]; n]);
+    let (clamp, rest) = (WALL.at(0.0), vec![[0.0; 2]; n]);
     let mut q = vec![[FRAC_PI_2, 0.0]; n];
     let mut dynamics = Dynamics::new(chain);
     for part in 1..=parts {

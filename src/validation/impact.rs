@@ -10,7 +10,7 @@ use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate};
 use bristle::workpiece::Plane;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
-use super::chains::{Wall, crossing, rods, tolerance_study};
+use super::chains::{WALL, crossing, rods, tolerance_study};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
 use super::{Extent, Failure, Group, sources, tolerances};
 
@@ -50,7 +50,7 @@ struct Impact {
 /// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s), at the relative tolerance `relative`.
 fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, Failure> {
     let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
-    let mut system = FilamentSystem::new(point_mass(mass), Wall, law, plane, true);
+    let mut system = FilamentSystem::new(point_mass(mass), WALL, law, plane, true);
     let elastic = Elastic { mass, speed, stiffness: law.stiffness, exponent: law.exponent };
     // From a tenth of the duration before the contact; damping makes it no longer than twice as long.
     let before = 0.1 * elastic.duration();
@@ -214,7 +214,7 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
         let chain = rods(1, MASS, MASS / 12.0, [0.0, 0.0, -GRAVITY]);
         let inertia = MASS / 3.0;
         let deceleration = friction * normal / inertia;
-        let mut system = FilamentSystem::new(chain, Wall, law, plane, true);
+        let mut system = FilamentSystem::new(chain, WALL, law, plane, true);
         let start: FilamentState = system.state(0.0, vec![[FRAC_PI_2, 0.0]], vec![[0.0, speed]]);
         let tolerances = Tolerances { relative: 1e-9, angle_scale: 1.0, rate_scale: speed };
         // What is left of the speed falls with the time constant v_reg/a.

@@ -9,12 +9,14 @@ use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integrate};
+use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
 use serde::Deserialize;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
-    Wall, logarithmic_slope, mechanical_energy, rods, tolerance_study, trajectory_rows, unit_chain, untouched, worse,
+    WALL, logarithmic_slope, mechanical_energy, momentum, rods, tolerance_study, trajectory_rows, unit_chain,
+    untouched, worse,
 };
 use super::exact::pendulum::SphericalPendulum;
 use super::{Extent, Failure, Group, sources, tolerances};
@@ -27,7 +29,7 @@ pub const GROUP: Group = Group {
 };
 
 /// A system that nothing but its clamp, and perhaps a plane, touches.
-type System = FilamentSystem<Wall, Plane>;
+type System = FilamentSystem<FixedClamp, Plane>;
 
 /// Directions of the segments and their rates, whatever the charts.
 fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
@@ -42,17 +44,14 @@ fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> F
     system.state(0.0, q, v)
 }
 
-/// Angular momentum about `z` through the origin, where the root rests: of the segments' centres, and about them.
+/// Angular momentum about `z` through the origin, where the root rests.
 fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
-    let across = |a: [f64; 3], b: [f64; 3]| a[0] * b[1] - a[1] * b[0];
-    let (mut root, mut root_rate, mut momentum) = ([0.0; 3], [0.0; 3], 0.0);
-    for [e, rate] in directions(state) {
-        let half = chain.length / 2.0;
-        let (centre, velocity) = (add(root, scale(half, e)), add(root_rate, scale(half, rate)));
-        momentum += chain.mass * across(centre, velocity) + chain.inertia * across(e, rate);
-        (root, root_rate) = (add(centre, scale(half, e)), add(velocity, scale(half, rate)));
-    }
-    momentum
+    let root = [[0.0; 3]; 2];
+    let nodes = directions(state).into_iter().scan(root, |node, [e, rate]| {
+        *node = [add(node[0], scale(chain.length, e)), add(node[1], scale(chain.length, rate))];
+        Some(*node)
+    });
+    momentum(chain, root, nodes).1
 }
 
 /// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling.
@@ -78,7 +77,7 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
     let (mut checks, mut curves, mut drifts) = (Vec::new(), Vec::new(), Vec::new());
     for &relative in relatives {
         let (chain, start, period) = swinging();
-        let mut system = untouched(chain, Wall);
+        let mut system = untouched(chain, WALL);
         let mut state = state_of(&mut system, &start, 1.0);
         let (energy, momentum) = (mechanical_energy(&mut system, &state), axial_momentum(&chain, &state));
         let kinetic = system.energies(&state).kinetic;
@@ -137,7 +136,7 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
     for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {
         // a = m g s/I = 3g/(2L) of a rod.
         let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
-        let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), Wall);
+        let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), WALL);
         let [e, e_rate, _] = PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
         let start = state_of(&mut system, &[[e, e_rate]], 1.0);
         let tolerances = Tolerances { relative: 1e-11, angle_scale: 1.0, rate_scale: 1.0 };
@@ -201,7 +200,7 @@ struct DoublePendulum {
 fn double_pendulum(_: Extent) -> Result<Case, Failure> {
     const DATA: &str = include_str!("../../derivations/trajectories/double_pendulum.csv");
     let rows: Vec<DoublePendulum> = trajectory_rows(DATA)?;
-    let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), Wall);
+    let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), WALL);
     let first = rows.first().ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
     let q = vec![[FRAC_PI_2, first.theta_1_rad], [FRAC_PI_2, first.theta_2_rad]];
     let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
@@ -262,9 +261,9 @@ fn reversal(_: Extent) -> Result<Case, Failure> {
         let mut course = Vec::new();
         for relative in TOLERANCES {
             let tolerances = Tolerances { relative, angle_scale: 1.0, rate_scale: 1.0 };
-            let mut state = state_of(&mut FilamentSystem::new(chain, Wall, law, floor, true), &start, 1.0);
+            let mut state = state_of(&mut FilamentSystem::new(chain, WALL, law, floor, true), &start, 1.0);
             for _ in 0..2 {
-                let mut system = FilamentSystem::new(chain, Wall, law, floor, true);
+                let mut system = FilamentSystem::new(chain, WALL, law, floor, true);
                 let (end, _) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
                 state = state_of(&mut system, &directions(&end), -1.0);
             }

@@ -1,5 +1,6 @@
 //! Small vibrations against beams and ropes.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::equations::Chain;
@@ -11,8 +12,8 @@ use bristle::tool::ClampMotion;
 
 use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
-    Wall, crossing, error_figure, extrapolated, extrapolated_twice, order, paper_case, unit_chain, untouched,
-    without_stiffness, worse,
+    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, logarithmic_slope, order, paper_case,
+    unit_chain, untouched, without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::small_motion::{Direction, modes};
@@ -28,42 +29,38 @@ pub const GROUP: Group = Group {
 
 /// Modes that are looked at.
 const MODES: usize = 5;
-/// Segments of the two solutions that are extrapolated.
-const COARSE: usize = 50;
-const FINE: usize = 100;
 
 /// The first frequencies of a chain at rest, clamped along `x`.
 fn frequencies<const N: usize>(chain: Chain<f64>, direction: Direction) -> [f64; N] {
-    let modes = modes(chain, &Wall.at(0.0), 0.0, direction);
+    let modes = modes(chain, &WALL.at(0.0), 0.0, direction);
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
 fn cantilever(_: Extent) -> Result<Case, Failure> {
-    const SEGMENTS: [usize; 5] = [5, 10, 25, 50, 100];
+    const COMPARED: [usize; 5] = [5, 10, 25, 50, 100];
     let exact: [f64; MODES] = std::array::from_fn(|i| cantilever_root(i + 1).powi(2));
     let at = |segments: usize, direction| frequencies::<MODES>(unit_chain(segments), direction);
+    let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
     let mut checks = Vec::new();
-    let (half, coarse, fine) =
-        (at(COARSE / 2, Direction::InPlane), at(COARSE, Direction::InPlane), at(FINE, Direction::InPlane));
     for (i, exact) in exact.into_iter().enumerate() {
-        let computed = extrapolated_twice([half[i], coarse[i], fine[i]]) / exact;
+        let computed = extrapolated_twice([25, 50, 100].map(|segments| in_plane[&segments][i])) / exact;
         let subject = format!("mode {}, n → ∞", i + 1);
         checks.push(Check::value(subject, "ω/ω_beam", 1.0, sources::BEAM, computed, tolerances::FREQUENCY));
-        for pair in SEGMENTS[1..].windows(2) {
-            let [first, second] = [pair[0], pair[1]].map(|segments| at(segments, Direction::InPlane)[i] / exact - 1.0);
-            let order = (first / second).abs().ln() / (pair[1] as f64 / pair[0] as f64).ln();
+        for pair in COMPARED[1..].windows(2) {
+            let error = |segments: usize| (in_plane[&segments][i] / exact - 1.0).abs();
+            let order = -logarithmic_slope(&[pair[0], pair[1]].map(|segments| (segments as f64, error(segments))));
             let subject = format!("mode {}, n = {}, {}", i + 1, pair[0], pair[1]);
             checks.push(Check::value(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER));
         }
     }
-    for segments in SEGMENTS {
-        let (lag, flap) = (at(segments, Direction::InPlane), at(segments, Direction::OutOfPlane));
+    for segments in COMPARED {
+        let (lag, flap) = (in_plane[&segments], at(segments, Direction::OutOfPlane));
         let difference = (0..MODES).map(|i| (flap[i] / lag[i] - 1.0).abs()).fold(0.0, worse);
         let subject = format!("modes 1 to 5, n = {segments}");
         let quantity = "ω out of plane over in plane − 1";
         checks.push(Check::value(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES));
     }
-    let error = at(25, Direction::InPlane)[0] / exact[0] - 1.0;
+    let error = in_plane[&25][0] / exact[0] - 1.0;
     checks.push(Check::value(
         "mode 1, n = 25".to_owned(),
         "ω/ω_beam − 1",
@@ -75,8 +72,7 @@ fn cantilever(_: Extent) -> Result<Case, Failure> {
     let names = std::array::from_fn(|i| format!("mode {}", i + 1));
     let title = "Frequencies of the clamped chain against the beam";
     let figure = error_figure("validation_cantilever", title, names, |segments| {
-        let frequencies = at(segments, Direction::InPlane);
-        Ok(std::array::from_fn::<f64, MODES, _>(|i| frequencies[i] / exact[i] - 1.0))
+        Ok(std::array::from_fn::<f64, MODES, _>(|i| in_plane[&segments][i] / exact[i] - 1.0))
     })?;
     Ok(Case {
         title: "First five frequencies of a cantilever",
@@ -106,8 +102,8 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
     filament.damping_ratio = damping_ratio;
     let chain = chain(&filament, [0.0; 3]);
-    let mut system = untouched(chain, Wall);
-    let mode = modes(chain, &Wall.at(0.0), 0.0, direction).swap_remove(0);
+    let mut system = untouched(chain, WALL);
+    let mode = modes(chain, &WALL.at(0.0), 0.0, direction).swap_remove(0);
     let tip = mode.shape[segments - 1];
     let (across, q) = match direction {
         Direction::InPlane => (1, mode.shape.iter().map(|angle| [FRAC_PI_2, SIZE * angle / tip]).collect()),
@@ -194,32 +190,33 @@ fn damping(_: Extent) -> Result<Case, Failure> {
 fn hanging_chain(_: Extent) -> Result<Case, Failure> {
     const HANGING_MODES: usize = 3;
     // The tension vanishes at the tip, where the chain is coarsest: more segments than a beam needs.
-    const SEGMENTS: [usize; 3] = [50, 100, 200];
+    const HALF: usize = 50;
+    const COARSE: usize = 100;
+    const FINE: usize = 200;
     let at = |segments: usize, direction| {
         let chain = Chain { gravity: [1.0, 0.0, 0.0], ..without_stiffness(unit_chain(segments)) };
         frequencies::<HANGING_MODES>(chain, direction)
     };
     let mut checks = Vec::new();
-    let in_plane = SEGMENTS.map(|segments| at(segments, Direction::InPlane));
-    let out_of_plane = at(SEGMENTS[1], Direction::OutOfPlane);
+    let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
+    let out_of_plane = at(COARSE, Direction::OutOfPlane);
     for i in 0..HANGING_MODES {
         let exact = hanging_rope(i + 1);
-        let computed = extrapolated_twice(in_plane.map(|frequencies| frequencies[i]));
+        let computed = extrapolated_twice([HALF, COARSE, FINE].map(|segments| in_plane[&segments][i]));
         let subject = format!("mode {}, n → ∞", i + 1);
         checks.push(Check::value(subject, "ω √(L/g)", exact, sources::BERNOULLI, computed, tolerances::FREQUENCY));
-        let subject = format!("mode {}, n = {}, {}", i + 1, SEGMENTS[1], SEGMENTS[2]);
-        let order = order(in_plane[1][i], in_plane[2][i], exact);
+        let subject = format!("mode {}, n = {}, {}", i + 1, COARSE, FINE);
+        let order = order(in_plane[&COARSE][i], in_plane[&FINE][i], exact);
         checks.push(Check::value(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER));
-        let difference = (out_of_plane[i] / in_plane[1][i] - 1.0).abs();
-        let subject = format!("mode {}, n = {}", i + 1, SEGMENTS[1]);
+        let difference = (out_of_plane[i] / in_plane[&COARSE][i] - 1.0).abs();
+        let subject = format!("mode {}, n = {}", i + 1, COARSE);
         let quantity = "ω out of plane over in plane − 1";
         checks.push(Check::value(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES));
     }
     let names = std::array::from_fn::<_, HANGING_MODES, _>(|i| format!("mode {}", i + 1));
     let title = "Frequencies of the hanging chain against the rope";
     let figure = error_figure("validation_hanging_chain", title, names, |segments| {
-        let frequencies = at(segments, Direction::InPlane);
-        Ok(std::array::from_fn::<f64, HANGING_MODES, _>(|i| frequencies[i] / hanging_rope(i + 1) - 1.0))
+        Ok(std::array::from_fn::<f64, HANGING_MODES, _>(|i| in_plane[&segments][i] / hanging_rope(i + 1) - 1.0))
     })?;
     Ok(Case {
         title: "Hanging chain without stiffness",
