@@ -126,7 +126,7 @@ function createCaseView(study, grid) {
 
   /** The shares of the inputs in the variance of the tool force, and what they leave to inputs together. */
   function showShares(shares, index) {
-    const known = shares.map(({ name, values }) => [name.replace("share of ", ""), values[index]]);
+    const known = shares.map(({ name, values }) => [name.replace(/^share of (the )?/, ""), values[index]]);
     const isKnown = known.length > 0 && known.every(([, value]) => value !== null);
     byId("scatter").hidden = !isKnown;
     if (!isKnown) return;

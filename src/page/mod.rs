@@ -192,7 +192,6 @@ fn settings(study: &Study) -> Vec<Value> {
         ("workpiece.normal", "", json!(base.workpiece.normal)),
         ("process.gravity_m_s2", "m/s²", json!(base.process.gravity_m_s2)),
         ("uncertainty.hold", "", json!(base.uncertainty.hold)),
-        ("uncertainty.hold", "", json!(base.uncertainty.hold)),
     ];
     let mut settings: Vec<_> = others.into_iter().chain(scalars).collect();
     settings.sort_by_key(|(path, ..)| legend::place(path));

@@ -88,7 +88,10 @@ function showOrigin() {
     ["Hash of the equations", [element("code", {}, study.equations.sha256), " (SHA-256)"]],
     ["Solver, all cases shown", [total.join(", ")]],
     ["Courses over time", [`${courses}, from a second integration at the same settings`]],
-    ["Uncertainty of F_n,w", rich("from the number of filaments alone: F_n,w ΔN_f / N_f")],
+    [
+      "Uncertainty of F_n,w",
+      rich(`± from the number of filaments alone: F_n,w ΔN_f / N_f${scatters ? "; the 95 % band from sampled tools" : ""}`),
+    ],
     ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)"]],
   ];
   document

@@ -239,7 +239,7 @@ test("where filaments scatter, the band and the shares of the inputs are there",
   const force = value("tool_contact_normal_force_n");
   assert.ok(value("tool_force_lower_95_n") < force && force < value("tool_force_upper_95_n"));
   assert.match(await page.textContent("#metrics"), /lower end of the 95 % band/);
-  assert.ok(!(await page.textContent("#metrics")).includes("share of"), "shares have a table of their own");
+  assert.ok(!(await page.textContent("#metrics")).includes("share of the diameter"), "shares have a table of their own");
   const names = await page.locator("#shares th[scope=row]").allTextContents();
   assert.deepEqual(names, ["diameter", "Young’s modulus", "number of filaments", "interactions of inputs"]);
   const shares = await page.locator("#shares meter").evaluateAll((meters) => meters.map((meter) => meter.value));
