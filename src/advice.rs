@@ -224,16 +224,11 @@ impl Adviser<'_> {
         }
         if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.brushing_velocity_m_s) {
             let share = self.share(top, top.brushing_velocity_m_s);
-            advice.push(about(
-                Topic::PerVelocity,
-                top,
-                format!("{share} for each m/s, more than in any other case."),
-                &[],
-            ));
+            advice.push(about(Topic::PerVelocity, top, format!("{share} for each m/s, the most of all cases."), &[]));
         }
         if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.penetration_depth_m) {
             let share = self.share(top, 1e3 * top.penetration_depth_m);
-            advice.push(about(Topic::PerDepth, top, format!("{share} for each mm, more than in any other case."), &[]));
+            advice.push(about(Topic::PerDepth, top, format!("{share} for each mm, the most of all cases."), &[]));
         }
         if velocities {
             let before = advice.len();
@@ -364,11 +359,10 @@ impl Advice {
             self.write_section(&mut text, section);
             text.push('\n');
         }
-        text.push_str(
-            "Rows are those of runs.csv below its heading. ± is the uncertainty of the number of filaments, which\n\
-             changes all forces alike. * marks an end of the study, beyond which there may be more. A filament\n\
-             sweeps where ε_tc is above ½, and else strikes.\n",
-        );
+        let legend = "Rows are those of runs.csv below its heading. ± comes from the uncertainty of the number of filaments, which \
+             changes all forces alike. * marks an end of the study, beyond which there may be more. A filament sweeps \
+             where ε_tc is above ½, and strikes elsewhere.";
+        wrap(&mut text, "", legend);
         text
     }
 
@@ -387,7 +381,7 @@ impl Advice {
         for Sentence { topic, cell, .. } in advice {
             let [velocity, depth] = [0, 1].map(|side| {
                 let at = cell.position[side];
-                let is_free = [Topic::AtVelocity, Topic::AtDepth].get(side) != Some(topic);
+                let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
                 let is_last = at == 0 || at + 1 == sides[side].values.len();
                 format!("{}{}", labels[side][at], if is_free && is_last && sides[side].varies() { '*' } else { ' ' })
             });
