@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use thiserror::Error;
 
+use bristle::advice::{AdviceError, Limits, advise};
 use bristle::comparison::{ComparisonError, compare_graph};
 use bristle::derive::{DeriveError, DeriveFormat, Equations, derive};
 use bristle::document::Document;
@@ -23,7 +24,7 @@ use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
 use bristle::simulation::{SimulationError, simulate_with_history};
 use bristle::state::{StateError, parse_state};
-use bristle::study::{CaseResult, Study, complete_study};
+use bristle::study::{CaseResult, Study, VELOCITY, complete_study};
 use bristle::tables::study_tables;
 
 use bristle_codegen::compare::States;
@@ -31,10 +32,11 @@ use bristle_codegen::compare::States;
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
 use crate::pictures::{
-    CASE, COMPARISON, Drawn, FIGURES, HISTORY, MEASURED, PicturesError, RUNS, STUDY, draw_history, draw_saved,
-    draw_study, measured_forces, remove_unfinished,
+    COMPARISON, Drawn, FIGURES, MEASURED, PicturesError, draw_history, draw_saved, draw_study, measured_forces,
+    remove_unfinished,
 };
 use crate::progress::Progress;
+use crate::saved::{CASE, HISTORY, RUNS, STUDY, SavedError, saved_study};
 use crate::terminal::{say, say_at_the_end, start_log};
 use crate::validation::{self, Extent, Outcome};
 
@@ -63,6 +65,7 @@ Examples:
   bristle study examples/zirconia.toml --out results    all contacts of a study
   bristle simulate examples/zirconia.toml --out one     one contact and its course over time
   bristle plot results                                  the figures of a study once more
+  bristle advise results --max-velocity 20              where its tool force is high
   bristle derive --segments 2                           the equations of motion, to read
   bristle validate                                      the simulator beside exact solutions
 
@@ -96,6 +99,7 @@ enum Command {
     Compare(CompareArgs),
     Validate(ValidateArgs),
     Plot(PlotArgs),
+    Advise(AdviseArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
@@ -273,6 +277,31 @@ struct PlotArgs {
     out: Option<PathBuf>,
 }
 
+/// Say where the tool force of a study is high, by saved results
+///
+/// DIR is what `bristle study` has written to. The table has the highest tool force F_n,w of all cases and within the limits, at
+/// each brushing velocity and at each penetration depth; the most force per velocity and per depth; and local maxima along the
+/// tier, the line between sweeping and striking. Each line names a case by its row in runs.csv, and has a sentence on it. Nothing
+/// is interpolated. Where further settings are swept, there is a table for each of their combinations.
+#[derive(Args)]
+struct AdviseArgs {
+    /// Directory with the results of a study
+    #[arg(value_name = "DIR")]
+    results: PathBuf,
+    /// Highest brushing velocity in m/s, for the highest force within the limits
+    #[arg(long, value_name = "V_B", value_parser = parse_velocity)]
+    max_velocity: Option<f64>,
+    /// Lowest contact time ratio, from 0 (striking) to 1 (sweeping)
+    #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
+    min_ratio: Option<f64>,
+    /// Highest contact time ratio
+    #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
+    max_ratio: Option<f64>,
+    /// Print one JSON object, in SI units, in place of the table
+    #[arg(long)]
+    json: bool,
+}
+
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct EquationsArgs {
@@ -326,6 +355,19 @@ fn parse_count(text: &str, path: &str) -> Result<usize, String> {
     Ok(count)
 }
 
+/// Reads a brushing velocity.
+fn parse_velocity(text: &str) -> Result<f64, String> {
+    let parameter = Parameter::find(VELOCITY).ok_or("no such setting")?;
+    let velocity = text.parse().ok().filter(|&velocity| parameter.check(velocity).is_ok());
+    velocity.ok_or_else(|| format!("must be {}", parameter.allowed()))
+}
+
+/// Reads a contact time ratio.
+fn parse_ratio(text: &str) -> Result<f64, String> {
+    let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
+    ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())
+}
+
 /// What can end a command early.
 #[derive(Debug, Error)]
 enum CliError {
@@ -345,6 +387,10 @@ enum CliError {
     Simulation(#[from] SimulationError),
     #[error(transparent)]
     Pictures(#[from] PicturesError),
+    #[error(transparent)]
+    Saved(#[from] SavedError),
+    #[error("{}: {error}", path.display())]
+    Advice { path: PathBuf, error: AdviceError },
     #[error("cannot draw a figure: {0}")]
     Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
@@ -370,6 +416,7 @@ pub fn run() -> ExitCode {
         Command::Compare(arguments) => compare_derivations(&arguments),
         Command::Validate(arguments) => validate(&arguments),
         Command::Plot(arguments) => plot(&arguments),
+        Command::Advise(arguments) => advise_from(&arguments),
         Command::Schema => print(&input_schema()),
     };
     match result {
@@ -537,6 +584,19 @@ fn plot(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
         say_drawn(&drawn);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn advise_from(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
+    let path = &arguments.results;
+    let (saved, results) = saved_study(path)?.ok_or_else(|| SavedError::NoStudy(path.clone()))?;
+    let AdviseArgs { max_velocity: max_velocity_m_s, min_ratio, max_ratio, .. } = *arguments;
+    let advice = advise(&saved.study, &results, Limits { max_velocity_m_s, min_ratio, max_ratio })
+        .map_err(|error| CliError::Advice { path: path.clone(), error })?;
+    if arguments.json {
+        let json = serde_json::to_string(&advice).map_err(io::Error::from)?;
+        return print(&(json + "\n"));
+    }
+    print(&advice.text())
 }
 
 fn evaluate_state(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {

@@ -12,10 +12,12 @@
 //! 7. [`journal`]: results as they come, so that a study that was stopped goes on;
 //! 8. [`report`], [`tables`], [`figures`], [`drawing`], [`page`]: results as files, as text, as pictures and as a page to look
 //!    through;
-//! 9. [`results`], [`measured`]: saved results read back, and forces that were measured beside them.
+//! 9. [`results`], [`measured`]: saved results read back, and forces that were measured beside them;
+//! 10. [`advice`]: where the force is high, by the results of a study.
 //!
 //! [`evaluation`] and [`derive`](mod@derive) show the equations themselves.
 
+pub mod advice;
 pub mod comparison;
 pub mod contact;
 pub mod derive;

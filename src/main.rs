@@ -5,6 +5,7 @@ mod files;
 mod journal_file;
 mod pictures;
 mod progress;
+mod saved;
 mod terminal;
 mod validation;
 

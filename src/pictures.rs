@@ -3,28 +3,25 @@
 use std::ffi::OsStr;
 use std::io;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
 use bristle::drawing::raster::png;
 use bristle::figures::{Picture, history_figure, is_of_study, study_figures};
 use bristle::measured::{Comparison, Measurement, compare, read_measured, write_comparison};
-use bristle::results::{DataError, read_case, read_history, read_runs, read_study};
+use bristle::results::{DataError, SavedStudy};
 use bristle::settings::Settings;
 use bristle::simulation::Sample;
 use bristle::study::{CaseResult, Study};
 use thiserror::Error;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_results, read_text, remove_leftovers};
+use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers};
+use crate::saved::{SavedError, saved_case, saved_study};
 
 /// Directory of the pictures within that of the results.
 pub const FIGURES: &str = "figures";
 /// Names of result files.
-pub const STUDY: &str = "study.json";
-pub const CASE: &str = "case.json";
-pub const RUNS: &str = "runs.csv";
-pub const HISTORY: &str = "history.csv";
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
 
@@ -37,13 +34,9 @@ pub enum PicturesError {
     /// A file does not hold what it should.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// A directory has no results.
-    #[error(
-        "`{}` has neither {STUDY} nor {CASE}\n   = help: name the directory that `bristle study` or `bristle simulate` \
-         has written to, and run these again if they were of an older version",
-        .0.display()
-    )]
-    NoResults(PathBuf),
+    /// There are no saved results, or they cannot be read.
+    #[error(transparent)]
+    Saved(#[from] SavedError),
     /// A picture cannot be drawn.
     #[error("cannot draw `{name}`: {message}")]
     Drawing {
@@ -105,31 +98,18 @@ pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -
 
 /// Draws the results that are saved in `saved` once more, below `directory`: of a study, of one contact, or of both.
 pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
-    let read = |name: &str| {
-        let path = saved.join(name);
-        Ok::<_, PicturesError>((read_results(&path)?, path.to_string_lossy().into_owned()))
-    };
-    let [has_study, has_case] = [STUDY, CASE].map(|name| saved.join(name).exists());
-    if !has_study && !has_case {
-        return Err(PicturesError::NoResults(saved.to_owned()));
-    }
     // All is read before anything is written.
-    let mut study = None;
-    if has_study {
-        let (text, name) = read(STUDY)?;
-        let saved_study = read_study(&text, &name)?;
-        let (text, name) = read(RUNS)?;
-        let results = read_runs(&text, &name, &saved_study)?;
-        let measured = if saved_study.measured { measured_forces(&saved.join(MEASURED))?.1 } else { Vec::new() };
-        study = Some((saved_study.study, results, measured));
+    let (study, case) = (saved_study(saved)?, saved_case(saved)?);
+    if study.is_none() && case.is_none() {
+        return Err(SavedError::NoResults(saved.to_owned()).into());
     }
-    let mut case = None;
-    if has_case {
-        let (text, name) = read(CASE)?;
-        let settings = read_case(&text, &name)?;
-        let (text, name) = read(HISTORY)?;
-        case = Some((settings, read_history(&text, &name)?));
-    }
+    let study = match study {
+        Some((SavedStudy { study, measured, .. }, results)) => {
+            let measured = if measured { measured_forces(&saved.join(MEASURED))?.1 } else { Vec::new() };
+            Some((study, results, measured))
+        }
+        None => None,
+    };
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
         drawn.push(draw_study(directory, &study, &results, &measured)?);

@@ -16,6 +16,7 @@ const ROW_HEADING: usize = 10;
 const CELL: usize = 7;
 
 /// What a table shows.
+#[derive(Debug)]
 struct Quantity {
     symbol: &'static str,
     name: &'static str,
@@ -61,10 +62,13 @@ const BAND: Quantity = Quantity {
 };
 
 /// A quantity in all cases, in a unit that makes its numbers readable.
-struct Column {
+#[derive(Clone, Debug)]
+pub(crate) struct Column {
     quantity: &'static Quantity,
     /// Unit with its prefix, empty for a pure number.
     unit: String,
+    /// From SI to this unit.
+    factor: f64,
     /// For each part, the numbers in this unit; none where they are not known.
     parts: Vec<Vec<Option<f64>>>,
     decimals: usize,
@@ -88,7 +92,23 @@ impl Column {
             10.0.. => 2,
             _ => 3,
         };
-        Self { quantity, unit: format!("{prefix}{}", quantity.unit), parts, decimals }
+        Self { quantity, unit: format!("{prefix}{}", quantity.unit), factor, parts, decimals }
+    }
+
+    /// The force of the tool.
+    pub fn tool_forces(results: &[CaseResult]) -> Self {
+        let [.., force] = &QUANTITIES;
+        Self::new(force, results)
+    }
+
+    /// The unit of the numbers.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// From SI to the unit of the numbers.
+    pub fn factor(&self) -> f64 {
+        self.factor
     }
 
     /// The symbol with what stands beside it, and the unit where there is one.
@@ -106,6 +126,17 @@ impl Column {
     fn texts(&self, case: usize) -> impl Iterator<Item = String> {
         let text = |value: f64| format!("{value:.*}", self.decimals);
         self.parts.iter().map(move |values| values[case].map_or_else(|| "failed".to_owned(), text))
+    }
+
+    /// The number of a case, the first where there are several.
+    pub fn text(&self, case: usize) -> String {
+        self.texts(case).next().unwrap_or_default()
+    }
+
+    /// The number of a case and its uncertainty, which comes in SI, if it has one.
+    pub fn text_with_uncertainty(&self, case: usize, uncertainty: f64) -> String {
+        let text = self.text(case);
+        if uncertainty == 0.0 { text } else { format!("{text} ± {:.*}", self.decimals, uncertainty * self.factor) }
     }
 }
 
@@ -196,20 +227,20 @@ fn list(study: &Study, columns: &[Column]) -> String {
         let metrics = columns.iter().flat_map(|column| column.texts(case));
         rows.push(values.chain(metrics).collect());
     }
-    let widths: Vec<usize> = (0..rows[0].len())
-        .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
-        .collect();
-    let mut text = String::new();
-    for row in rows {
-        for (cell, width) in row.iter().zip(&widths) {
-            text.push_str(&format!("  {cell:>width$}"));
-        }
-        text.push('\n');
-    }
+    let mut text = aligned(&rows).join("\n") + "\n";
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }
     text
+}
+
+/// Rows of equally many cells as lines, with each column flush right.
+pub(crate) fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| row.iter().zip(&widths).map(|(cell, width)| format!("  {cell:>width$}")).collect();
+    rows.iter().map(line).collect()
 }
 
 /// A swept setting's heading, and the factor that turns its values into the unit of the heading.

@@ -82,6 +82,7 @@ function showOrigin() {
     kept + study.errors.length >= study.cases
       ? "of all cases that were solved"
       : `of ${kept} cases, evenly spread over the study`;
+  const scatters = study.quantities.some(({ key }) => key.startsWith(SHARE));
   const entries = [
     ["Software", [`Bristle ${study.version}`]],
     ["Equations of motion", [`derived by ${study.equations.maker}`]],
