@@ -130,6 +130,13 @@ enum Command {
 ///
 /// with the columns brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
 ///
+/// Where filaments are not known exactly, standard deviations in the file make the study repeat each
+/// case with sampled tools, and state the band that 95 % of their forces lie in, and what it comes from:
+///
+///   [uncertainty]
+///   diameter_std_m = 0.03e-3
+///   youngs_modulus_std_pa = 0.3e9
+///
 /// A study can be stopped at any moment, by Ctrl-C or a crash: the same command goes on where it
 /// was. Each case that is done is a line of DIR/journal.jsonl; what is lost are the cases that
 /// were being simulated, and after a loss of power those of the last tenth of a second. The

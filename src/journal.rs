@@ -11,7 +11,7 @@
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
-//! `check` has the first 16 digits of the SHA-256 of the header's check and of the line up to it, so that a line that is
+//! Where filaments scatter, `scatter` has the distribution of the tool force, beside `metrics`. `check` has the first 16 digits of the SHA-256 of the header's check and of the line up to it, so that a line that is
 //! damaged, or belongs to another journal, is recognised. Numbers are written with the digits that read back as the same
 //! `f64`: a study that goes on ends with the bits of one that was never stopped.
 
