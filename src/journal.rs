@@ -11,8 +11,9 @@
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
-//! Where filaments scatter, `scatter` has the distribution of the tool force, beside `metrics`. `check` has the first 16 digits of the SHA-256 of the header's check and of the line up to it, so that a line that is
-//! damaged, or belongs to another journal, is recognised. Numbers are written with the digits that read back as the same
+//! Where filaments scatter, `scatter` has the distribution of the tool force, beside `metrics`. `check` has the first 16
+//! digits of the SHA-256 of the header's check and of the line up to it, so that a line that is damaged, or belongs to
+//! another journal, is recognised. Numbers are written with the digits that read back as the same
 //! `f64`: a study that goes on ends with the bits of one that was never stopped.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -136,7 +137,7 @@ enum Outcome {
         chart_changes: usize,
         /// Where filaments scatter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        scatter: Option<ForceScatter>,
+        scatter: Option<Box<ForceScatter>>,
     },
     Failed {
         error: String,
@@ -175,7 +176,7 @@ impl Journal {
                 metrics: metrics.clone(),
                 statistics: *statistics,
                 chart_changes: statistics.chart_changes,
-                scatter: scatter.clone(),
+                scatter: scatter.clone().map(Box::new),
             },
             Err(error) => Outcome::Failed { error: error.clone() },
         };
@@ -229,9 +230,11 @@ impl Journal {
         let Entry { case, outcome } = unsealed(&self.seed, line)?;
         let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
         let result = match outcome {
-            Outcome::Simulated { metrics, statistics, chart_changes, scatter } => {
-                Ok(CaseSummary { metrics, statistics: Statistics { chart_changes, ..statistics }, scatter })
-            }
+            Outcome::Simulated { metrics, statistics, chart_changes, scatter } => Ok(CaseSummary {
+                metrics,
+                statistics: Statistics { chart_changes, ..statistics },
+                scatter: scatter.map(|scatter| *scatter),
+            }),
             Outcome::Failed { error } => Err(error),
         };
         Some((case, result))

@@ -35,7 +35,7 @@ fn blocks(page: &'static str) -> Vec<Block<'static>> {
 }
 
 /// The name in the sentence "Save this as `name`" before a block.
-fn file_name<'t>(before: &'t str) -> &'t str {
+fn file_name(before: &str) -> &str {
     // Lines may break anywhere in the sentence.
     let (_, name) = before.rsplit_once("this as `").expect("the page says what to save a file as");
     name.split_once('`').expect("a name in backticks").0

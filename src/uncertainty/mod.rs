@@ -178,9 +178,8 @@ impl Scatter {
         for tool in 0..self.count() {
             let checked = match self.settings(tool) {
                 Some(settings) => {
-                    let each = self.inputs.iter().take(MOVING);
-                    each.map(|input| input.check(input.get(&settings)))
-                        .collect::<Result<(), _>>()
+                    let mut each = self.inputs.iter().take(MOVING);
+                    each.try_for_each(|input| input.check(input.get(&settings)))
                         .and_then(|()| settings.check_relations())
                 }
                 None => Ok(()),
