@@ -58,14 +58,16 @@ fn generate() -> Result<(), Box<dyn Error>> {
 }
 
 /// All that turns settings into metrics, beside the kernels.
-const SOLVER: [&str; 8] = [
+const SOLVER: [&str; 10] = [
     "src/contact.rs",
     "src/equations",
     "src/filament.rs",
     "src/integrate",
     "src/metrics.rs",
     "src/simulation",
+    "src/study.rs",
     "src/tool.rs",
+    "src/uncertainty",
     "src/workpiece.rs",
 ];
 

@@ -12,8 +12,9 @@ use thiserror::Error;
 
 use crate::grid::{Plane, process_planes};
 use crate::measured::relative_uncertainty;
-use crate::study::{CaseResult, Study};
+use crate::study::{CaseResult, CaseSummary, Study};
 use crate::tables::{Column, aligned, labels, short};
+use crate::uncertainty::ForceScatter;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps, and up to which it strikes.
 const TIER: f64 = 0.5;
@@ -124,6 +125,9 @@ pub struct Cell {
     pub tool_contact_normal_force_n: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
+    /// Band of `F_n,w` in N that 95 % of the sampled tools lie in, where filaments scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_95_n: Option<[f64; 2]>,
     /// `ε_tc`.
     pub contact_time_ratio: f64,
     /// Positions of velocity and depth along the sides of the plane.
@@ -161,13 +165,14 @@ fn cells(study: &Study, results: &[CaseResult], plane: &Plane) -> Vec<Vec<Option
     let relative = relative_uncertainty(study, plane.case(0, 0));
     let cell = |x: usize, y: usize| {
         let case = plane.case(x, y);
-        let metrics = &results[case].as_ref().ok()?.metrics;
+        let CaseSummary { metrics, scatter, .. } = results[case].as_ref().ok()?;
         Some(Cell {
             row: case + 1,
             brushing_velocity_m_s: plane.x.values[x],
             penetration_depth_m: plane.y.values[y],
             tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
             uncertainty_n: relative * metrics.tool_contact_normal_force_n,
+            tool_force_95_n: scatter.as_ref().map(ForceScatter::band),
             contact_time_ratio: metrics.contact_time_ratio,
             position: [x, y],
         })
@@ -359,10 +364,17 @@ impl Advice {
             self.write_section(&mut text, section);
             text.push('\n');
         }
-        let legend = "Rows are those of runs.csv below its heading. ± comes from the uncertainty of the number of filaments, which \
-             changes all forces alike. * marks an end of the study, beyond which there may be more. A filament sweeps \
-             where ε_tc is above ½, and strikes elsewhere.";
-        wrap(&mut text, "", legend);
+        let mut cells = self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
+        let beside = if cells.any(|cell| cell.tool_force_95_n.is_some()) {
+            "In brackets stands the band that 95 % of the sampled tools lie in."
+        } else {
+            "± comes from the uncertainty of the number of filaments, which changes all forces alike."
+        };
+        let legend = format!(
+            "Rows are those of runs.csv below its heading. {beside} * marks an end of the study, beyond which there may be \
+             more. A filament sweeps where ε_tc is above ½, and strikes elsewhere."
+        );
+        wrap(&mut text, "", &legend);
         text
     }
 
@@ -385,7 +397,10 @@ impl Advice {
                 let is_last = at == 0 || at + 1 == sides[side].values.len();
                 format!("{}{}", labels[side][at], if is_free && is_last && sides[side].varies() { '*' } else { ' ' })
             });
-            let force = self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n);
+            let force = match cell.tool_force_95_n {
+                Some(band) => self.forces.text_with_band(cell.row - 1, band),
+                None => self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n),
+            };
             rows.push(vec![cell.row.to_string(), velocity, depth, force, format!("{:.3}", cell.contact_time_ratio)]);
         }
         let mut lines = aligned(&rows).into_iter();
@@ -429,7 +444,6 @@ mod tests {
     use crate::document::Document;
     use crate::integrate::Statistics;
     use crate::metrics::{ContactRecord, Metrics, NominalContact};
-    use crate::study::CaseSummary;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(

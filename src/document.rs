@@ -149,7 +149,7 @@ impl<'t> Document<'t> {
             let span = match &error {
                 StudyError::SweptTwice { path } => place(&table, path),
                 StudyError::Case { violation, .. } => place(&table, violation.path),
-                StudyError::TooManyCases => None,
+                StudyError::TooManyCases | StudyError::TooManyTools => None,
             };
             self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
         })

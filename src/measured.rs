@@ -270,16 +270,23 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
         if !comparison.condition.is_empty() {
             text.push_str(&format!(", {}", comparison.condition));
         }
-        text.push_str("\n  v_b in m/s  a_e in mm      measured ± std     simulated ± N_f  difference  within std\n");
+        let has_bands = comparison.points.iter().flat_map(|point| point.simulated).any(|point| point.band_n.is_some());
+        let beside = if has_bands { "simulated, 95 %" } else { "simulated ± N_f" };
+        text.push_str(&format!(
+            "\n  v_b in m/s  a_e in mm      measured ± std  {beside:>18}  difference  within std\n"
+        ));
         for point @ Point { measured, simulated } in comparison.points.iter().take(MAX_PRINTED.1) {
             let pair = |value: f64, spread: f64| format!("{value:.1} ± {spread:.1}");
             let velocity = short(measured.brushing_velocity_m_s);
             let depth = short(1e3 * measured.penetration_depth_m);
             let left = pair(measured.force_n, measured.std_n);
             let right = match simulated {
-                Ok(Simulated { force_n, uncertainty_n, .. }) => {
+                Ok(Simulated { force_n, uncertainty_n, band_n }) => {
                     let within = if point.is_within() == Some(true) { "yes" } else { "no" };
-                    let simulated = pair(*force_n, *uncertainty_n);
+                    let simulated = match band_n {
+                        Some([lower, upper]) => format!("{force_n:.1} [{lower:.0} … {upper:.0}]"),
+                        None => pair(*force_n, *uncertainty_n),
+                    };
                     format!("{simulated:>18}  {:>+10.1}  {within:>10}", force_n - measured.force_n)
                 }
                 Err(missing) => missing.name().to_owned(),

@@ -20,7 +20,7 @@ use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
 use crate::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
-use crate::uncertainty::{ForceScatter, INPUTS, Scatter};
+use crate::uncertainty::{ForceScatter, INPUTS, MIN_SAMPLES, MOVING, Scatter};
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
@@ -32,6 +32,8 @@ pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY),
 
 /// The largest number of cases in a study.
 pub const MAX_CASES: usize = 1_000_000;
+/// The largest number of sampled tools in all cases of a study.
+pub const MAX_TOOLS: usize = 10_000_000;
 
 /// One swept setting and its values.
 #[derive(Clone, Debug)]
@@ -161,6 +163,9 @@ pub enum StudyError {
     /// The grid has too many points.
     #[error("the study has more than {MAX_CASES} cases")]
     TooManyCases,
+    /// The cases have too many sampled tools.
+    #[error("the study has more than {MAX_TOOLS} sampled tools: take fewer cases or uncertainty.samples")]
+    TooManyTools,
     /// The settings of one case do not go together.
     #[error("case {} of the study: {violation}", .case + 1)]
     Case {
@@ -198,6 +203,12 @@ impl Study {
                 .ok_or(StudyError::TooManyCases)?;
         }
         let study = Self { base, axes, case_count };
+        if study.scatters() {
+            let samples = |case| study.settings(case).uncertainty.samples;
+            if (0..case_count).map(samples).sum::<usize>() > MAX_TOOLS {
+                return Err(StudyError::TooManyTools);
+            }
+        }
         for case in 0..case_count {
             study.settings(case).check().map_err(|violation| StudyError::Case { case, violation })?;
         }
@@ -241,7 +252,7 @@ impl Study {
     #[must_use]
     pub fn scatters(&self) -> bool {
         let swept = |path| self.axes.iter().find(|axis| axis.parameter.path == path);
-        INPUTS.iter().filter(|input| input.moves_filaments()).any(|input| match swept(input.std) {
+        INPUTS[..MOVING].iter().any(|input| match swept(input.std) {
             Some(axis) => axis.values.iter().any(|&value| value > 0.0),
             None => input.scatters(&self.base),
         })
@@ -401,6 +412,11 @@ impl BegunCase {
             }
         }
         self.left -= 1;
+        if matches!(self.nominal, Some(Err(_))) {
+            // A case that has failed needs no tools.
+            self.left -= self.runs.len();
+            self.runs.clear();
+        }
         self.left == 0
     }
 
@@ -446,7 +462,11 @@ impl Queue {
     /// Takes the result of a pass, and returns its case if that is complete.
     fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Option<(usize, BegunCase)> {
         let (case, run) = self.running.remove(&number)?;
-        let is_complete = self.begun.get_mut(&case)?.take(run, result);
+        let begun = self.begun.get_mut(&case)?;
+        let is_complete = begun.take(run, result);
+        if begun.runs.is_empty() && self.current.is_some_and(|(_, current)| current == case) {
+            self.current = None;
+        }
         is_complete.then(|| self.begun.remove(&case).map(|begun| (case, begun))).flatten()
     }
 }
@@ -467,7 +487,8 @@ fn complete_cases<E: Display>(
         None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
     };
     // A case alone has passes for all threads where tools are sampled.
-    let threads = if study.scatters() { threads } else { threads.min(waiting.len()) };
+    let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
+    let threads = threads.min(passes);
     info!(cases = study.case_count, to_simulate = waiting.len(), threads, "study started");
     let start = Instant::now();
 

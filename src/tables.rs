@@ -2,7 +2,7 @@
 
 use crate::parameters::Parameter;
 use crate::study::{Axis, CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
-use crate::uncertainty::{ForceScatter, INPUTS};
+use crate::uncertainty::{ForceScatter, INPUTS, scatters};
 
 /// Most columns of numbers that fit beside the row's heading.
 const MAX_COLUMNS: usize = 12;
@@ -22,8 +22,10 @@ struct Quantity {
     name: &'static str,
     /// Unit without prefix, empty for a pure number.
     unit: &'static str,
-    /// What stands below each other for a case, with what the symbol has beside it in a list.
-    parts: &'static [(&'static str, Part)],
+    /// What stands beside the symbol in a list.
+    beside: &'static str,
+    /// What stands below each other for a case in a table, and beside each other in a list, the last first.
+    parts: &'static [Part],
 }
 
 /// A number of a case; none where it is not known.
@@ -34,19 +36,22 @@ const QUANTITIES: [Quantity; 3] = [
         symbol: "ε_tc",
         name: "contact time ratio",
         unit: "",
-        parts: &[("", |summary| Some(summary.metrics.contact_time_ratio))],
+        beside: "",
+        parts: &[|summary| Some(summary.metrics.contact_time_ratio)],
     },
     Quantity {
         symbol: "p_n",
         name: "contact normal impulse of a filament",
         unit: "N s",
-        parts: &[("", |summary| Some(summary.metrics.contact_normal_impulse_n_s))],
+        beside: "",
+        parts: &[|summary| Some(summary.metrics.contact_normal_impulse_n_s)],
     },
     Quantity {
         symbol: "F_n,w",
         name: "contact normal force of the tool",
         unit: "N",
-        parts: &[("", |summary| Some(summary.metrics.tool_contact_normal_force_n))],
+        beside: "",
+        parts: &[|summary| Some(summary.metrics.tool_contact_normal_force_n)],
     },
 ];
 
@@ -55,9 +60,10 @@ const BAND: Quantity = Quantity {
     symbol: "F_n,w",
     name: "upper and lower end of the band that 95 % of the tools lie in",
     unit: "N",
+    beside: " of 95 %",
     parts: &[
-        (", 97.5 %", |summary| Some(summary.scatter.as_ref()?.tool_force_upper_95_n)),
-        (", 2.5 %", |summary| Some(summary.scatter.as_ref()?.tool_force_lower_95_n)),
+        |summary| Some(summary.scatter.as_ref()?.tool_force_upper_95_n),
+        |summary| Some(summary.scatter.as_ref()?.tool_force_lower_95_n),
     ],
 };
 
@@ -71,6 +77,8 @@ pub(crate) struct Column {
     factor: f64,
     /// For each part, the numbers in this unit; none where they are not known.
     parts: Vec<Vec<Option<f64>>>,
+    /// What stands where a number is not known, for each case.
+    unknown: Vec<&'static str>,
     decimals: usize,
 }
 
@@ -78,7 +86,7 @@ impl Column {
     fn new(quantity: &'static Quantity, results: &[CaseResult]) -> Self {
         const PREFIXES: [(&str, f64); 6] = [("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)];
         let value = |result: &CaseResult, part: Part| result.as_ref().ok().and_then(part);
-        let parts = quantity.parts.iter().map(|(_, part)| results.iter().map(|result| value(result, *part)).collect());
+        let parts = quantity.parts.iter().map(|part| results.iter().map(|result| value(result, *part)).collect());
         let mut parts: Vec<Vec<Option<f64>>> = parts.collect();
         let largest = parts.iter().flatten().flatten().copied().fold(0.0, f64::max);
         let (prefix, factor) = PREFIXES
@@ -87,12 +95,13 @@ impl Column {
             .find(|(_, factor)| largest * factor >= 1.0)
             .unwrap_or(("", 1.0));
         parts.iter_mut().flatten().flatten().for_each(|value| *value *= factor);
+        let unknown = results.iter().map(|result| if result.is_err() { "failed" } else { "–" }).collect();
         let decimals = match largest * factor {
             100.0.. => 1,
             10.0.. => 2,
             _ => 3,
         };
-        Self { quantity, unit: format!("{prefix}{}", quantity.unit), factor, parts, decimals }
+        Self { quantity, unit: format!("{prefix}{}", quantity.unit), factor, parts, unknown, decimals }
     }
 
     /// The force of the tool.
@@ -117,20 +126,30 @@ impl Column {
         if self.unit.is_empty() { format!("{symbol}{beside}") } else { format!("{symbol}{beside} in {}", self.unit) }
     }
 
-    /// The headings of the parts.
-    fn headings(&self) -> impl Iterator<Item = String> {
-        self.quantity.parts.iter().map(|(beside, _)| self.heading(beside))
-    }
-
     /// The parts of a case.
     fn texts(&self, case: usize) -> impl Iterator<Item = String> {
         let text = |value: f64| format!("{value:.*}", self.decimals);
-        self.parts.iter().map(move |values| values[case].map_or_else(|| "failed".to_owned(), text))
+        self.parts.iter().map(move |values| values[case].map_or_else(|| self.unknown[case].to_owned(), text))
+    }
+
+    /// The parts of a case beside each other, in ascending order.
+    fn in_one_line(&self, case: usize) -> String {
+        if self.parts.iter().any(|values| values[case].is_none()) {
+            return self.unknown[case].to_owned();
+        }
+        let parts: Vec<String> = self.texts(case).collect();
+        parts.into_iter().rev().collect::<Vec<_>>().join(" … ")
     }
 
     /// The number of a case, the first where there are several.
     pub fn text(&self, case: usize) -> String {
         self.texts(case).next().unwrap_or_default()
+    }
+
+    /// The number of a case and a band about it, which comes in SI.
+    pub fn text_with_band(&self, case: usize, band: [f64; 2]) -> String {
+        let [lower, upper] = band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
+        format!("{} [{lower} … {upper}]", self.text(case))
     }
 
     /// The number of a case and its uncertainty, which comes in SI, if it has one.
@@ -153,30 +172,43 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     } else {
         list(study, &columns)
     };
-    text.push_str(&origin_of_scatter(results));
+    if study.scatters() {
+        text.push_str(&origin_of_scatter(study, results));
+    }
     text
 }
 
-/// What the scatter of the tool force comes from, as a line; empty where nothing scatters.
-fn origin_of_scatter(results: &[CaseResult]) -> String {
+/// What the scatter of the tool force comes from, and which tools are left out.
+fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
+    let mut text = String::new();
     let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
-    if known.is_empty() {
-        return String::new();
+    let varying: Vec<[f64; INPUTS.len()]> =
+        known.iter().filter(|scatter| scatter.tool_force_std_n > 0.0).map(|scatter| scatter.sobol_indices()).collect();
+    if !varying.is_empty() {
+        let mean = |index: usize| varying.iter().map(|indices| indices[index]).sum::<f64>() / varying.len() as f64;
+        let shares = INPUTS.iter().enumerate().map(|(index, input)| (input.name, mean(index)));
+        let mut shares: Vec<(&str, f64)> = shares.filter(|(_, mean)| *mean > 0.0).collect();
+        shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        let rest = 1.0 - shares.iter().map(|(_, share)| share).sum::<f64>();
+        let rest = (rest >= 0.005).then_some(("not attributed to one of them", rest));
+        let shares: Vec<String> =
+            shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+        let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
+        text.push_str(&format!("The scatter of F_n,w comes from: {}{mean}\n", shares.join(", ")));
     }
-    let mean =
-        |index: usize| known.iter().map(|scatter| scatter.sobol_indices()[index]).sum::<f64>() / known.len() as f64;
-    let mut shares: Vec<(&str, f64)> = INPUTS
-        .iter()
-        .enumerate()
-        .map(|(index, input)| (input.name, mean(index)))
-        .filter(|(_, mean)| *mean > 0.0)
-        .collect();
-    shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    let shares: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
-    let mut text = format!("The scatter of F_n,w comes from: {} (mean over the cases)\n", shares.join(", "));
     let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
     if failed > 0 {
         text.push_str(&format!("{failed} sampled tools are left out, as their simulations failed\n"));
+    }
+    let without = |(case, result): &(usize, &CaseResult)| {
+        result.as_ref().is_ok_and(|summary| summary.scatter.is_none()) && scatters(&study.settings(*case))
+    };
+    let without = results.iter().enumerate().filter(without).count();
+    if without > 0 {
+        let cases = if without == 1 { "case has" } else { "cases have" };
+        text.push_str(&format!(
+            "{without} {cases} no band, as the simulations of most of their sampled tools failed\n"
+        ));
     }
     text
 }
@@ -218,13 +250,13 @@ fn table(study: &Study, column: &Column) -> String {
 fn list(study: &Study, columns: &[Column]) -> String {
     let (axis_headings, factors): (Vec<&str>, Vec<f64>) = study.axes().iter().map(axis_heading).unzip();
     let axis_headings = axis_headings.into_iter().map(str::to_owned);
-    let headings = axis_headings.chain(columns.iter().flat_map(Column::headings));
+    let headings = axis_headings.chain(columns.iter().map(|column| column.heading(column.quantity.beside)));
     let mut rows: Vec<Vec<String>> = vec![headings.collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
         let values = study.values(case).zip(&factors);
         let values = values.map(|(value, factor)| short(value * factor));
-        let metrics = columns.iter().flat_map(|column| column.texts(case));
+        let metrics = columns.iter().map(|column| column.in_one_line(case));
         rows.push(values.chain(metrics).collect());
     }
     let mut text = aligned(&rows).join("\n") + "\n";

@@ -4,8 +4,12 @@ use std::fs;
 
 use assert_cmd::Command;
 use bristle::document::Document;
+use bristle::figures::study_figures;
+use bristle::report::write_runs;
+use bristle::results::{read_runs, read_study, study_text};
 use bristle::simulation::simulate;
-use bristle::study::{CaseSummary, Study, run_study};
+use bristle::study::{CaseResult, CaseSummary, Study, run_study};
+use bristle::tables::study_tables;
 use bristle::uncertainty::Scatter;
 use tempfile::TempDir;
 
@@ -54,6 +58,47 @@ fn tools_of_a_study_are_simulated_as_alone() {
         let impulses: Vec<Option<f64>> = (0..scatter.count()).map(impulse).collect();
         assert_eq!(summary.scatter, scatter.reduce(&impulses));
         assert_eq!(summary.metrics, simulate(&settings).expect("a pass").metrics);
+    }
+}
+
+#[test]
+fn cases_without_scatter_stand_beside_others() {
+    let file = FILE.replace("segments = 8", "segments = 2").replace("1e-4", "1e-2");
+    let study = study(&format!("{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"));
+    let summaries = summaries(&study);
+    assert_eq!(
+        summaries.iter().map(|summary| summary.scatter.is_some()).collect::<Vec<_>>(),
+        [false, false, true, true]
+    );
+    let results: Vec<CaseResult> = summaries.into_iter().map(Ok).collect();
+    let tables = study_tables(&study, &results);
+    assert!(!tables.contains("failed") && tables.lines().nth(1).is_some_and(|line| line.ends_with('–')), "{tables}");
+    let pictures = study_figures(&study, &results, &[]).expect("pictures").pictures;
+    let scatter = pictures.iter().filter(|picture| picture.name.starts_with("scatter_"));
+    let names: Vec<&str> = scatter.map(|picture| picture.name.as_str()).collect();
+    assert_eq!(names, ["scatter_over_velocity_diameter_std_m_2e-5"]);
+
+    // To the bytes of the file and back.
+    let mut runs = Vec::new();
+    write_runs(&mut runs, &study, &results).expect("a table");
+    let runs = String::from_utf8(runs).expect("text");
+    let saved = read_study(&study_text(&study, runs.as_bytes(), false), "study.json").expect("a study");
+    let read = read_runs(&runs, "runs.csv", &saved).expect("results");
+    let scatters = |results: &[CaseResult]| {
+        results.iter().map(|result| result.as_ref().expect("a pass").scatter.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(scatters(&read), scatters(&results));
+}
+
+#[test]
+fn one_input_alone_is_what_the_scatter_comes_from() {
+    for hold in ["process", "machine"] {
+        let file = FILE.replace("[tool]", "[tool]\nfilament_count_uncertainty = 0.0").replace("2.0e-3", "0.5e-3");
+        let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
+        for summary in summaries(&study(&format!("{file}{uncertainty}"))) {
+            let shares = summary.scatter.expect("filaments scatter").sobol_indices();
+            assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..] == [0.0; 4], "{shares:?}");
+        }
     }
 }
 

@@ -24,7 +24,7 @@ struct Sides<'a> {
 /// Simulated forces with their bands.
 struct Banded {
     curves: Vec<Curve>,
-    /// Whether some values are not known.
+    /// Whether some forces are not known.
     has_gaps: bool,
 }
 
@@ -46,11 +46,13 @@ impl View<'_> {
         let levels: Vec<f64> =
             spread(of.values.len(), MAX_SCATTERED).into_iter().map(|index| of.values[index]).collect();
         let Banded { curves, has_gaps } = self.banded(sides, &levels, "");
+        if curves.iter().all(|curve| curve.look != Look::Band || curve.points.is_empty()) {
+            return Ok(None);
+        }
         let selection = selection(&levels, of.values.len(), &format!("values of {}", of.symbol()));
-        let gaps = if has_gaps { "gaps: simulations failed" } else { "" }.to_owned();
         let diagram = Diagram {
             title: "Contact normal force of the tool, with filaments that scatter".to_owned(),
-            subtitle: self.subtitle([self.band_text(), selection, gaps]),
+            subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
             x: Axis::linear(over.label()),
             y: Axis::from_zero("F_n,w in N"),
             curves,
@@ -62,10 +64,14 @@ impl View<'_> {
     /// First-order Sobol indices along the first side, at the middle value of the other.
     pub(super) fn sobol(&self) -> drawing::Result<Option<Picture>> {
         let Plane { x, y, .. } = self.plane;
+        if !x.varies() {
+            return Ok(None);
+        }
         let row = (y.values.len() - 1) / 2;
         let indices = |column: usize| {
             let summary = self.results[self.plane.case(column, row)].as_ref().ok()?;
-            Some(summary.scatter.as_ref()?.sobol_indices())
+            let scatter = summary.scatter.as_ref()?;
+            (scatter.tool_force_std_n > 0.0).then(|| scatter.sobol_indices())
         };
         let known: Vec<Option<[f64; INPUTS.len()]>> = (0..x.values.len()).map(indices).collect();
         let mut curves = Vec::new();
@@ -80,7 +86,7 @@ impl View<'_> {
                 add(&format!("{name} {symbol}"), &|indices| indices[position]);
             }
         }
-        add("interactions", &|indices| (1.0 - indices.iter().sum::<f64>()).max(0.0));
+        add("not attributed", &|indices| (1.0 - indices.iter().sum::<f64>()).max(0.0));
         if known.iter().all(Option::is_none) {
             return Ok(None);
         }
@@ -130,10 +136,13 @@ impl View<'_> {
             curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
         }
         let selection = selection(&levels, total, &format!("measured values of {}", of.symbol()));
-        let gaps = if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() };
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
-            subtitle: self.subtitle([format!("{}; bars: ± standard deviation", self.band_text()), selection, gaps]),
+            subtitle: self.subtitle([
+                format!("{}; bars: ± standard deviation", self.band_text()),
+                selection,
+                gaps(has_gaps),
+            ]),
             x: Axis::linear(over.label()),
             y: Axis::from_zero("F_n,w in N"),
             curves,
@@ -149,7 +158,7 @@ impl View<'_> {
             return format!("band: 95 % of the tools with {}", scatter_text(&settings));
         }
         let [count, spread] = [settings.tool.filament_count, settings.tool.filament_count_uncertainty].map(short);
-        format!("band: N_f = {count} ± {spread}")
+        format!("band: N_f = {count} ± {spread} (standard deviation)")
     }
 
     /// Curves with bands for some values of a side.
@@ -166,6 +175,7 @@ impl View<'_> {
             let mut bands = Vec::new();
             for &at in &over.values {
                 let simulated = force(at, level);
+                banded.has_gaps |= simulated.is_none();
                 let at = at * over.factor();
                 line.push((at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
                 match simulated.and_then(|simulated| self.band(simulated)) {
@@ -173,10 +183,7 @@ impl View<'_> {
                         band.0.push((at, upper));
                         band.1.push((at, lower));
                     }
-                    None => {
-                        banded.has_gaps = true;
-                        bands.push(std::mem::take(&mut band));
-                    }
+                    None => bands.push(std::mem::take(&mut band)),
                 }
             }
             bands.push(band);
@@ -195,6 +202,11 @@ impl View<'_> {
         let Simulated { force_n, uncertainty_n, band_n } = simulated;
         if self.study.scatters() { band_n } else { Some([force_n - uncertainty_n, force_n + uncertainty_n]) }
     }
+}
+
+/// What gaps are, if there are any.
+fn gaps(has_gaps: bool) -> String {
+    if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() }
 }
 
 /// How many of all values are shown, if not all.

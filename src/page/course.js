@@ -124,14 +124,14 @@ function createCaseView(study, grid) {
     byId("statistics").tBodies[0].replaceChildren(...counts);
   }
 
-  /** The shares of the inputs in the variance of the tool force, and what they leave to inputs together. */
+  /** The shares of the inputs in the variance of the tool force, and what they leave: interactions, and what the fit misses. */
   function showShares(shares, index) {
     const known = shares.map(({ name, values }) => [name.replace(/^share of (the )?/, ""), values[index]]);
-    const isKnown = known.length > 0 && known.every(([, value]) => value !== null);
-    byId("scatter").hidden = !isKnown;
-    if (!isKnown) return;
     const sum = known.reduce((total, [, value]) => total + value, 0);
-    known.push(["interactions of inputs", Math.max(0, 1 - sum)]);
+    // Without a band, or a force, there is no variance to share.
+    byId("scatter").hidden = sum === 0;
+    if (sum === 0) return;
+    known.push(["not attributed to one input", Math.max(0, 1 - sum)]);
     const rows = known.map(([name, value]) => {
       const percent = `${number(Math.round(1000 * value) / 10, 3)}\u202f%`;
       return element(

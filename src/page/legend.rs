@@ -153,13 +153,7 @@ pub(super) const SCATTER: [Quantity<ForceScatter>; 10] = [
         "upper end of the 95 % band of F_n,w",
         "2.5 % of the sampled tools have more"
     ),
-    quantity!(
-        tool_force_mean_n,
-        "",
-        "N",
-        "mean of F_n,w over the tools",
-        "also the force of one tool whose filaments differ among each other"
-    ),
+    quantity!(tool_force_mean_n, "", "N", "mean of F_n,w over the tools", "mean of the sampled tools"),
     quantity!(tool_force_std_n, "", "N", "standard deviation of F_n,w", "over the sampled tools"),
     quantity!(sobol_length, "", "", "share of the length", "first-order Sobol index of l_f in the variance of F_n,w"),
     quantity!(sobol_diameter, "", "", "share of the diameter", "first-order Sobol index of d in the variance of F_n,w"),

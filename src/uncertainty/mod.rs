@@ -3,8 +3,8 @@
 //! A case's settings enter; [`Scatter`] makes those of sampled tools from them, each of which is simulated like any case, and
 //! reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the filaments are
 //! normal distributions about the settings, as is the number of filaments. The filaments of a tool are all alike: what is
-//! told is how far the force of one tool may be from that of another. Where it is the filaments of one tool that differ, their
-//! forces add up to the mean, with a deviation of `1/√N_f` of the one told.
+//! told is how far the force of one tool may be from that of another. Where it is the filaments of one tool that differ, which
+//! then have one axis (`hold = "machine"`), their forces add up to the mean, and only the number of filaments scatters.
 //!
 //! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the same seed: bands are as smooth over
 //! the process as the forces are.
@@ -25,8 +25,8 @@ pub const MAX_SAMPLES: usize = 1 << 16;
 
 /// Number of inputs.
 pub const INPUT_COUNT: usize = 5;
-/// Of these, the ones that a filament's motion depends on. The other one is the number of filaments.
-const MOVING: usize = 4;
+/// Of these, the first, that a filament's motion depends on. The other one is the number of filaments.
+pub(crate) const MOVING: usize = 4;
 
 /// Ends of the band, as shares of the tools.
 const BAND: [f64; 2] = [0.025, 0.975];
@@ -64,17 +64,17 @@ pub const INPUTS: [Input; INPUT_COUNT] = [
 ];
 
 impl Input {
-    /// Whether the motion of a filament depends on it.
-    #[must_use]
-    pub fn moves_filaments(&self) -> bool {
-        self.mean.starts_with("filament.")
-    }
-
     /// Whether its standard deviation is above zero.
     #[must_use]
     pub fn scatters(&self, settings: &Settings) -> bool {
         get(self.std, settings) > 0.0
     }
+}
+
+/// Whether some property of the filaments scatters.
+#[must_use]
+pub fn scatters(settings: &Settings) -> bool {
+    INPUTS[..MOVING].iter().any(|input| input.scatters(settings))
 }
 
 /// The distribution of the tool force `F_n,w` of one case.
@@ -88,7 +88,7 @@ pub struct ForceScatter {
     pub tool_force_lower_95_n: f64,
     /// Upper end of the 95 % band in N: 2.5 % of the tools have more.
     pub tool_force_upper_95_n: f64,
-    /// First-order Sobol index of the length: the share of the variance that would go if the length were known.
+    /// First-order Sobol index of the length: the share of the variance that would go, on average, if the length were known.
     pub sobol_length: f64,
     /// That of the diameter.
     pub sobol_diameter: f64,
@@ -109,7 +109,7 @@ impl ForceScatter {
         [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
     }
 
-    /// First-order Sobol indices of [`INPUTS`]; what they leave of 1 comes from inputs together.
+    /// First-order Sobol indices of [`INPUTS`]; what they leave of 1 comes from inputs together, or was missed by the fit.
     #[must_use]
     pub fn sobol_indices(&self) -> [f64; INPUT_COUNT] {
         [
@@ -138,7 +138,7 @@ impl Scatter {
     /// The tools of the case that `settings` state; none where no property of the filaments scatters.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
-        if !INPUTS.iter().any(|input| input.moves_filaments() && input.scatters(settings)) {
+        if !scatters(settings) {
             return None;
         }
         let point =
@@ -161,8 +161,13 @@ impl Scatter {
     /// The settings of a tool, counted from 0, with the nominal number of filaments; none if it does not reach the workpiece.
     #[must_use]
     pub fn settings(&self, tool: usize) -> Option<Settings> {
+        self.settings_but(tool, None)
+    }
+
+    /// The settings of a tool, of which one input has its mean.
+    fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
         let mut settings = self.settings.clone();
-        for input in 0..MOVING {
+        for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
             self.inputs[input].set(&mut settings, self.value(tool, input));
         }
         if settings.uncertainty.hold == Hold::Machine {
@@ -176,26 +181,28 @@ impl Scatter {
     /// Checks that each tool can be simulated.
     pub(crate) fn check(&self) -> Result<(), Violation> {
         for tool in 0..self.count() {
-            let checked = match self.settings(tool) {
-                Some(settings) => {
-                    let mut each = self.inputs.iter().take(MOVING);
-                    each.try_for_each(|input| input.check(input.get(&settings)))
-                        .and_then(|()| settings.check_relations())
-                }
-                None => Ok(()),
-            };
+            let moving = self.check_moving(tool, None);
             let count = self.inputs[MOVING].check(self.value(tool, MOVING));
-            checked.and(count).map_err(|violation| self.to_blame(tool, violation))?;
+            moving.and(count).map_err(|violation| self.to_blame(tool, violation))?;
         }
         Ok(())
     }
 
-    /// The violation of a tool's settings, as one of the standard deviation that it comes from.
+    /// Checks what the motion of a tool's filaments depends on, with one input at its mean.
+    fn check_moving(&self, tool: usize, at_mean: Option<usize>) -> Result<(), Violation> {
+        // What does not reach the workpiece is not simulated.
+        let Some(settings) = self.settings_but(tool, at_mean) else { return Ok(()) };
+        self.inputs.iter().take(MOVING).try_for_each(|input| input.check(input.get(&settings)))?;
+        settings.check_relations()
+    }
+
+    /// The violation of a tool's settings, as one of the standard deviation that it comes from: of that which is wrong by itself, or without which
+    /// the tool would be right.
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
-        let relative = |&input: &usize| (self.value(tool, input) / self.means[input] - 1.0).abs();
-        let own = INPUTS.iter().position(|input| input.mean == violation.path);
-        let farthest = || (0..MOVING).max_by(|a, b| relative(a).total_cmp(&relative(b)));
-        let input = own.or_else(farthest).unwrap_or(0);
+        let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
+        let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
+        let any = || (0..MOVING).find(|&input| self.stds[input] > 0.0);
+        let input = own.or_else(cure).or_else(any).unwrap_or(MOVING);
         let Violation { path, value, allowed } = violation;
         Violation {
             path: INPUTS[input].std,
@@ -305,9 +312,10 @@ fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     (mean, variance)
 }
 
-/// The value below which a share of sorted values lies, linear between the middles of their shares (Hyndman and Fan 1996, no. 7).
+/// The value below which a share of sorted values lies. Each stands for the middle of its own share, `(k − ½)/n`, and between
+/// them it is linear (Hyndman and Fan 1996, no. 5).
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
+    let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
     let below = sorted[place.floor() as usize];
     let above = sorted[place.ceil() as usize];
     below + place.fract() * (above - below)
@@ -418,28 +426,45 @@ mod tests {
 
     #[test]
     fn impossible_tools_are_blamed_on_their_deviation() {
-        let error = |uncertainty: &str| {
+        let error_at = |depth: &str, uncertainty: &str| {
             let text = format!(
                 "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.0e-3\n\
-                 [process]\nbrushing_velocity_m_s = 18.0\npenetration_depth_m = 1.0e-3\n[uncertainty]\n{uncertainty}"
+                 [process]\nbrushing_velocity_m_s = 18.0\npenetration_depth_m = {depth}\n[uncertainty]\n{uncertainty}"
             );
-            Document::parse(&text, "case.toml")
-                .and_then(|document| document.settings())
-                .expect_err("impossible")
-                .to_string()
+            let settings = Document::parse(&text, "case.toml").and_then(|document| document.settings());
+            settings.expect_err("impossible").to_string()
         };
+        let error = |uncertainty: &str| error_at("1.0e-3", uncertainty);
         let damping = error("damping_ratio_std = 0.04");
         assert!(
             damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:11:"),
             "{damping}"
         );
         assert!(error("length_std_m = 0.02\ndiameter_std_m = 1e-9").contains("`uncertainty.length_std_m` is 0.02"));
+        // Of the two that scatter, the length alone can reach the depth.
+        let deep = error_at("39e-3", "length_std_m = 1e-3\nyoungs_modulus_std_pa = 6e8");
+        assert!(deep.contains("`uncertainty.length_std_m`"), "{deep}");
         assert!(error("samples = 63").contains("a whole number from 64 to 65536"));
         assert!(error("hold = \"depth\"").contains("process"));
     }
 
+    /// Bands of few tools are not narrower than those of many, on average over seeds.
+    #[test]
+    fn bands_of_few_tools_are_as_wide() {
+        let width = |seed: u32| {
+            let mut forces: Vec<f64> = (0..128).map(|index| standard_normal(index, 0, seed) * 2.0).collect();
+            forces.iter_mut().enumerate().for_each(|(index, force)| *force += standard_normal(index as u32, 1, seed));
+            forces.sort_by(f64::total_cmp);
+            quantile(&forces, BAND[1]) - quantile(&forces, BAND[0])
+        };
+        let mean = (0..400).map(width).sum::<f64>() / 400.0;
+        let expected = 2.0 * 1.959_964 * 5.0_f64.sqrt();
+        assert!((mean / expected - 1.0).abs() < 0.015, "{mean}, not {expected}");
+    }
+
     #[test]
     fn quantiles_are_interpolated() {
-        assert_eq!([0.0, 0.5, 0.75, 1.0].map(|share| quantile(&[1.0, 2.0, 4.0], share)), [1.0, 2.0, 3.0, 4.0]);
+        let found = [0.0, 0.125, 0.25, 0.5, 0.625, 0.875, 1.0].map(|share| quantile(&[1.0, 2.0, 4.0, 8.0], share));
+        assert_eq!(found, [1.0, 1.0, 1.5, 3.0, 4.0, 8.0, 8.0]);
     }
 }

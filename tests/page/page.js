@@ -241,7 +241,7 @@ test("where filaments scatter, the band and the shares of the inputs are there",
   assert.match(await page.textContent("#metrics"), /lower end of the 95 % band/);
   assert.ok(!(await page.textContent("#metrics")).includes("share of the diameter"), "shares have a table of their own");
   const names = await page.locator("#shares th[scope=row]").allTextContents();
-  assert.deepEqual(names, ["diameter", "Young’s modulus", "number of filaments", "interactions of inputs"]);
+  assert.deepEqual(names, ["diameter", "Young’s modulus", "number of filaments", "not attributed to one input"]);
   const shares = await page.locator("#shares meter").evaluateAll((meters) => meters.map((meter) => meter.value));
   assert.ok(Math.abs(shares.reduce((sum, share) => sum + share, 0) - 1) < 0.05, String(shares));
   assert.ok(Math.abs(shares[0] - value("sobol_diameter")) < 1e-12);
