@@ -21,10 +21,11 @@ use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
 use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
-use bristle::simulation::{SimulationError, simulate_with_history};
+use bristle::simulation::{Sampling, SimulationError, simulate_with};
 use bristle::state::{StateError, parse_state};
 use bristle::study::{CaseResult, Study, complete_study};
 use bristle::tables::study_tables;
+use bristle::vtk::MAX_SHAPES;
 
 use bristle_codegen::compare::States;
 
@@ -37,6 +38,7 @@ use crate::pictures::{
 use crate::progress::Progress;
 use crate::terminal::{say, say_at_the_end, start_log};
 use crate::validation::{self, Extent, Outcome};
+use crate::vtk_files::{commit_vtk, prepare_vtk, stage_vtk};
 
 /// Exit status where what is compared disagrees.
 const DISAGREEMENT: u8 = 1;
@@ -164,6 +166,10 @@ struct StudyArgs {
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; their number changes no metric. DIR/figures/history.svg and .png show force and
 /// tip deflection over time. [study] is ignored.
+///
+/// With --vtk the filament's nodes are written for ParaView: open DIR/vtk/contact.pvd. It lists a file for each of 200 equally
+/// spaced times in s, or N with --vtk=N, the first and the last instant included, and the workpiece. Positions are in m; at each
+/// node stand arc length, velocity, contact force, gap to the workpiece and angle of the joint.
 #[derive(Args)]
 struct SimulateArgs {
     /// Input file, see `bristle schema`
@@ -175,6 +181,16 @@ struct SimulateArgs {
     /// Number of rows of history.csv, in place of [solver] samples
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
+    /// Write N shapes of the filament to DIR/vtk, for ParaView [default: none; 200 if N is left out]
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "200",
+        value_parser = clap::value_parser!(u64).range(2..=MAX_SHAPES as u64),
+    )]
+    vtk: Option<u64>,
 }
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
@@ -512,14 +528,20 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
     prepare_directory(&arguments.out, &[METRICS, HISTORY, CASE])?;
+    let shapes = arguments.vtk.unwrap_or(0) as usize;
+    if shapes > 0 {
+        prepare_vtk(&arguments.out, shapes)?;
+    }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let simulation = simulate_with_history(&settings, samples)?;
+    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true })?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
+    let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes)?;
     stage_text(&arguments.out, CASE, &case_text(&settings))?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
+    commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     Ok(ExitCode::SUCCESS)
 }

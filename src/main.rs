@@ -7,6 +7,7 @@ mod pictures;
 mod progress;
 mod terminal;
 mod validation;
+mod vtk_files;
 
 use std::process::ExitCode;
 
