@@ -19,6 +19,8 @@ use bristle::measured::comparison_table;
 use bristle::page::{page, record};
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
+#[cfg(feature = "parquet")]
+use bristle::report::{write_history_parquet, write_runs_parquet};
 use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
 use bristle::simulation::{Sampling, SimulationError, simulate_with};
@@ -29,11 +31,13 @@ use bristle::vtk::MAX_SHAPES;
 
 use bristle_codegen::compare::States;
 
+#[cfg(not(feature = "parquet"))]
+use crate::files::remove;
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
 use crate::pictures::{
-    CASE, COMPARISON, Drawn, FIGURES, HISTORY, MEASURED, PicturesError, RUNS, STUDY, draw_history, draw_saved,
-    draw_study, measured_forces, remove_unfinished,
+    CASE, COMPARISON, Drawn, FIGURES, HISTORY, HISTORY_PARQUET, MEASURED, PicturesError, RUNS, RUNS_PARQUET, STUDY,
+    draw_history, draw_saved, draw_study, measured_forces, remove_unfinished,
 };
 use crate::progress::Progress;
 use crate::terminal::{say, say_at_the_end, start_log};
@@ -115,7 +119,8 @@ enum Command {
 ///   "filament.segments" = [10, 25, 50]
 ///
 /// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
-/// solver statistics, and status (ok or the error). A case that fails does not stop the others,
+/// solver statistics, and status (ok or the error). A program built with the feature parquet
+/// writes the same table as runs.parquet too. A case that fails does not stop the others,
 /// and makes the exit status 3. report.html is a page to look
 /// through in a browser: maps, one contact at a time in motion, settings.
 ///
@@ -164,8 +169,9 @@ struct StudyArgs {
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
-/// position and energies at equally spaced times; their number changes no metric. DIR/figures/history.svg and .png show force and
-/// tip deflection over time. [study] is ignored.
+/// position and energies at equally spaced times; their number changes no metric. A program built with the feature parquet writes
+/// the same table as history.parquet too. DIR/figures/history.svg and .png show force and tip deflection over time. [study] is
+/// ignored.
 ///
 /// With --vtk the filament's nodes are written for ParaView: open DIR/vtk/contact.pvd. It lists a file for each of 200 equally
 /// spaced times in s, or N with --vtk=N, the first and the last instant included, and the workpiece. Positions are in m; at each
@@ -399,11 +405,11 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let document = Document::parse(&text, &name)?;
     let study = document.study()?;
     let measured = document.measured_file().map(|file| measured_forces(&beside(&arguments.file, file))).transpose()?;
-    prepare_directory(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, JOURNAL])?;
+    prepare_directory(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, JOURNAL])?;
     prepare_directory(&arguments.out.join(FIGURES), &[])?;
 
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    remove_leftovers(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, COMPARISON]);
+    remove_leftovers(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON]);
     remove_unfinished(&arguments.out);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
@@ -503,12 +509,20 @@ fn write_results(
     let directory = &arguments.out;
     let runs = StagedFile::write(directory.join(RUNS), |out| write_runs(out, study, results)).map_err(unfinished)?;
     let mut staged = vec![runs];
+    let settings = study_text(study, measured.is_some());
+    #[cfg(feature = "parquet")]
+    {
+        let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
+        staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
+    }
     if let Some(text) = measured {
         staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
-    staged.push(stage_text(directory, STUDY, &study_text(study, measured.is_some())).map_err(unfinished)?);
+    staged.push(stage_text(directory, STUDY, &settings).map_err(unfinished)?);
     let courses = record(study, results, threads).map_err(CliError::Threads)?;
     staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
+    #[cfg(not(feature = "parquet"))]
+    remove(&directory.join(RUNS_PARQUET)).map_err(unfinished)?;
     staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
 }
 
@@ -527,7 +541,7 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out, &[METRICS, HISTORY, CASE])?;
+    prepare_directory(&arguments.out, &[METRICS, HISTORY, HISTORY_PARQUET, CASE])?;
     let shapes = arguments.vtk.unwrap_or(0) as usize;
     if shapes > 0 {
         prepare_vtk(&arguments.out, shapes)?;
@@ -537,10 +551,19 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true })?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
+    let case = case_text(&settings);
+    #[cfg(feature = "parquet")]
+    let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
+        write_history_parquet(out, &simulation.history, &case)
+    })?;
     let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes)?;
-    stage_text(&arguments.out, CASE, &case_text(&settings))?.commit()?;
+    stage_text(&arguments.out, CASE, &case)?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
+    #[cfg(feature = "parquet")]
+    say_written(&table.commit()?);
+    #[cfg(not(feature = "parquet"))]
+    remove(&arguments.out.join(HISTORY_PARQUET))?;
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     Ok(ExitCode::SUCCESS)

@@ -24,7 +24,9 @@ pub const FIGURES: &str = "figures";
 pub const STUDY: &str = "study.json";
 pub const CASE: &str = "case.json";
 pub const RUNS: &str = "runs.csv";
+pub const RUNS_PARQUET: &str = "runs.parquet";
 pub const HISTORY: &str = "history.csv";
+pub const HISTORY_PARQUET: &str = "history.parquet";
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
 

@@ -1,7 +1,7 @@
-//! Result files for other programs, as the command line writes them: VTK.
+//! Result files for other programs, as the command line writes them: VTK, and Parquet with the feature of that name.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use predicates::str::contains;
@@ -24,6 +24,9 @@ penetration_depth_m = 1.0e-3
 
 [solver]
 relative_tolerance = 1e-4
+
+[study]
+brushing_velocity_m_s = [10.0, 20.0]
 ";
 
 /// A directory with the input file `case.toml`.
@@ -112,4 +115,30 @@ fn shapes_that_cannot_be_written_are_refused_before_anything_is() {
     fs::create_dir_all(directory.path().join("two/vtk/contact.pvd")).expect("a directory can be made");
     bristle(&directory, "simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
     assert_eq!(names(&directory.path().join("two")), ["vtk"]);
+}
+
+/// Without the feature, tables of an earlier run do not stay beside those of this one.
+#[test]
+fn tables_as_parquet_are_those_of_this_run() {
+    let directory = workspace();
+    let path = |name: &str| -> PathBuf { directory.path().join("results").join(name) };
+    fs::create_dir(path("")).expect("a directory can be made");
+    for name in ["runs.parquet", "history.parquet"] {
+        fs::write(path(name), "earlier").expect("a file can be written");
+    }
+    fs::write(path(".runs.parquet.bristle-killed"), "half of a table").expect("a file can be written");
+    let study = bristle(&directory, "study case.toml --out results --json").assert().success();
+    let summary = String::from_utf8_lossy(&study.get_output().stdout).into_owned();
+    bristle(&directory, "simulate case.toml --out results").assert().success();
+    for name in ["runs.parquet", "history.parquet"] {
+        assert_eq!(path(name).exists(), cfg!(feature = "parquet"), "{name}");
+        if cfg!(feature = "parquet") {
+            let bytes = fs::read(path(name)).expect(name);
+            assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"), "{name}");
+        }
+    }
+    assert_eq!(summary.contains("runs.parquet"), cfg!(feature = "parquet"));
+    assert!(!path(".runs.parquet.bristle-killed").exists());
+    fs::create_dir_all(directory.path().join("blocked/runs.parquet")).expect("a directory can be made");
+    bristle(&directory, "study case.toml --out blocked").assert().code(2).stderr(contains("runs.parquet"));
 }
