@@ -20,15 +20,20 @@ use bristle::measured::comparison_table;
 use bristle::page::{page, record};
 use bristle::parameters::Parameter;
 use bristle::report::{write_history, write_metrics, write_runs};
+#[cfg(feature = "parquet")]
+use bristle::report::{write_history_parquet, write_runs_parquet};
 use bristle::results::{case_text, study_text};
 use bristle::schema::input_schema;
-use bristle::simulation::{SimulationError, simulate_with_history};
+use bristle::simulation::{Sampling, SimulationError, simulate_with};
 use bristle::state::{StateError, parse_state};
 use bristle::study::{CaseResult, Study, VELOCITY, complete_study};
 use bristle::tables::study_tables;
+use bristle::vtk::MAX_SHAPES;
 
 use bristle_codegen::compare::States;
 
+#[cfg(not(feature = "parquet"))]
+use crate::files::remove;
 use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
 use crate::pictures::{
@@ -36,9 +41,10 @@ use crate::pictures::{
     remove_unfinished,
 };
 use crate::progress::Progress;
-use crate::saved::{CASE, HISTORY, RUNS, STUDY, SavedError, saved_study};
+use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, RUNS, RUNS_PARQUET, STUDY, SavedError, saved_study};
 use crate::terminal::{say, say_at_the_end, start_log};
 use crate::validation::{self, Extent, Outcome};
+use crate::vtk_files::{commit_vtk, prepare_vtk, stage_vtk};
 
 /// Exit status where what is compared disagrees.
 const DISAGREEMENT: u8 = 1;
@@ -117,7 +123,8 @@ enum Command {
 ///   "filament.segments" = [10, 25, 50]
 ///
 /// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
-/// solver statistics, and status (ok or the error). A case that fails does not stop the others,
+/// solver statistics, and status (ok or the error). A program built with the feature parquet
+/// writes the same table as runs.parquet too. A case that fails does not stop the others,
 /// and makes the exit status 3. report.html is a page to look
 /// through in a browser: maps, one contact at a time in motion, settings.
 ///
@@ -180,8 +187,13 @@ impl StudyArgs {
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
 /// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
-/// position and energies at equally spaced times; their number changes no metric. DIR/figures/history.svg and .png show force and
-/// tip deflection over time. [study] is ignored.
+/// position and energies at equally spaced times; their number changes no metric. A program built with the feature parquet writes
+/// the same table as history.parquet too. DIR/figures/history.svg and .png show force and tip deflection over time. [study] is
+/// ignored.
+///
+/// With --vtk the filament's nodes are written for ParaView: open DIR/vtk/contact.pvd. It lists a file for each of 200 equally
+/// spaced times in s, or N with --vtk=N, the first and the last instant included, and the workpiece. Positions are in m; at each
+/// node stand arc length, velocity, contact force, gap to the workpiece and angle of the joint.
 #[derive(Args)]
 struct SimulateArgs {
     /// Input file, see `bristle schema`
@@ -193,6 +205,16 @@ struct SimulateArgs {
     /// Number of rows of history.csv, in place of [solver] samples
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
+    /// Write N shapes of the filament to DIR/vtk, for ParaView [default: none; 200 if N is left out]
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "200",
+        value_parser = clap::value_parser!(u64).range(2..=MAX_SHAPES as u64),
+    )]
+    vtk: Option<u64>,
 }
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
@@ -444,11 +466,11 @@ fn study(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let document = Document::parse(&text, &name)?;
     let study = document.study()?;
     let measured = document.measured_file().map(|file| measured_forces(&beside(&arguments.file, file))).transpose()?;
-    prepare_directory(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, JOURNAL])?;
+    prepare_directory(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, JOURNAL])?;
     prepare_directory(&arguments.out.join(FIGURES), &[])?;
 
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    remove_leftovers(&arguments.out, &[RUNS, STUDY, REPORT, MEASURED, COMPARISON]);
+    remove_leftovers(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON]);
     remove_unfinished(&arguments.out);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
@@ -547,13 +569,20 @@ fn write_results(
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
+    let settings = study_text(study, &runs, measured.is_some());
+    #[cfg(feature = "parquet")]
+    {
+        let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
+        staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
+    }
     if let Some(text) = measured {
         staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
-    let text = study_text(study, &runs, measured.is_some());
-    staged.push(stage_text(directory, STUDY, &text).map_err(unfinished)?);
+    staged.push(stage_text(directory, STUDY, &settings).map_err(unfinished)?);
     let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;
     staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
+    #[cfg(not(feature = "parquet"))]
+    remove(&directory.join(RUNS_PARQUET)).map_err(unfinished)?;
     staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
 }
 
@@ -572,15 +601,30 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out, &[METRICS, HISTORY, CASE])?;
+    prepare_directory(&arguments.out, &[METRICS, HISTORY, HISTORY_PARQUET, CASE])?;
+    let shapes = arguments.vtk.unwrap_or(0) as usize;
+    if shapes > 0 {
+        prepare_vtk(&arguments.out, shapes)?;
+    }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let simulation = simulate_with_history(&settings, samples)?;
+    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true })?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
-    stage_text(&arguments.out, CASE, &case_text(&settings))?.commit()?;
+    let case = case_text(&settings);
+    #[cfg(feature = "parquet")]
+    let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
+        write_history_parquet(out, &simulation.history, &case)
+    })?;
+    let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes)?;
+    stage_text(&arguments.out, CASE, &case)?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);
+    #[cfg(feature = "parquet")]
+    say_written(&table.commit()?);
+    #[cfg(not(feature = "parquet"))]
+    remove(&arguments.out.join(HISTORY_PARQUET))?;
+    commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     Ok(ExitCode::SUCCESS)
 }

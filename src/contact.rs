@@ -28,6 +28,9 @@ pub struct ContactForce {
 }
 
 impl ContactForce {
+    /// That on a node which touches nothing.
+    pub const NONE: Self = Self { normal: 0.0, tangential: [0.0; 3] };
+
     /// Both parts as one vector in N, for the approach that they belong to.
     pub fn total(&self, approach: &Approach) -> [f64; 3] {
         add(scale(self.normal, approach.normal), self.tangential)
@@ -133,7 +136,7 @@ impl ContactLaw {
     /// other side of the event by less than the tolerance of its location.
     pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
         let force = self.force(approach);
-        if force.normal > 0.0 { force } else { ContactForce { normal: 0.0, tangential: [0.0; 3] } }
+        if force.normal > 0.0 { force } else { ContactForce::NONE }
     }
 
     fn regularised_speed(&self, approach: &Approach) -> f64 {

@@ -6,7 +6,7 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use bristle_codegen::exchange;
-use tempfile::{Builder, NamedTempFile};
+use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
 
@@ -86,6 +86,14 @@ pub fn remove_leftovers(path: &Path, names: &[&str]) {
     }
 }
 
+/// Removes a file of earlier results, if there is one, that would be taken for one of the new results.
+pub fn remove(path: &Path) -> Result<(), FileError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new("remove", path, error)),
+        _ => Ok(()),
+    }
+}
+
 /// The file that a target stands for, behind links; an error if that exists and is no regular file.
 fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
     match fs::metadata(target) {
@@ -102,13 +110,17 @@ fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
 /// Dropped before, it leaves nothing behind, and the target as it was.
 #[derive(Debug)]
 pub struct StagedFile {
-    file: NamedTempFile,
+    /// Closed, so that there can be more of them than a process may have open.
+    file: TempPath,
     target: PathBuf,
 }
 
 impl StagedFile {
     /// Writes a file's content under a temporary name.
-    pub fn write(target: PathBuf, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<Self, FileError> {
+    pub fn write(
+        target: PathBuf,
+        content: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
+    ) -> Result<Self, FileError> {
         let target = writable_target(&target)?;
         let directory = match target.parent() {
             Some(parent) if parent != Path::new("") => parent,
@@ -122,7 +134,7 @@ impl StagedFile {
             writer.flush()?;
             drop(writer);
             file.as_file().sync_all()?;
-            Ok(file)
+            Ok(file.into_temp_path())
         };
         match write() {
             Ok(file) => Ok(Self { file, target }),
@@ -134,7 +146,7 @@ impl StagedFile {
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
         match file.persist(&target) {
-            Ok(_) => Ok(target),
+            Ok(()) => Ok(target),
             Err(error) => Err(FileError::new("write", &target, error.error)),
         }
     }

@@ -10,8 +10,8 @@
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`metrics`]: the figures that the contact is reduced to;
 //! 7. [`journal`]: results as they come, so that a study that was stopped goes on;
-//! 8. [`report`], [`tables`], [`figures`], [`drawing`], [`page`]: results as files, as text, as pictures and as a page to look
-//!    through;
+//! 8. [`report`], [`tables`], [`figures`], [`drawing`], [`page`], [`vtk`]: results as files, as text, as pictures, as a page to
+//!    look through and for ParaView;
 //! 9. [`results`], [`measured`]: saved results read back, and forces that were measured beside them;
 //! 10. [`advice`]: where the force is high, by the results of a study.
 //!
@@ -45,6 +45,7 @@ pub mod study;
 pub mod tables;
 pub mod tool;
 pub mod uncertainty;
+pub mod vtk;
 pub mod workpiece;
 
 /// Compiles and runs the code of the README.

@@ -8,6 +8,7 @@ mod progress;
 mod saved;
 mod terminal;
 mod validation;
+mod vtk_files;
 
 use std::process::ExitCode;
 

@@ -14,7 +14,9 @@ use crate::files::{FileError, read_results};
 pub const STUDY: &str = "study.json";
 pub const CASE: &str = "case.json";
 pub const RUNS: &str = "runs.csv";
+pub const RUNS_PARQUET: &str = "runs.parquet";
 pub const HISTORY: &str = "history.csv";
+pub const HISTORY_PARQUET: &str = "history.parquet";
 
 /// Why saved results cannot be used.
 #[derive(Debug, Error)]

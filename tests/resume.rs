@@ -39,6 +39,13 @@ penetration_depth_m = [2.0e-3]
 /// Its number of cases, and of those that fail.
 const CASES: usize = 180;
 const FAILURES: usize = 90;
+/// What is in the directory of a study that has ended.
+const RESULTS: &[&str] = if cfg!(feature = "parquet") {
+    &["figures", "journal.jsonl", "report.html", "runs.csv", "runs.parquet", "study.json"]
+} else {
+    &["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]
+};
+
 /// Exit statuses: failed cases, bad input or files, Ctrl-C.
 const FAILED_CASES: i32 = 3;
 const REFUSED: i32 = 2;
@@ -139,7 +146,7 @@ impl Workspace {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
         let digest = bristle_codegen::exchange::digest(UNDISTURBED.0.as_bytes());
         assert!(self.read("study.json").contains(&digest), "study.json is of another runs.csv");
-        assert_eq!(self.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
+        assert_eq!(self.files(), RESULTS);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
     }
@@ -387,7 +394,10 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(summary["cases"], CASES);
     assert_eq!(summary["failures"], FAILURES);
     assert_eq!(summary["resumed"], 0);
-    assert_eq!(summary["files"], serde_json::json!(["results/runs.csv", "results/study.json", "results/report.html"]));
+    let tables: &[&str] =
+        if cfg!(feature = "parquet") { &["results/runs.csv", "results/runs.parquet"] } else { &["results/runs.csv"] };
+    let files = [tables, &["results/study.json", "results/report.html"]].concat();
+    assert_eq!(summary["files"], serde_json::json!(files));
     assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
     // The tables are left out; what went wrong is told.
     let message = error_text(&output);
@@ -504,7 +514,7 @@ mod unix {
         let (message, done) = stops(2, "runs.csv");
         assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
         assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the one before"));
-        assert_eq!(workspace.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
+        assert_eq!(workspace.files(), RESULTS);
         workspace.ends_as_undisturbed("");
     }
 
@@ -538,11 +548,7 @@ mod unix {
         let Some(output) = with_mounts(&workspace, script) else { return };
         let message = error_text(&output);
         let said = String::from_utf8(output.stdout).expect("UTF-8");
-        assert_eq!(
-            said,
-            "status 2\nfigures\njournal.jsonl\nstatus 3\nfigures\njournal.jsonl\nreport.html\nruns.csv\nstudy.json\n",
-            "{message}"
-        );
+        assert_eq!(said, format!("status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n", RESULTS.join("\n")), "{message}");
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
         assert!(message.contains("cases are in the journal: once there is room"), "{message}");
         workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
@@ -570,6 +576,6 @@ mod unix {
         let expected = "error: cannot write to the directory `results`: Read-only file system";
         assert_eq!(message.matches(expected).count(), 2, "{message}");
         assert!((workspace.journal(), workspace.read("runs.csv")) == before);
-        assert_eq!(workspace.files(), ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]);
+        assert_eq!(workspace.files(), RESULTS);
     }
 }

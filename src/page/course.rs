@@ -22,7 +22,7 @@ use crate::workpiece::Workpiece;
 pub const MAX_COURSES: usize = 120;
 
 /// What is read off each pass: enough for curves 600 pixels wide, and for motion without jumps.
-const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141 };
+const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false };
 /// Most points of a shape; of longer chains a selection is drawn.
 const MAX_POINTS: usize = 26;
 

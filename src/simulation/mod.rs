@@ -69,7 +69,7 @@ pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simulation, SimulationError> {
-    simulate_with(settings, Sampling { samples, shapes: 0 })
+    simulate_with(settings, Sampling { samples, ..Sampling::default() })
 }
 
 /// Simulates one pass and reads off its steps what `sampling` asks for; see [`simulate_with_history`].

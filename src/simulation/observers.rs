@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::search::maximum_in_step;
 use super::system::{Filament, integral};
 use super::trajectory::Step;
+use crate::contact::ContactForce;
 use crate::equations::linear::{add, dot};
 use crate::equations::{Chain, Dynamics, Energies};
 use crate::integrate::hermite::Knot;
@@ -63,13 +64,20 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         let mut normal = 0.0;
         let mut tangential = [0.0; 3];
         for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
-            let (position, velocity) = step.node(node, s);
-            let approach = self.filament.approach(position, velocity, step.time(s));
-            let force = self.filament.law.pressing_force(&approach);
+            let force = self.node_force(step, node, s);
             normal += force.normal;
             tangential = add(tangential, force.tangential);
         }
         (normal, dot(tangential, tangential).sqrt())
+    }
+
+    /// The contact force on `node`.
+    fn node_force(&self, step: &Step<'_>, node: usize, s: f64) -> ContactForce {
+        if !step.closed[node] {
+            return ContactForce::NONE;
+        }
+        let (position, velocity) = step.node(node, s);
+        self.filament.law.pressing_force(&self.filament.approach(position, velocity, step.time(s)))
     }
 
     /// How far the tip and the undeformed filament move towards or from each other in a step at most, in m, by their
@@ -144,6 +152,8 @@ pub struct Sampling {
     pub samples: usize,
     /// Number of shapes of the filament, likewise.
     pub shapes: usize,
+    /// Whether the shapes have velocities and contact forces too.
+    pub loads: bool,
 }
 
 impl Sampling {
@@ -160,12 +170,19 @@ pub struct Shape {
     pub time_s: f64,
     /// Positions of the root and of all nodes, to the tip, in m.
     pub nodes_m: Vec<[f64; 3]>,
+    /// Velocities of the same points in m/s; none without [`Sampling::loads`].
+    pub velocities_m_s: Vec<[f64; 3]>,
+    /// Contact forces on the same points, likewise.
+    pub forces: Vec<ContactForce>,
 }
 
 impl Shape {
     /// True if every value is a finite number.
     pub(super) fn is_finite(&self) -> bool {
-        self.nodes_m.as_flattened().iter().all(|value| value.is_finite())
+        let vectors = self.nodes_m.iter().chain(&self.velocities_m_s);
+        let forces = self.forces.iter();
+        vectors.chain(forces.clone().map(|force| &force.tangential)).flatten().all(|value| value.is_finite())
+            && forces.map(|force| force.normal).all(f64::is_finite)
     }
 }
 
@@ -233,9 +250,22 @@ impl Sampler {
             && time_s <= step.end.time
         {
             let s = (time_s - step.start.time) / step.length();
-            let root = observer.filament.motion.at(time_s).position;
-            let nodes = (0..step.closed.len()).map(|node| step.node(node, s).0);
-            self.shapes.push(Shape { time_s, nodes_m: std::iter::once(root).chain(nodes).collect() });
+            let root = observer.filament.motion.at(time_s);
+            let mut shape =
+                Shape { time_s, nodes_m: vec![root.position], velocities_m_s: Vec::new(), forces: Vec::new() };
+            if self.sampling.loads {
+                shape.velocities_m_s.push(root.velocity);
+                shape.forces.push(ContactForce::NONE);
+            }
+            for node in 0..step.closed.len() {
+                let (position, velocity) = step.node(node, s);
+                shape.nodes_m.push(position);
+                if self.sampling.loads {
+                    shape.velocities_m_s.push(velocity);
+                    shape.forces.push(observer.node_force(step, node, s));
+                }
+            }
+            self.shapes.push(shape);
         }
     }
 }

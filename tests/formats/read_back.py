@@ -1,0 +1,186 @@
+"""Reads Parquet and VTK files with the libraries that others use, and compares them with the CSV files beside them.
+
+    python read_back.py STUDY CONTACT
+
+STUDY is a directory of `bristle study`, CONTACT one of `bristle simulate --samples N --vtk=N`, of a build with the feature
+`parquet`. Prints what agrees, or says what does not and ends with status 1.
+"""
+
+import csv
+import json
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+# Columns that count something; the status is text, all others are real numbers.
+COUNTS = {
+    "segments", "contact_count", "steps", "rejected_steps", "newton_iterations", "newton_failures", "factorisations",
+    "contact_events",
+}
+# Arrays at the nodes, with their components.
+ARRAYS = {
+    "arc_length_m": 1, "velocity_m_s": 3, "contact_normal_force_n": 1, "contact_force_n": 3, "gap_m": 1,
+    "joint_angle_rad": 1,
+}
+# Where numbers are computed in another order: some hundred roundings of lengths up to a metre, in m.
+ROUNDING = 1e-13
+# Between two steps each node is interpolated for itself, which changes the length of a segment by less than the relative tolerance
+# of the solver.
+STRETCH = 1e-6
+
+
+def check(condition, message):
+    if not condition:
+        sys.exit(f"error: {message}")
+
+
+def compare_tables(directory, name, settings):
+    """Every cell of a Parquet file with the text of the CSV file's cell."""
+    path = directory / f"{name}.parquet"
+    with open(directory / f"{name}.csv", newline="", encoding="utf-8") as file:
+        heading, *rows = csv.reader(file)
+    table = pq.read_table(path)
+    check(table.column_names == heading, f"{path}: the columns are {table.column_names}, and in the CSV file {heading}")
+    check(table.num_rows == len(rows), f"{path}: {table.num_rows} rows, and {len(rows)} in the CSV file")
+    metadata = pq.read_metadata(path).metadata
+    text = (directory / settings).read_bytes()
+    check(metadata.get(settings.encode()) == text, f"{path}: the metadata are not the text of {settings}")
+    version = metadata.get(b"bristle_version", b"").decode()
+    check(version == json.loads(text)["bristle_version"], f"{path}: made by Bristle {version}")
+    empty = 0
+    for position, column in enumerate(heading):
+        kind, read = {True: (pa.int64(), int), False: (pa.float64(), float)}[column in COUNTS]
+        if column == "status":
+            kind, read = pa.string(), str
+        found = table.schema.field(position).type
+        check(found == kind, f"{path}: the type of {column} is {found}")
+        for line, (value, row) in enumerate(zip(table.column(position).to_pylist(), rows), start=2):
+            expected = None if row[position] == "" else read(row[position])
+            check(value == expected, f"{path}: {column} is {value!r}, and {row[position]!r} in line {line} of the CSV file")
+            empty += value is None
+    print(f"{path}: {len(rows)} rows of {len(heading)} columns, {empty} cells empty, all as in the CSV file")
+    return empty
+
+
+def read_poly_data(path):
+    """Points, cells and arrays of a .vtp file, by VTK."""
+    reader = vtkXMLPolyDataReader()
+    failures = []
+    reader.AddObserver("ErrorEvent", lambda *_: failures.append(path))
+    reader.SetFileName(str(path))
+    reader.Update()
+    data = reader.GetOutput()
+    check(not failures and data.GetNumberOfPoints() > 0, f"{path}: VTK cannot read it")
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    check(points.dtype == np.float64 and np.isfinite(points).all(), f"{path}: the points are not finite numbers of 64 bits")
+    return data, points
+
+
+def ids_of_cell(data, path):
+    check(data.GetNumberOfCells() == 1, f"{path}: {data.GetNumberOfCells()} cells instead of one")
+    ids = data.GetCell(0).GetPointIds()
+    return [ids.GetId(k) for k in range(ids.GetNumberOfIds())]
+
+
+def read_shape(path, segments, time):
+    """The nodes at one time, with their arrays."""
+    data, nodes = read_poly_data(path)
+    check(len(nodes) == segments + 1, f"{path}: {len(nodes)} points of {segments} segments")
+    check(data.GetNumberOfLines() == 1, f"{path}: the cell is no line")
+    check(ids_of_cell(data, path) == list(range(segments + 1)), f"{path}: the line does not go from the root to the tip")
+    arrays = {}
+    for name, components in ARRAYS.items():
+        array = data.GetPointData().GetArray(name)
+        check(array is not None, f"{path}: there is no array {name}")
+        check(array.GetNumberOfComponents() == components, f"{path}: {name} has {array.GetNumberOfComponents()} components")
+        arrays[name] = vtk_to_numpy(array)
+        check(len(arrays[name]) == len(nodes), f"{path}: {name} has {len(arrays[name])} values for {len(nodes)} points")
+        check(np.isfinite(arrays[name]).all(), f"{path}: {name} is not finite")
+    found = vtk_to_numpy(data.GetFieldData().GetArray("TimeValue")).tolist()
+    check(found == [time], f"{path}: its time is {found}, and in the collection {time}")
+    return nodes, arrays
+
+
+def read_collection(path):
+    """Times and names of the files of the filament, and the name of the workpiece's."""
+    parts = {}
+    for entry in ElementTree.parse(path).getroot().iter("DataSet"):
+        parts.setdefault(entry.get("part"), []).append((float(entry.get("timestep")), entry.get("file")))
+    check(sorted(parts) == ["0", "1"], f"{path}: its parts are {sorted(parts)}")
+    times = [time for time, _ in parts["0"]]
+    check(times == sorted(set(times)), f"{path}: the times do not ascend")
+    check([time for time, _ in parts["1"]] == times, f"{path}: the workpiece is not there at all times")
+    workpieces = {name for _, name in parts["1"]}
+    check(len(workpieces) == 1, f"{path}: there are several workpieces, {workpieces}")
+    listed = {name for part in parts.values() for _, name in part}
+    present = {file.name for file in path.parent.glob("*.vtp")}
+    check(listed == present, f"{path}: it lists {len(listed)} files, and {len(present)} are there")
+    return parts["0"], workpieces.pop()
+
+
+def compare_shapes(directory):
+    """The filament at all times with the settings, with history.csv, and with the workpiece."""
+    settings = json.loads((directory / "case.json").read_text(encoding="utf-8"))["settings"]
+    with open(directory / "history.csv", newline="", encoding="utf-8") as file:
+        history = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    segments = settings["filament"]["segments"]
+    length = settings["filament"]["length_m"]
+    radius = settings["tool"]["body_radius_m"]
+    collection = directory / "vtk" / "contact.pvd"
+    shapes, workpiece = read_collection(collection)
+    check([time for time, _ in shapes] == [row["time_s"] for row in history], f"{collection}: other times than in history.csv")
+
+    data, corners = read_poly_data(directory / "vtk" / workpiece)
+    check(data.GetNumberOfPolys() == 1 and ids_of_cell(data, workpiece) == [0, 1, 2, 3], f"{workpiece}: it is no rectangle")
+    normal = np.cross(corners[1] - corners[0], corners[3] - corners[0])
+    normal /= np.linalg.norm(normal)
+    # Outwards is where the tool's axis is.
+    normal *= np.sign(-corners[0] @ normal)
+    stretch, pressed = 0.0, 0
+    for (time, name), row in zip(shapes, history):
+        path = directory / "vtk" / name
+        nodes, arrays = read_shape(path, segments, time)
+        angle = row["base_angle_rad"]
+        root = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        check(np.abs(nodes[0] - root).max() < ROUNDING, f"{path}: the root is at {nodes[0]} instead of {root}")
+        lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+        stretch = max(stretch, np.abs(lengths * segments / length - 1.0).max())
+        tip = [row["tip_x_m"], row["tip_y_m"], row["tip_z_m"]]
+        check(nodes[-1].tolist() == tip, f"{path}: the tip is at {nodes[-1]}, and in history.csv at {tip}")
+        arc = np.linspace(0.0, length, segments + 1)
+        check(np.abs(arrays["arc_length_m"] - arc).max() < ROUNDING, f"{path}: wrong arc lengths {arrays['arc_length_m']}")
+        gaps = (nodes - corners[0]) @ normal
+        check(np.abs(arrays["gap_m"] - gaps).max() < ROUNDING, f"{path}: the gaps are {arrays['gap_m']} instead of {gaps}")
+        forces, force = arrays["contact_normal_force_n"], row["contact_normal_force_n"]
+        check(np.isclose(forces.sum(), force, rtol=1e-12), f"{path}: normal force {forces.sum()}, in history.csv {force}")
+        check(np.allclose(arrays["contact_force_n"] @ normal, forces), f"{path}: the force is not along the normal")
+        pressed += force > 0.0
+    check(stretch < STRETCH, f"{collection}: segments are too long or too short, by up to {stretch:.1e} of their length")
+    check(pressed > 0, f"{collection}: the filament never touches the workpiece")
+
+    nodes, arrays = read_shape(directory / "vtk" / shapes[0][1], segments, shapes[0][0])
+    straight = np.outer(1.0 + arrays["arc_length_m"] / radius, nodes[0])
+    check(np.abs(nodes - straight).max() < ROUNDING, "the filament is not straight and radial at first")
+    check(arrays["joint_angle_rad"].max() < 1e-6, "joints are bent at first")
+    print(
+        f"{collection}: {len(shapes)} shapes of {segments + 1} nodes, {pressed} in contact; tips and forces as in "
+        f"history.csv, lengths to {stretch:.0e}"
+    )
+
+
+def main():
+    study, contact = map(Path, sys.argv[1:])
+    empty = compare_tables(study, "runs", "study.json")
+    check(empty > 0, f"{study}: no case has failed, so nothing is seen of empty cells")
+    compare_tables(contact, "history", "case.json")
+    compare_shapes(contact)
+
+
+if __name__ == "__main__":
+    main()
