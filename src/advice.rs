@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::grid::{Plane, process_planes};
 use crate::measured::relative_uncertainty;
 use crate::study::{CaseResult, CaseSummary, Study};
-use crate::tables::{Column, aligned, labels, short};
+use crate::tables::{Column, aligned, labels, short, wrap};
 use crate::uncertainty::ForceScatter;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps, and up to which it strikes.
@@ -21,8 +21,6 @@ const TIER: f64 = 0.5;
 /// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53; other, lower ones at
 /// 0.75 and more, and in a finer grid at 0.24, where filaments strike.
 const ALONG_TIER: Range<f64> = 0.3..0.6;
-/// Width of the text.
-const WIDTH: usize = 100;
 
 /// What the results have to keep to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -418,32 +416,13 @@ impl Advice {
     }
 }
 
-/// Adds a text beside what begins its first line, in lines that are no longer than [`WIDTH`] if words allow.
-fn wrap(text: &mut String, beginning: &str, words: &str) {
-    let indent = beginning.chars().count();
-    text.push_str(beginning);
-    let mut column = indent;
-    for word in words.split(' ') {
-        let width = word.chars().count();
-        if column > indent && column + 1 + width > WIDTH {
-            text.push_str(&format!("\n{:indent$}", ""));
-            column = indent;
-        } else if column > indent {
-            text.push(' ');
-            column += 1;
-        }
-        text.push_str(word);
-        column += width;
-    }
-    text.push('\n');
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::document::Document;
     use crate::integrate::Statistics;
     use crate::metrics::{ContactRecord, Metrics, NominalContact};
+    use crate::tables::WIDTH;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(

@@ -32,9 +32,7 @@ use bristle::vtk::MAX_SHAPES;
 
 use bristle_codegen::compare::States;
 
-#[cfg(not(feature = "parquet"))]
-use crate::files::remove;
-use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove_leftovers};
+use crate::files::{FileError, StagedFile, prepare_directory, read_graph, read_text, remove, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile, JournalFileError};
 use crate::pictures::{
     COMPARISON, Drawn, FIGURES, MEASURED, PicturesError, draw_history, draw_saved, draw_study, measured_forces,
@@ -575,8 +573,9 @@ fn write_results(
         let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
         staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
     }
-    if let Some(text) = measured {
-        staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
+    match measured {
+        Some(text) => staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?),
+        None => [MEASURED, COMPARISON].iter().try_for_each(|name| remove(&directory.join(name))).map_err(unfinished)?,
     }
     staged.push(stage_text(directory, STUDY, &settings).map_err(unfinished)?);
     let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;

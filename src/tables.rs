@@ -4,6 +4,8 @@ use crate::parameters::Parameter;
 use crate::study::{Axis, CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
 use crate::uncertainty::{ForceScatter, INPUTS, scatters};
 
+/// Width of the terminal.
+pub(crate) const WIDTH: usize = 100;
 /// Most columns of numbers that fit beside the row's heading.
 const MAX_COLUMNS: usize = 12;
 /// Most rows of a table.
@@ -194,7 +196,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
         let shares: Vec<String> =
             shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
         let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
-        text.push_str(&format!("The scatter of F_n,w comes from: {}{mean}\n", shares.join(", ")));
+        wrap(&mut text, "", &format!("The scatter of F_n,w comes from: {}{mean}", shares.join(", ")));
     }
     let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
     if failed > 0 {
@@ -327,6 +329,26 @@ pub(crate) fn short(value: f64) -> String {
         Ok(rounded) => format!("{rounded:e}"),
         Err(_) => scientific,
     }
+}
+
+/// Adds a text beside what begins its first line, in lines that are no longer than [`WIDTH`] if words allow.
+pub(crate) fn wrap(text: &mut String, beginning: &str, words: &str) {
+    let indent = beginning.chars().count();
+    text.push_str(beginning);
+    let mut column = indent;
+    for word in words.split(' ') {
+        let width = word.chars().count();
+        if column > indent && column + 1 + width > WIDTH {
+            text.push_str(&format!("\n{:indent$}", ""));
+            column = indent;
+        } else if column > indent {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(word);
+        column += width;
+    }
+    text.push('\n');
 }
 
 #[cfg(test)]

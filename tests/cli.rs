@@ -444,6 +444,13 @@ fn measured_forces_are_compared_and_drawn() {
     workspace.bristle("plot results --out again").assert().success().stderr(contains("bias"));
     assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("results/figures")));
     assert_eq!(workspace.read("again/measured_comparison.csv"), workspace.read("results/measured_comparison.csv"));
+
+    // What was measured does not stay beside results that are compared with nothing.
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success();
+    for name in ["measured.csv", "measured_comparison.csv"] {
+        assert!(!workspace.path(&format!("results/{name}")).exists(), "{name}");
+    }
 }
 
 #[test]

@@ -76,7 +76,8 @@ fn cases_without_scatter_stand_beside_others() {
     let pictures = study_figures(&study, &results, &[]).expect("pictures").pictures;
     let scatter = pictures.iter().filter(|picture| picture.name.starts_with("scatter_"));
     let names: Vec<&str> = scatter.map(|picture| picture.name.as_str()).collect();
-    assert_eq!(names, ["scatter_over_velocity_diameter_std_m_2e-5"]);
+    assert_eq!(names, ["scatter_over_velocity", "scatter_over_diameter_std_m"]);
+    assert!(pictures.iter().all(|picture| !picture.svg.contains("95 % of the tools with N_f")));
 
     // To the bytes of the file and back.
     let mut runs = Vec::new();

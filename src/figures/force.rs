@@ -7,7 +7,7 @@ use crate::drawing::scale::Axis;
 use crate::grid::{Plane, Side, equation};
 use crate::measured::{Measurement, Simulated, same, tool_force};
 use crate::tables::{short, spread};
-use crate::uncertainty::{INPUTS, Input, scatter_text};
+use crate::uncertainty::{INPUTS, Input, scatter_text, scatters};
 
 /// Most curves beside measured points, each of which has a band.
 const MAX_MEASURED: usize = 4;
@@ -91,9 +91,11 @@ impl View<'_> {
             return Ok(None);
         }
         let at = equation(y.parameter, y.values[row]);
+        let mut all = (0..x.values.len()).map(|column| self.study.settings(self.plane.case(column, row)));
+        let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
         let diagram = Diagram {
             title: "What the scatter of the tool force comes from".to_owned(),
-            subtitle: self.subtitle([at, scatter_text(&self.study.settings(self.plane.case(0, row)))]),
+            subtitle: self.subtitle([at, deviations]),
             x: Axis::linear(x.label()),
             y: Axis::from_zero("first-order Sobol index"),
             curves,
@@ -153,10 +155,14 @@ impl View<'_> {
 
     /// What the bands are.
     fn band_text(&self) -> String {
-        let settings = self.study.settings(self.plane.case(0, 0));
-        if self.study.scatters() {
+        let Plane { x, y, .. } = self.plane;
+        let cases = (0..y.values.len()).flat_map(|row| (0..x.values.len()).map(move |column| (column, row)));
+        let mut all = cases.map(|(column, row)| self.study.settings(self.plane.case(column, row)));
+        // Where deviations are swept, some may be zero.
+        if let Some(settings) = all.find(scatters) {
             return format!("band: 95 % of the tools with {}", scatter_text(&settings));
         }
+        let settings = self.study.settings(self.plane.case(0, 0));
         let [count, spread] = [settings.tool.filament_count, settings.tool.filament_count_uncertainty].map(short);
         format!("band: N_f = {count} ± {spread} (standard deviation)")
     }

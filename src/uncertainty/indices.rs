@@ -1,20 +1,24 @@
 //! First-order Sobol indices from samples that serve the band too.
 //!
 //! The index of an input is the share of the variance that its main effect has, the mean of the output over all other inputs:
-//! `S_i = Var(E[y | x_i])/Var(y)` (Sobol 1993). Main effects are fitted as polynomials in the standard normal inputs, all at once by least
-//! squares (after Sudret 2008), of the degree that predicts samples best which were left out of the fit. The variances are
-//! those over the samples. What the effects leave over adds to that of an effect, on average, a share for each of its
-//! coefficients, which is taken off.
+//! `S_i = Var(E[y | x_i])/Var(y)` (Sobol 1993). Main effects are fitted by least squares, all at once: each a polynomial in the
+//! standard normal input, or piecewise linear where the output has kinks or steps, as where some tools do not reach the
+//! workpiece. Of these forms each input has the one that predicts samples best which were left out of the fit. What the effects
+//! leave over adds to the variance of an effect, on average, a share for each of its coefficients, which is taken off.
 //!
-//! Pairs of samples that share one input (Saltelli 2010) need no polynomials, but six times the simulations for the same number of samples,
-//! and are the less accurate for it: ARCHITECTURE.md has numbers.
+//! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations for the same number of
+//! samples, and are the less accurate for it: ARCHITECTURE.md has numbers.
 
 use nalgebra::{DMatrix, DVector};
+use spec_math::cephes64::ndtri;
 
 use super::mean_and_variance;
 
-/// Highest degree of main effects.
-const MAX_DEGREE: usize = 8;
+/// The forms of a main effect, from stiff to flexible.
+const FORMS: [Form; 6] =
+    [Form::Polynomial(1), Form::Polynomial(2), Form::Polynomial(3), Form::Pieces(5), Form::Pieces(9), Form::Pieces(17)];
+/// How often each input chooses its form: once beside the first choices of those before it, and once more beside all.
+const ROUNDS: usize = 2;
 
 /// The first-order indices of the inputs for `outputs` at `points`, in units of their variance. Zero if the outputs are all
 /// the same.
@@ -28,15 +32,51 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
         return vec![1.0];
     }
     let normed = DVector::from_iterator(outputs.len(), outputs.iter().map(|y| (y - mean) / variance.sqrt()));
-    // At least two samples for each coefficient.
-    let degrees = (1..=MAX_DEGREE).take_while(|degree| 2 * (1 + inputs * degree) <= points.len());
-    let fits = degrees.filter_map(|degree| Fit::new(points, &normed, degree));
-    let best = fits.min_by(|a, b| a.error.total_cmp(&b.error));
-    // Samples of a sequence that fills space never make all fits singular.
+    let mut forms = vec![FORMS[0]; inputs];
+    let mut best = Fit::new(points, &normed, &forms);
+    for input in (0..ROUNDS).flat_map(|_| 0..inputs) {
+        for form in FORMS {
+            let mut others = forms.clone();
+            others[input] = form;
+            let fit = Fit::new(points, &normed, &others);
+            let is_better = |fit: &Fit| best.as_ref().is_none_or(|best| fit.error < best.error);
+            if fit.as_ref().is_some_and(is_better) {
+                (forms, best) = (others, fit);
+            }
+        }
+    }
+    // Samples of a sequence that fills space always tell straight lines apart.
     best.map_or_else(|| vec![0.0; inputs], |fit| fit.indices())
 }
 
-/// Main effects of one degree.
+/// What functions of an input a main effect is made of, beside a constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    /// Polynomials up to a degree.
+    Polynomial(usize),
+    /// A line that is bent between pieces, which are equally many samples wide.
+    Pieces(usize),
+}
+
+impl Form {
+    /// The functions at `x`.
+    fn values(self, x: f64) -> impl Iterator<Item = f64> {
+        (0..self.terms()).map(move |term| match self {
+            Self::Polynomial(_) => x.powi(term as i32 + 1),
+            Self::Pieces(_) if term == 0 => x,
+            Self::Pieces(pieces) => (x - ndtri(term as f64 / pieces as f64)).max(0.0),
+        })
+    }
+
+    /// How many there are.
+    fn terms(self) -> usize {
+        match self {
+            Self::Polynomial(terms) | Self::Pieces(terms) => terms,
+        }
+    }
+}
+
+/// Main effects of some forms.
 struct Fit {
     /// Variances of the effects, without what is left over has in them.
     variances: Vec<f64>,
@@ -47,18 +87,17 @@ struct Fit {
 }
 
 impl Fit {
-    /// None if the samples do not tell the coefficients apart.
-    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, degree: usize) -> Option<Self> {
-        let terms = 1 + points[0].len() * degree;
-        let mut basis = DMatrix::zeros(points.len(), terms);
-        for (row, point) in points.iter().enumerate() {
-            basis[(row, 0)] = 1.0;
-            for (input, &x) in point.iter().enumerate() {
-                for (order, value) in hermite(x).into_iter().take(degree).enumerate() {
-                    basis[(row, 1 + input * degree + order)] = value;
-                }
-            }
+    /// None if there are less than two samples for each coefficient, or if they do not tell the coefficients apart.
+    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Form]) -> Option<Self> {
+        let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
+        if 2 * terms > points.len() {
+            return None;
         }
+        let row = |point: &Vec<f64>| {
+            let effects = point.iter().zip(forms).flat_map(|(&x, form)| form.values(x));
+            std::iter::once(1.0).chain(effects).collect::<Vec<_>>()
+        };
+        let basis = DMatrix::from_row_iterator(points.len(), terms, points.iter().flat_map(row));
         let qr = basis.clone().qr();
         let (orthogonal, upper) = (qr.q(), qr.r());
         let projected = orthogonal.tr_mul(outputs);
@@ -67,13 +106,14 @@ impl Fit {
         let left_out = |row: usize| residuals[row] / (1.0 - orthogonal.row(row).norm_squared());
         let squares: f64 = (0..points.len()).map(|row| left_out(row).powi(2)).sum();
         let left_over = residuals.norm_squared() / (points.len() - terms) as f64;
-        let noise = left_over * degree as f64 / points.len() as f64;
-        let variance = |input: usize| {
-            let first = 1 + input * degree;
-            let effect = basis.columns(first, degree) * coefficients.rows(first, degree);
+        let mut first = 1;
+        let variance = |form: &Form| {
+            let effect = basis.columns(first, form.terms()) * coefficients.rows(first, form.terms());
+            first += form.terms();
+            let noise = left_over * form.terms() as f64 / points.len() as f64;
             (mean_and_variance(effect.as_slice()).1 - noise).max(0.0)
         };
-        let variances = (0..points[0].len()).map(variance).collect();
+        let variances = forms.iter().map(variance).collect();
         Some(Self { variances, left_over, error: squares / points.len() as f64 })
     }
 
@@ -84,18 +124,6 @@ impl Fit {
     }
 }
 
-/// Hermite polynomials of the degrees from 1 on, of variance 1 for a standard normal argument.
-fn hermite(x: f64) -> [f64; MAX_DEGREE] {
-    let mut polynomials = [0.0; MAX_DEGREE];
-    let (mut before, mut last) = (0.0, 1.0);
-    for (n, polynomial) in polynomials.iter_mut().enumerate() {
-        let n = n as f64;
-        (before, last) = (last, (x * last - n.sqrt() * before) / (n + 1.0).sqrt());
-        *polynomial = last;
-    }
-    polynomials
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::standard_normal;
@@ -103,21 +131,6 @@ mod tests {
 
     fn points(count: u32, inputs: u32, seed: u32) -> Vec<Vec<f64>> {
         (0..count).map(|index| (0..inputs).map(|input| standard_normal(index, input, seed)).collect()).collect()
-    }
-
-    #[test]
-    fn polynomials_are_orthonormal() {
-        // Gauss-Hermite quadrature would be exact; the trapezoidal rule is nearly so for what falls off as this does.
-        let step = 1e-2;
-        for i in 0..MAX_DEGREE {
-            for j in 0..MAX_DEGREE {
-                let at = |x: f64| hermite(x)[i] * hermite(x)[j] * (-0.5 * x * x).exp();
-                let sum: f64 = (-1500..=1500).map(|k| at(f64::from(k) * step)).sum();
-                let product = sum * step / std::f64::consts::TAU.sqrt();
-                let expected = if i == j { 1.0 } else { 0.0 };
-                assert!((product - expected).abs() < 1e-10, "{i} {j}: {product}");
-            }
-        }
     }
 
     /// Indices of `3 x₁ + 2 exp(x₂/2) + x₁x₂ + 2 x₁x₃`, of which the variances of all effects are known.

@@ -21,7 +21,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 # Columns that count something; the status is text, all others are real numbers.
 COUNTS = {
     "segments", "contact_count", "steps", "rejected_steps", "newton_iterations", "newton_failures", "factorisations",
-    "contact_events",
+    "contact_events", "failed_samples",
 }
 # Arrays at the nodes, with their components.
 ARRAYS = {
