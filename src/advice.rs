@@ -14,13 +14,15 @@ use crate::grid::{Plane, process_planes};
 use crate::measured::relative_uncertainty;
 use crate::study::{CaseResult, CaseSummary, Study};
 use crate::tables::{Column, aligned, labels, short, wrap};
-use crate::uncertainty::ForceScatter;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps, and up to which it strikes.
 const TIER: f64 = 0.5;
 /// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53; other, lower ones at
 /// 0.75 and more, and in a finer grid at 0.24, where filaments strike.
 const ALONG_TIER: Range<f64> = 0.3..0.6;
+
+/// By how much, relatively, the force must fall behind a local maximum: less is within what the number of segments changes.
+const LEAST_FALL: f64 = 0.005;
 
 /// What the results have to keep to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -123,9 +125,12 @@ pub struct Cell {
     pub tool_contact_normal_force_n: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
-    /// Band of `F_n,w` in N that 95 % of the sampled tools lie in, where filaments scatter.
+    /// Lower end of the band of `F_n,w` in N that 95 % of the sampled tools lie in, where filaments scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub tool_force_95_n: Option<[f64; 2]>,
+    pub tool_force_lower_95_n: Option<f64>,
+    /// Upper end of the band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_upper_95_n: Option<f64>,
     /// `ε_tc`.
     pub contact_time_ratio: f64,
     /// Positions of velocity and depth along the sides of the plane.
@@ -170,7 +175,8 @@ fn cells(study: &Study, results: &[CaseResult], plane: &Plane) -> Vec<Vec<Option
             penetration_depth_m: plane.y.values[y],
             tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
             uncertainty_n: relative * metrics.tool_contact_normal_force_n,
-            tool_force_95_n: scatter.as_ref().map(ForceScatter::band),
+            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
             contact_time_ratio: metrics.contact_time_ratio,
             position: [x, y],
         })
@@ -227,18 +233,28 @@ impl Adviser<'_> {
         }
         if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.brushing_velocity_m_s) {
             let share = self.share(top, top.brushing_velocity_m_s);
-            advice.push(about(Topic::PerVelocity, top, format!("{share} for each m/s, the most of all cases."), &[]));
+            let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
+            advice.push(about(Topic::PerVelocity, top, sentence, &[]));
         }
         if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.penetration_depth_m) {
             let share = self.share(top, 1e3 * top.penetration_depth_m);
-            advice.push(about(Topic::PerDepth, top, format!("{share} for each mm, the most of all cases."), &[]));
+            let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
+            advice.push(about(Topic::PerDepth, top, sentence, &[]));
         }
         if velocities {
-            let before = advice.len();
-            advice.extend(self.cells.iter().filter_map(|row| self.along_tier(row)));
-            if advice.len() == before {
+            let mut without = Vec::new();
+            for (row, &at) in self.cells.iter().zip(&self.plane.y.values) {
+                match self.along_tier(row) {
+                    Some(sentence) => advice.push(sentence),
+                    None => without.push(short(1e3 * at)),
+                }
+            }
+            if !without.is_empty() {
                 let Range { start, end } = ALONG_TIER;
-                notes.push(format!("No local maximum lies along the tier, between ε_tc = {start} and {end}."));
+                let depths = without.join(", ");
+                notes.push(format!(
+                    "At a_e = {depths} mm no local maximum lies along the tier, between ε_tc = {start} and {end}."
+                ));
             }
         }
         (advice, notes)
@@ -248,6 +264,9 @@ impl Adviser<'_> {
     fn best(&self, topic: Topic, cells: &[&Cell]) -> Option<Sentence> {
         let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
         let least = highest(cells, |cell| -force(cell))?;
+        if force(least) == force(top) {
+            return Some(about(topic, top, format!("It {}; all others have the same.", motion(top)), &[]));
+        }
         let place = if topic == Topic::AtVelocity { depth(least) } else { velocity(least) };
         let sentence =
             format!("It {}; the least is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
@@ -258,22 +277,25 @@ impl Adviser<'_> {
     fn along_tier(&self, row: &[Option<Cell>]) -> Option<Sentence> {
         let distance = |cell: &Cell| (cell.contact_time_ratio - TIER).abs();
         let peaks = row.windows(3).filter_map(|cells| match cells {
-            [Some(before), Some(peak), Some(after)] if force(peak) > force(before) && force(peak) > force(after) => {
-                Some(peak)
+            [Some(before), Some(peak), Some(after)] => {
+                let falls = force(after) < (1.0 - LEAST_FALL) * force(peak);
+                (force(peak) > force(before) && falls).then_some(peak)
             }
             _ => None,
         });
         let along = peaks.filter(|peak| ALONG_TIER.contains(&peak.contact_time_ratio));
         let peak = along.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        let faster: Vec<&Cell> = row[peak.position[0] + 1..].iter().flatten().collect();
-        let below = faster.iter().position(|cell| force(cell) > force(peak)).unwrap_or(faster.len());
-        let least = highest(&faster[..below], |cell| -force(cell))?;
+        let faster = &row[peak.position[0] + 1..];
+        let solved: Vec<&Cell> = faster.iter().flatten().collect();
+        let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
+        let least = highest(&solved[..below], |cell| -force(cell))?;
         let falls = format!("Faster, it falls to {} at {} (row {})", self.newtons(least), velocity(least), least.row);
-        Some(match faster.get(below) {
+        Some(match solved.get(below) {
             Some(more) => {
                 let sentence = format!("{falls}, and is higher again at {} (row {}).", velocity(more), more.row);
                 about(Topic::Tier, peak, sentence, &[least, more])
             }
+            None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
             None => about(Topic::Tier, peak, format!("{falls}; no faster case has more."), &[least]),
         })
     }
@@ -286,6 +308,13 @@ impl Adviser<'_> {
     /// The force of a case over something.
     fn share(&self, cell: &Cell, divisor: f64) -> String {
         format!("{} {}", short(self.forces.factor() * force(cell) / divisor), self.forces.unit())
+    }
+}
+
+impl Cell {
+    /// The band of the force, where filaments scatter.
+    fn band(&self) -> Option<[f64; 2]> {
+        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
     }
 }
 
@@ -362,15 +391,18 @@ impl Advice {
             self.write_section(&mut text, section);
             text.push('\n');
         }
-        let mut cells = self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
-        let beside = if cells.any(|cell| cell.tool_force_95_n.is_some()) {
-            "In brackets stands the band that 95 % of the sampled tools lie in."
-        } else {
-            "± comes from the uncertainty of the number of filaments, which changes all forces alike."
-        };
-        let legend = format!(
-            "Rows are those of runs.csv below its heading. {beside} * marks an end of the study, beyond which there may be \
-             more. A filament sweeps where ε_tc is above ½, and strikes elsewhere."
+        let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
+        let mut legend = "Rows are those of runs.csv below its heading.".to_owned();
+        if cells().any(|cell| cell.band().is_none() && cell.uncertainty_n > 0.0) {
+            legend
+                .push_str(" ± comes from the uncertainty of the number of filaments, which changes all forces alike.");
+        }
+        if cells().any(|cell| cell.band().is_some()) {
+            legend.push_str(" In brackets stands the band that 95 % of the sampled tools lie in.");
+        }
+        legend.push_str(
+            " * marks an end of the study, beyond which there may be more. A filament sweeps where ε_tc is above ½, and \
+             strikes elsewhere.",
         );
         wrap(&mut text, "", &legend);
         text
@@ -392,10 +424,10 @@ impl Advice {
             let [velocity, depth] = [0, 1].map(|side| {
                 let at = cell.position[side];
                 let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
-                let is_last = at == 0 || at + 1 == sides[side].values.len();
-                format!("{}{}", labels[side][at], if is_free && is_last && sides[side].varies() { '*' } else { ' ' })
+                let is_end = at == 0 || at + 1 == sides[side].values.len();
+                format!("{}{}", labels[side][at], if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
             });
-            let force = match cell.tool_force_95_n {
+            let force = match cell.band() {
                 Some(band) => self.forces.text_with_band(cell.row - 1, band),
                 None => self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n),
             };
@@ -422,7 +454,6 @@ mod tests {
     use crate::document::Document;
     use crate::integrate::Statistics;
     use crate::metrics::{ContactRecord, Metrics, NominalContact};
-    use crate::tables::WIDTH;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
@@ -481,7 +512,7 @@ mod tests {
         assert_eq!(rows(&section, Topic::PerDepth), [5], "300 N for each mm");
         assert_eq!(rows(&section, Topic::Tier), [8]);
         assert_eq!(rows(&section, Topic::WithinLimits), [0; 0]);
-        assert!(section.notes.is_empty());
+        assert_eq!(section.notes, ["At a_e = 2 mm no local maximum lies along the tier, between ε_tc = 0.3 and 0.6."]);
         let cell = &section.advice[0].cell;
         assert_eq!((cell.brushing_velocity_m_s, cell.penetration_depth_m), (20.0, 1e-3));
         assert!((cell.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, as that of the filaments");
@@ -498,7 +529,7 @@ mod tests {
         assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
         let unmet = within(Some(4.0), Some(0.5), Some(0.6));
         assert_eq!(unmet.0, [0; 0]);
-        assert_eq!(unmet.1, ["No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6."]);
+        assert_eq!(unmet.1[0], "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6.");
 
         let study = study(SWEEPS);
         let limits = Limits { min_ratio: Some(0.6), max_ratio: Some(0.5), ..Limits::default() };
@@ -511,7 +542,7 @@ mod tests {
         let velocities: Vec<usize> = (1..=cases.len()).collect();
         let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
         let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
-        assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("No local maximum")));
+        assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("At a_e = ")));
         about.map(|about| (about.cell.brushing_velocity_m_s, about.sentence, about.other_rows))
     }
 
@@ -590,15 +621,5 @@ mod tests {
             text.contains("With filament_count = 1000\n") && text.contains("With filament_count = 2000\n"),
             "{text}"
         );
-    }
-
-    #[test]
-    fn lines_are_wrapped_between_words() {
-        let mut text = String::new();
-        wrap(&mut text, "ε_tc  ", &"word ".repeat(40).trim_end().replace("word word", "word µ"));
-        let lines: Vec<&str> = text.lines().collect();
-        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH && line.trim_end() == *line), "{text}");
-        assert!(lines[0].starts_with("ε_tc  word") && lines[1].starts_with("      "), "{text}");
-        assert_eq!(text.split_whitespace().count(), 41);
     }
 }

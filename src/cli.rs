@@ -304,7 +304,7 @@ struct PlotArgs {
     out: Option<PathBuf>,
 }
 
-/// Say where the tool force of a study is high, by saved results
+/// Say where the tool force of a study is high, from saved results
 ///
 /// DIR is what `bristle study` has written to. The table has the highest tool force F_n,w of all cases and within the limits, at
 /// each brushing velocity and at each penetration depth; the most force per velocity and per depth; and local maxima along the
@@ -573,16 +573,20 @@ fn write_results(
         let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
         staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
     }
-    match measured {
-        Some(text) => staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?),
-        None => [MEASURED, COMPARISON].iter().try_for_each(|name| remove(&directory.join(name))).map_err(unfinished)?,
+    if let Some(text) = measured {
+        staged.push(stage_text(directory, MEASURED, text).map_err(unfinished)?);
     }
     staged.push(stage_text(directory, STUDY, &settings).map_err(unfinished)?);
     let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;
     staged.push(stage_text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
-    #[cfg(not(feature = "parquet"))]
-    remove(&directory.join(RUNS_PARQUET)).map_err(unfinished)?;
-    staged.into_iter().map(|file| file.commit().map_err(unfinished)).collect()
+    let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
+    // What an earlier study had, and this one has not.
+    let has_measured = measured.is_some();
+    let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
+    for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
+        remove(&directory.join(name)).map_err(unfinished)?;
+    }
+    Ok(files)
 }
 
 /// A file of a directory with this text, under a temporary name.
@@ -621,8 +625,9 @@ fn simulate_one(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     say_written(&history.commit()?);
     #[cfg(feature = "parquet")]
     say_written(&table.commit()?);
-    #[cfg(not(feature = "parquet"))]
-    remove(&arguments.out.join(HISTORY_PARQUET))?;
+    if !cfg!(feature = "parquet") {
+        remove(&arguments.out.join(HISTORY_PARQUET))?;
+    }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     Ok(ExitCode::SUCCESS)

@@ -74,16 +74,25 @@ pub fn prepare_directory(path: &Path, names: &[&str]) -> Result<(), FileError> {
 
 /// Removes what a process that was killed has left of the files `names`, which no other process may be writing.
 pub fn remove_leftovers(path: &Path, names: &[&str]) {
+    remove_leftovers_of(path, |name| names.contains(&name));
+}
+
+/// Removes what a process that was killed has left of the files whose names are `ours`.
+pub fn remove_leftovers_of(path: &Path, ours: impl Fn(&str) -> bool) {
     // What cannot be seen or removed does no harm.
     let Ok(entries) = fs::read_dir(path) else { return };
     for entry in entries.flatten() {
         let file = entry.file_name();
-        let is_leftover =
-            |name: &&str| file.as_encoded_bytes().starts_with(temporary_prefix(name.as_ref()).as_encoded_bytes());
-        if names.iter().any(is_leftover) && fs::remove_file(entry.path()).is_ok() {
+        let is_leftover = file.to_str().and_then(final_name).is_some_and(&ours);
+        if is_leftover && fs::remove_file(entry.path()).is_ok() {
             debug!(path = %entry.path().display(), "removed what a killed process has left");
         }
     }
+}
+
+/// The name that a temporary file was to get.
+fn final_name(temporary: &str) -> Option<&str> {
+    Some(temporary.strip_prefix('.')?.split_once(SUFFIX)?.0)
 }
 
 /// Removes a file of earlier results, if there is one, that would be taken for one of the new results.
@@ -152,11 +161,14 @@ impl StagedFile {
     }
 }
 
+/// What stands between a file's name and the digits that make it a temporary one.
+const SUFFIX: &str = ".bristle-";
+
 /// How the temporary names of a file begin.
 fn temporary_prefix(name: &OsStr) -> OsString {
     let mut prefix = OsString::from(".");
     prefix.push(name);
-    prefix.push(".bristle-");
+    prefix.push(SUFFIX);
     prefix
 }
 

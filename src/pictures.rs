@@ -16,12 +16,12 @@ use bristle::simulation::Sample;
 use bristle::study::{CaseResult, Study};
 use thiserror::Error;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers};
+use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers_of};
 use crate::saved::{SavedError, saved_case, saved_study};
 
 /// Directory of the pictures within that of the results.
 pub const FIGURES: &str = "figures";
-/// Names of result files.
+/// Names of the measured forces beside the results, and of what compares them.
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
 
@@ -160,14 +160,8 @@ fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, Pict
 
 /// Removes what a study that was killed has left of the pictures below `directory`, to which no other process may be writing.
 pub fn remove_unfinished(directory: &Path) {
-    let directory = directory.join(FIGURES);
-    let Ok(entries) = fs::read_dir(&directory) else { return };
-    let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
-    let unfinished = names.filter_map(|name| Some(name.strip_prefix('.')?.split_once(".bristle-")?.0.to_owned()));
-    let of_study = |name: &String| Path::new(name).file_stem().and_then(OsStr::to_str).is_some_and(is_of_study);
-    for name in unfinished.filter(of_study) {
-        remove_leftovers(&directory, &[&name]);
-    }
+    let of_study = |name: &str| Path::new(name).file_stem().and_then(OsStr::to_str).is_some_and(is_of_study);
+    remove_leftovers_of(&directory.join(FIGURES), of_study);
 }
 
 /// Removes pictures of an earlier study, which would be taken for this one's. That one stays is no error.

@@ -18,7 +18,7 @@ use crate::study::{Axis, CaseResult, CaseSummary, Study, Sweep};
 use crate::uncertainty::ForceScatter;
 
 /// Number of the form of `study.json` and `case.json`; another form has another number.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What to do about results that do not belong together.
 const AGAIN: &str = "run the command that made the results again";
@@ -399,8 +399,8 @@ mod tests {
             assert!(saved.contains(old), "{old}");
             read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
         };
-        assert!(study_error("\"format\": 1", "\"format\": 2").contains("use the version"));
-        assert!(study_error("\"format\": 1", "\"format\": one").starts_with("study.json:2, column"));
+        assert!(study_error("\"format\": 2", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 2", "\"format\": two").starts_with("study.json:2, column"));
         assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
         assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
         assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));

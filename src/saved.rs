@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bristle::equations::FINGERPRINT;
 use bristle::results::{DataError, SavedStudy, read_case, read_history, read_runs, read_study};
 use bristle::settings::Settings;
 use bristle::simulation::Sample;
@@ -9,6 +10,7 @@ use bristle::study::CaseResult;
 use thiserror::Error;
 
 use crate::files::{FileError, read_results};
+use crate::terminal::say;
 
 /// Names of the files.
 pub const STUDY: &str = "study.json";
@@ -52,6 +54,10 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     let saved = read_study(&text, &name)?;
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
+    if saved.version != env!("CARGO_PKG_VERSION") || saved.equations != FINGERPRINT {
+        let version = &saved.version;
+        say(format_args!("note: `{name}` was simulated by another build of Bristle, of version {version}"));
+    }
     Ok(Some((saved, results)))
 }
 

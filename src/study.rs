@@ -286,7 +286,8 @@ pub type CaseResult = Result<CaseSummary, String>;
 /// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
 ///
 /// Where filaments scatter, the passes of the sampled tools are part of a case. Without a number, there are as many threads
-/// as cores; each simulates [`LANES`](crate::equations::LANES) passes at a time. `on_case_done` is called after each case, from any thread. A simulation's error ends its case only.
+/// as cores; each simulates [`LANES`](crate::equations::LANES) passes at a time. `on_case_done` is called after each case, from
+/// any thread. A simulation's error ends its case only.
 ///
 /// # Errors
 /// If the threads cannot be started.

@@ -367,4 +367,14 @@ mod tests {
         assert_eq!(spread(3, 12), [0, 1, 2]);
         assert_eq!(spread(101, 5), [0, 25, 50, 75, 100]);
     }
+
+    #[test]
+    fn lines_are_wrapped_between_words() {
+        let mut text = String::new();
+        wrap(&mut text, "ε_tc  ", &"word ".repeat(40).trim_end().replace("word word", "word µ"));
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH && line.trim_end() == *line), "{text}");
+        assert!(lines[0].starts_with("ε_tc  word") && lines[1].starts_with("      "), "{text}");
+        assert_eq!(text.split_whitespace().count(), 41);
+    }
 }

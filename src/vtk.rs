@@ -51,20 +51,21 @@ fn filament_name(shape: usize) -> String {
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
     let pass = Pass::new(settings);
     let plane = workpiece(&pass, shapes, settings.tool.width_m);
-    let segment = settings.filament.length_m / settings.filament.segments as f64;
-    let filament = move |(k, shape)| (filament_name(k), filament(&pass, segment, shape));
+    let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
     let filaments = shapes.iter().enumerate().map(filament);
     filaments
         .chain([(WORKPIECE.to_owned(), plane)])
         .chain(iter::once_with(|| (COLLECTION.to_owned(), collection(shapes))))
 }
 
-/// The filament at one time: a line through its nodes, with segments of the length `segment` (m).
-fn filament(pass: &Pass, segment: f64, shape: &Shape) -> String {
+/// The filament at one time: a line through its nodes.
+fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
+    let segment = settings.filament.length_m / settings.filament.segments as f64;
+    let contact_radius = settings.contact.radius_m;
     let nodes = &shape.nodes_m;
     let surfaces = nodes.iter().map(|&node| pass.workpiece().surface(node, shape.time_s));
     let arc: Vec<f64> = (0..nodes.len()).map(|k| k as f64 * segment).collect();
-    let gaps: Vec<f64> = surfaces.clone().map(|surface| surface.gap).collect();
+    let gaps: Vec<f64> = surfaces.clone().map(|surface| surface.gap - contact_radius).collect();
     let normal_forces: Vec<f64> = shape.forces.iter().map(|force| force.normal).collect();
     let forces: Vec<[f64; 3]> = iter::zip(&shape.forces, surfaces)
         .map(|(force, surface)| add(scale(force.normal, surface.normal), force.tangential))
@@ -168,6 +169,7 @@ mod tests {
         let mut settings = settings.expect("the example is right");
         settings.workpiece.normal = [1.0, 2.0, 0.5];
         settings.contact.friction_coefficient = 0.2;
+        settings.contact.radius_m = 0.05e-3;
         let simulation = simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true });
         (settings, simulation.expect("the pass ends"))
     }
@@ -218,6 +220,8 @@ mod tests {
             assert!(near(normal_forces.iter().sum(), sample.contact_normal_force_n));
             assert!(near(dot(sum, normal), sample.contact_normal_force_n));
             assert!(near(friction, sample.contact_tangential_force_n));
+            let gaps = numbers(&text, "gap_m");
+            assert!(iter::zip(&gaps, &normal_forces).all(|(gap, force)| (*gap < 0.0) == (*force > 0.0)));
             touches |= sample.contact_tangential_force_n > 0.0;
         }
         assert!(touches, "there is no contact to look at");

@@ -8,7 +8,7 @@ use bristle::settings::Settings;
 use bristle::simulation::Shape;
 use bristle::vtk::{file_names, files, is_file_name};
 
-use crate::files::{FileError, StagedFile, prepare_directory, remove};
+use crate::files::{FileError, StagedFile, prepare_directory, remove, remove_leftovers_of};
 
 /// Directory of the files within that of the results.
 const VTK: &str = "vtk";
@@ -32,10 +32,11 @@ pub fn stage_vtk(directory: &Path, settings: &Settings, shapes: &[Shape]) -> Res
 
 /// Gives the files of `shapes` shapes their names, and returns the collection if there is one.
 ///
-/// What else an earlier run has written is removed: it would be taken for this run's.
+/// What else an earlier run has written is removed: it would be taken for this run's. So is what a run that was killed has left.
 pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>, shapes: usize) -> Result<Option<PathBuf>, FileError> {
     let collection = staged.into_iter().try_fold(None, |_, file| file.commit().map(Some))?;
     let directory = directory.join(VTK);
+    remove_leftovers_of(&directory, is_file_name);
     let own: BTreeSet<String> = if shapes == 0 { BTreeSet::new() } else { file_names(shapes).collect() };
     // Where there is no directory there is nothing to remove.
     let entries = fs::read_dir(&directory).into_iter().flatten().flatten();

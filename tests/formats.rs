@@ -82,7 +82,8 @@ fn simulate_writes_shapes_for_paraview() {
     assert_eq!(listed(&vtk), ["filament_0000.vtp", "filament_0001.vtp", "workpiece.vtp"]);
     assert_eq!(fs::read(vtk.join("filament_0000.vtp")).expect("the first shape"), first);
 
-    // Shapes of another run would be taken for this one's.
+    // Shapes of another run would be taken for this one's, and halves of shapes are nobody's.
+    fs::write(vtk.join(".filament_0007.vtp.bristle-killed"), "half a shape").expect("the file can be written");
     bristle(&directory, "simulate case.toml --out one").assert().success();
     assert_eq!(names(&vtk), ["own.pvsm"]);
 }

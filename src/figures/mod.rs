@@ -137,7 +137,8 @@ const QUANTITIES: [Quantity; 5] = [
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
 /// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; of other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
-/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each of their values, but not for more than four, with the value at the end of the name.
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each
+/// of their values, but not for more than four, with the value at the end of the name.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> drawing::Result<Pictures> {
     let planes = telling_planes(study, MAX_PLANES);
     let mut pictures = Vec::new();

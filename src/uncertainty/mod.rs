@@ -196,8 +196,8 @@ impl Scatter {
         settings.check_relations()
     }
 
-    /// The violation of a tool's settings, as one of the standard deviation that it comes from: of that which is wrong by itself, or without which
-    /// the tool would be right.
+    /// The violation of a tool's settings, as one of the standard deviation that it comes from: of that which is wrong by
+    /// itself, or without which the tool would be right.
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
         let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
         let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());

@@ -142,7 +142,7 @@ def compare_shapes(directory):
     normal /= np.linalg.norm(normal)
     # Outwards is where the tool's axis is.
     normal *= np.sign(-corners[0] @ normal)
-    stretch, pressed = 0.0, 0
+    stretch, pressed, motion = 0.0, 0, []
     for (time, name), row in zip(shapes, history):
         path = directory / "vtk" / name
         nodes, arrays = read_shape(path, segments, time)
@@ -155,14 +155,26 @@ def compare_shapes(directory):
         check(nodes[-1].tolist() == tip, f"{path}: the tip is at {nodes[-1]}, and in history.csv at {tip}")
         arc = np.linspace(0.0, length, segments + 1)
         check(np.abs(arrays["arc_length_m"] - arc).max() < ROUNDING, f"{path}: wrong arc lengths {arrays['arc_length_m']}")
-        gaps = (nodes - corners[0]) @ normal
+        gaps = (nodes - corners[0]) @ normal - settings["contact"]["radius_m"]
         check(np.abs(arrays["gap_m"] - gaps).max() < ROUNDING, f"{path}: the gaps are {arrays['gap_m']} instead of {gaps}")
         forces, force = arrays["contact_normal_force_n"], row["contact_normal_force_n"]
         check(np.isclose(forces.sum(), force, rtol=1e-12), f"{path}: normal force {forces.sum()}, in history.csv {force}")
         check(np.allclose(arrays["contact_force_n"] @ normal, forces), f"{path}: the force is not along the normal")
+        directions = np.vstack([root / radius, np.diff(nodes, axis=0)])
+        cross = np.linalg.norm(np.cross(directions[:-1], directions[1:]), axis=1)
+        angles = np.arctan2(cross, (directions[:-1] * directions[1:]).sum(axis=1))
+        check(np.allclose(arrays["joint_angle_rad"][:-1], angles, atol=1e-9), f"{path}: the joint angles are not {angles}")
+        motion.append((time, nodes, arrays["velocity_m_s"]))
         pressed += force > 0.0
     check(stretch < STRETCH, f"{collection}: segments are too long or too short, by up to {stretch:.1e} of their length")
     check(pressed > 0, f"{collection}: the filament never touches the workpiece")
+
+    # Differences miss impacts, which are shorter than the time between shapes, so not all agree; most do.
+    speeds = [
+        np.abs((after - before) / (late - early) - velocity).max() / np.abs(velocity).max()
+        for (early, before, _), (_, _, velocity), (late, after, _) in zip(motion, motion[1:], motion[2:])
+    ]
+    check(np.median(speeds) < 0.01, f"{collection}: velocities are off differences of positions by {np.median(speeds):.1e}")
 
     nodes, arrays = read_shape(directory / "vtk" / shapes[0][1], segments, shapes[0][0])
     straight = np.outer(1.0 + arrays["arc_length_m"] / radius, nodes[0])
