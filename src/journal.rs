@@ -393,23 +393,20 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::study::run_study;
+    use crate::testing::brush;
 
     /// Six cases, of which the last three fail.
-    const FILE: &str = "
-        [tool]
-        body_radius_m = 0.140
-        width_m = 0.020
-        [filament]
-        segments = 3
-        length_m = 0.040
-        diameter_m = 1.18e-3
+    const FILE: &str = concat!(
+        brush!(3),
+        "
         [solver]
         relative_tolerance = 1e-3
         [study]
         brushing_velocity_m_s = [5.0, 10.0, 20.0]
         penetration_depth_m = [1.0e-3]
         \"contact.stiffness_n_m\" = [1e5, 1e300]
-        ";
+        "
+    );
 
     fn study(file: &str) -> Study {
         Document::parse(file, "study").and_then(|document| document.study()).expect("the file is right")

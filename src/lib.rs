@@ -43,6 +43,8 @@ pub mod simulation;
 pub mod state;
 pub mod study;
 pub mod tables;
+#[cfg(test)]
+mod testing;
 pub mod tool;
 pub mod uncertainty;
 pub mod vtk;

@@ -166,6 +166,11 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// Whether the simulated force has a band at some point.
+    fn has_bands(&self) -> bool {
+        self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.band_n.is_some())
+    }
+
     /// Bias, RMSE and share inside; none if no point can be compared.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
@@ -270,8 +275,7 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
         if !comparison.condition.is_empty() {
             text.push_str(&format!(", {}", comparison.condition));
         }
-        let has_bands = comparison.points.iter().flat_map(|point| point.simulated).any(|point| point.band_n.is_some());
-        let beside = if has_bands { "simulated, 95 %" } else { "simulated ± N_f" };
+        let beside = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
         text.push_str(&format!(
             "\n  v_b in m/s  a_e in mm      measured ± std  {beside:>18}  difference  within std\n"
         ));
@@ -315,10 +319,11 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
 pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     let further = comparisons.first().map_or(&[][..], |comparison| &comparison.fixed);
-    let mut simulated_at =
-        comparisons.iter().flat_map(|comparison| &comparison.points).flat_map(|point| point.simulated);
-    let has_bands = simulated_at.any(|simulated| simulated.band_n.is_some());
-    let bands = if has_bands { &["simulated_lower_95_n", "simulated_upper_95_n"][..] } else { &[] };
+    let bands = if comparisons.iter().any(Comparison::has_bands) {
+        &["simulated_lower_95_n", "simulated_upper_95_n"][..]
+    } else {
+        &[]
+    };
     let names = [
         "brushing_velocity_m_s",
         "penetration_depth_m",

@@ -323,15 +323,11 @@ mod tests {
     use crate::report::{write_history, write_runs};
     use crate::simulation::simulate_with_history;
     use crate::study::run_study;
+    use crate::testing::brush;
 
-    const FILE: &str = "
-        [tool]
-        body_radius_m = 0.140
-        width_m = 0.020
-        [filament]
-        segments = 3
-        length_m = 0.040
-        diameter_m = 1.18e-3
+    const FILE: &str = concat!(
+        brush!(3),
+        "
         [solver]
         relative_tolerance = 1e-3
         [process]
@@ -341,7 +337,8 @@ mod tests {
         \"contact.stiffness_n_m\" = [1e300, 1e5]
         penetration_depth_m = [3e-3, 0.1e-2]
         brushing_velocity_m_s = { start = 10.1, stop = 10.4, step = 0.1 }
-        ";
+        "
+    );
 
     fn texts(file: &str) -> (Study, Vec<CaseResult>, String, String) {
         let study = Document::parse(file, "case.toml").and_then(|document| document.study()).expect("a study");

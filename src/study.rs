@@ -555,18 +555,16 @@ mod tests {
 
     use super::*;
     use crate::document::Document;
+    use crate::testing::brush;
 
-    const FILE: &str = "
-        [tool]
-        body_radius_m = 0.140
-        width_m = 0.020
-        [filament]
-        length_m = 0.040
-        diameter_m = 1.18e-3
+    const FILE: &str = concat!(
+        brush!(25),
+        "
         [process]
         brushing_velocity_m_s = 10.0
         penetration_depth_m = 1.0e-3
-        ";
+        "
+    );
 
     fn base() -> Settings {
         Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right")

@@ -3,11 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
+
+mod program;
+
+use program::bristle;
 
 /// Quick cases, with a local maximum along the tier at each depth.
 const FILE: &str = "\
@@ -31,30 +34,23 @@ brushing_velocity_m_s = { start = 10.0, stop = 22.5, step = 2.5 }
 penetration_depth_m = [1.0e-3, 2.0e-3]
 ";
 
-/// The program in a directory.
-fn bristle(directory: &TempDir, arguments: &str) -> Command {
-    let mut command = Command::cargo_bin("bristle").expect("the program is built");
-    command.current_dir(directory.path()).args(arguments.split_whitespace());
-    command
-}
-
 /// A directory with a study, simulated to `results`; cases may fail.
 fn simulated(sweeps: &str) -> TempDir {
     let directory = TempDir::new().expect("a temporary directory");
     fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
-    bristle(&directory, "study case.toml --out results").assert().code(predicate::in_iter([0, 3]));
+    bristle(directory.path(), "study case.toml --out results").assert().code(predicate::in_iter([0, 3]));
     directory
 }
 
 /// What the program prints.
 fn printed(directory: &TempDir, arguments: &str) -> String {
-    let assert = bristle(directory, arguments).assert().success().stderr("");
+    let assert = bristle(directory.path(), arguments).assert().success().stderr("");
     String::from_utf8(assert.get_output().stdout.clone()).expect("UTF-8")
 }
 
 /// What the program says of bad input.
 fn refusal(directory: &TempDir, arguments: &str) -> String {
-    let assert = bristle(directory, arguments).assert().code(2).stdout("").stderr(contains("panicked").not());
+    let assert = bristle(directory.path(), arguments).assert().code(2).stdout("").stderr(contains("panicked").not());
     String::from_utf8(assert.get_output().stderr.clone()).expect("UTF-8")
 }
 
@@ -116,7 +112,7 @@ fn what_cannot_be_compared_is_refused() {
     let directory = simulated("\"filament.segments\" = [3, 4]\n");
     let message = refusal(&directory, "advise results");
     assert!(message.contains("error: results: ") && message.contains("sweep one of them"), "{message}");
-    bristle(&directory, "simulate case.toml --out one").assert().success();
+    bristle(directory.path(), "simulate case.toml --out one").assert().success();
     for name in ["one", "absent"] {
         let message = refusal(&directory, &format!("advise {name}"));
         assert!(message.contains(&format!("`{name}` has no study.json")) && message.contains("help:"), "{message}");

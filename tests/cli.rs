@@ -11,6 +11,8 @@ use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
 
+mod program;
+
 /// A small and quick case.
 const FILE: &str = "\
 [tool]
@@ -99,9 +101,7 @@ impl Workspace {
 
     /// The program, run in this directory.
     fn bristle(&self, arguments: &str) -> Command {
-        let mut command = Command::cargo_bin("bristle").expect("the program is built");
-        command.current_dir(self.directory.path()).args(arguments.split_whitespace());
-        command
+        program::bristle(self.directory.path(), arguments)
     }
 
     /// Runs the program on bad input and returns what it says.

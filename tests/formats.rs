@@ -3,9 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
 use predicates::str::contains;
 use tempfile::TempDir;
+
+mod program;
+
+use program::bristle;
 
 /// A small and quick case.
 const FILE: &str = "\
@@ -36,13 +39,6 @@ fn workspace() -> TempDir {
     directory
 }
 
-/// The program, run in a directory.
-fn bristle(directory: &TempDir, arguments: &str) -> Command {
-    let mut command = Command::cargo_bin("bristle").expect("the program is built");
-    command.current_dir(directory.path()).args(arguments.split_whitespace());
-    command
-}
-
 /// Names of the files in a directory.
 fn names(directory: &Path) -> Vec<String> {
     let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry").file_name());
@@ -65,9 +61,12 @@ fn listed(directory: &Path) -> Vec<String> {
 fn simulate_writes_shapes_for_paraview() {
     let directory = workspace();
     let vtk = directory.path().join("one/vtk");
-    bristle(&directory, "simulate case.toml --out one").assert().success();
+    bristle(directory.path(), "simulate case.toml --out one").assert().success();
     assert!(!vtk.exists(), "nobody has asked for shapes");
-    bristle(&directory, "simulate case.toml --out one --vtk").assert().success().stderr(contains("vtk/contact.pvd"));
+    bristle(directory.path(), "simulate case.toml --out one --vtk")
+        .assert()
+        .success()
+        .stderr(contains("vtk/contact.pvd"));
     let first = fs::read(vtk.join("filament_0000.vtp")).expect("the first shape");
     let (files, mut present) = (listed(&vtk), names(&vtk));
     assert_eq!(present.len(), 202);
@@ -76,7 +75,7 @@ fn simulate_writes_shapes_for_paraview() {
 
     // Fewer shapes now; what the user has put there stays.
     fs::write(vtk.join("own.pvsm"), "kept").expect("the file can be written");
-    bristle(&directory, "simulate case.toml --out one --vtk=2").assert().success();
+    bristle(directory.path(), "simulate case.toml --out one --vtk=2").assert().success();
     let expected = ["contact.pvd", "filament_0000.vtp", "filament_0001.vtp", "own.pvsm", "workpiece.vtp"];
     assert_eq!(names(&vtk), expected);
     assert_eq!(listed(&vtk), ["filament_0000.vtp", "filament_0001.vtp", "workpiece.vtp"]);
@@ -84,15 +83,15 @@ fn simulate_writes_shapes_for_paraview() {
 
     // Shapes of another run would be taken for this one's, and halves of shapes are nobody's.
     fs::write(vtk.join(".filament_0007.vtp.bristle-killed"), "half a shape").expect("the file can be written");
-    bristle(&directory, "simulate case.toml --out one").assert().success();
+    bristle(directory.path(), "simulate case.toml --out one").assert().success();
     assert_eq!(names(&vtk), ["own.pvsm"]);
 }
 
 #[test]
 fn shapes_change_no_other_result() {
     let directory = workspace();
-    bristle(&directory, "simulate case.toml --out without").assert().success();
-    bristle(&directory, "simulate case.toml --out with --vtk=50").assert().success();
+    bristle(directory.path(), "simulate case.toml --out without").assert().success();
+    bristle(directory.path(), "simulate case.toml --out with --vtk=50").assert().success();
     for name in ["metrics.json", "history.csv"] {
         let [without, with] =
             ["without", "with"].map(|out| fs::read(directory.path().join(out).join(name)).expect(name));
@@ -105,16 +104,16 @@ fn shapes_that_cannot_be_written_are_refused_before_anything_is() {
     let directory = workspace();
     for number in ["1", "10001", "many", "-3"] {
         let arguments = format!("simulate case.toml --out one --vtk={number}");
-        bristle(&directory, &arguments).assert().code(2).stderr(contains("--vtk"));
+        bristle(directory.path(), &arguments).assert().code(2).stderr(contains("--vtk"));
     }
     fs::create_dir(directory.path().join("one")).expect("a directory can be made");
     fs::write(directory.path().join("one/vtk"), "a file").expect("a file can be written");
-    bristle(&directory, "simulate case.toml --out one --vtk").assert().code(2).stderr(contains("one/vtk"));
+    bristle(directory.path(), "simulate case.toml --out one --vtk").assert().code(2).stderr(contains("one/vtk"));
     assert_eq!(names(&directory.path().join("one")), ["vtk"]);
     // Where nobody asks for shapes, it is not in the way.
-    bristle(&directory, "simulate case.toml --out one").assert().success();
+    bristle(directory.path(), "simulate case.toml --out one").assert().success();
     fs::create_dir_all(directory.path().join("two/vtk/contact.pvd")).expect("a directory can be made");
-    bristle(&directory, "simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
+    bristle(directory.path(), "simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
     assert_eq!(names(&directory.path().join("two")), ["vtk"]);
 }
 
@@ -128,9 +127,9 @@ fn tables_as_parquet_are_those_of_this_run() {
         fs::write(path(name), "earlier").expect("a file can be written");
     }
     fs::write(path(".runs.parquet.bristle-killed"), "half of a table").expect("a file can be written");
-    let study = bristle(&directory, "study case.toml --out results --json").assert().success();
+    let study = bristle(directory.path(), "study case.toml --out results --json").assert().success();
     let summary = String::from_utf8_lossy(&study.get_output().stdout).into_owned();
-    bristle(&directory, "simulate case.toml --out results").assert().success();
+    bristle(directory.path(), "simulate case.toml --out results").assert().success();
     for name in ["runs.parquet", "history.parquet"] {
         assert_eq!(path(name).exists(), cfg!(feature = "parquet"), "{name}");
         if cfg!(feature = "parquet") {
@@ -141,5 +140,5 @@ fn tables_as_parquet_are_those_of_this_run() {
     assert_eq!(summary.contains("runs.parquet"), cfg!(feature = "parquet"));
     assert!(!path(".runs.parquet.bristle-killed").exists());
     fs::create_dir_all(directory.path().join("blocked/runs.parquet")).expect("a directory can be made");
-    bristle(&directory, "study case.toml --out blocked").assert().code(2).stderr(contains("runs.parquet"));
+    bristle(directory.path(), "study case.toml --out blocked").assert().code(2).stderr(contains("runs.parquet"));
 }

@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use assert_cmd::Command;
 use bristle::document::Document;
 use bristle::figures::study_figures;
 use bristle::report::write_runs;
@@ -12,6 +11,10 @@ use bristle::study::{CaseResult, CaseSummary, Study, run_study};
 use bristle::tables::study_tables;
 use bristle::uncertainty::Scatter;
 use tempfile::TempDir;
+
+mod program;
+
+use program::bristle;
 
 const FILE: &str = "\
 [tool]
@@ -147,9 +150,7 @@ fn a_study_with_scatter_goes_on_from_its_journal_and_is_drawn_again() {
     let measured = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n20.0,2.0e-3,250,20\n";
     fs::write(path("forces.csv"), measured).expect("the file can be written");
     let run = |arguments: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-        let output =
-            command.current_dir(directory.path()).args(arguments.split(' ')).output().expect("the program starts");
+        let output = bristle(directory.path(), arguments).output().expect("the program starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stderr).expect("messages are UTF-8")
     };

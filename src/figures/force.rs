@@ -1,10 +1,10 @@
 //! The tool force with what is known of its uncertainty: bands, measured points, and what the scatter comes from.
 
-use super::{Family, Picture, View};
+use super::{Family, Picture, Sides, View, selection};
 use crate::drawing;
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::scale::Axis;
-use crate::grid::{Plane, Side, equation};
+use crate::grid::{Plane, equation};
 use crate::measured::{Measurement, Simulated, same, tool_force};
 use crate::tables::{short, spread};
 use crate::uncertainty::{INPUTS, Input, scatter_text, scatters};
@@ -14,13 +14,6 @@ const MAX_MEASURED: usize = 4;
 /// Most curves with bands of filaments that scatter, which are wide.
 const MAX_SCATTERED: usize = 3;
 
-/// A side that a picture runs along, and one of whose values it has curves.
-struct Sides<'a> {
-    family: Family,
-    over: &'a Side,
-    of: &'a Side,
-}
-
 /// Simulated forces with their bands.
 struct Banded {
     curves: Vec<Curve>,
@@ -29,14 +22,6 @@ struct Banded {
 }
 
 impl View<'_> {
-    fn sides(&self, family: Family) -> Sides<'_> {
-        let Plane { x, y, .. } = self.plane;
-        match family {
-            Family::OverX => Sides { family, over: x, of: y },
-            Family::OverY => Sides { family, over: y, of: x },
-        }
-    }
-
     /// The tool's force where filaments scatter; none where it does not vary along this side.
     pub(super) fn scatter(&self, family: Family) -> drawing::Result<Option<Picture>> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
@@ -49,7 +34,7 @@ impl View<'_> {
         if curves.iter().all(|curve| curve.look != Look::Band || curve.points.is_empty()) {
             return Ok(None);
         }
-        let selection = selection(&levels, of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let diagram = Diagram {
             title: "Contact normal force of the tool, with filaments that scatter".to_owned(),
             subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
@@ -137,7 +122,7 @@ impl View<'_> {
             let points = points.iter().map(|point| at(point, point.force_n)).collect();
             curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
         }
-        let selection = selection(&levels, total, &format!("measured values of {}", of.symbol()));
+        let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
             subtitle: self.subtitle([
@@ -213,9 +198,4 @@ impl View<'_> {
 /// What gaps are, if there are any.
 fn gaps(has_gaps: bool) -> String {
     if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() }
-}
-
-/// How many of all values are shown, if not all.
-fn selection(shown: &[f64], total: usize, what: &str) -> String {
-    if shown.len() < total { format!("{} of {total} {what}", shown.len()) } else { String::new() }
 }

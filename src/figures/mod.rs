@@ -190,6 +190,13 @@ pub fn is_of_study(name: &str) -> bool {
         || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
 }
 
+/// A side that a picture runs along, and one of whose values it has curves.
+struct Sides<'a> {
+    family: Family,
+    over: &'a Side,
+    of: &'a Side,
+}
+
 /// A plane with what was simulated there.
 struct View<'a> {
     study: &'a Study,
@@ -202,6 +209,15 @@ impl View<'_> {
     fn value(&self, quantity: &Quantity, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.plane.case(x, y)].as_ref().ok()?;
         Some(quantity.factor * (quantity.value)(&summary.metrics))
+    }
+
+    /// The sides of the plane as a family of curves takes them.
+    fn sides(&self, family: Family) -> Sides<'_> {
+        let Plane { x, y, .. } = self.plane;
+        match family {
+            Family::OverX => Sides { family, over: x, of: y },
+            Family::OverY => Sides { family, over: y, of: x },
+        }
     }
 
     /// Parts of a subtitle with what all pictures of the plane share.
@@ -246,7 +262,7 @@ impl View<'_> {
             .map(|(column, row)| self.value(quantity, column, row))
             .collect();
         let all = x.values.len() * y.values.len();
-        let selection = if values.len() < all { format!("{} of {all} cases", values.len()) } else { String::new() };
+        let selection = selection(values.len(), all, "cases");
         let known = || values.iter().flatten();
         let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
         let level = quantity.level.filter(|(level, _)| crossed(*level));
@@ -267,8 +283,7 @@ impl View<'_> {
     }
 
     fn curves(&self, quantity: &Quantity, family: Family) -> drawing::Result<Picture> {
-        let Plane { x, y, .. } = self.plane;
-        let (over, of) = if family == Family::OverX { (x, y) } else { (y, x) };
+        let Sides { over, of, .. } = self.sides(family);
         let value = |along: usize, member: usize| match family {
             Family::OverX => self.value(quantity, along, member),
             Family::OverY => self.value(quantity, member, along),
@@ -280,10 +295,7 @@ impl View<'_> {
             Curve::new(equation(of.parameter, of.values[member]), Look::Joined, points.collect())
         };
         let curves: Vec<Curve> = members.iter().map(curve).collect();
-        let selection = match members.len() < of.values.len() {
-            true => format!("{} of {} values of {}", members.len(), of.values.len(), of.symbol()),
-            false => String::new(),
-        };
+        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
         let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
         let diagram = Diagram {
@@ -296,6 +308,11 @@ impl View<'_> {
         let name = format!("{}_over_{}{}", quantity.name, over.word(), self.plane.suffix());
         Ok(Picture { name, svg: diagram.svg()? })
     }
+}
+
+/// How many of all values are shown, if not all.
+fn selection(shown: usize, total: usize, what: &str) -> String {
+    if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
 /// Size of the picture of a history, and of its panels, in pixels.

@@ -8,22 +8,19 @@ use crate::document::Document;
 use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::study::Axis;
+use crate::testing::brush;
 use crate::uncertainty::ForceScatter;
 
-const FILE: &str = "
-    [tool]
-    body_radius_m = 0.140
-    width_m = 0.020
-    [filament]
-    segments = 4
-    length_m = 0.040
-    diameter_m = 1.18e-3
+const FILE: &str = concat!(
+    brush!(4),
+    "
     [process]
     brushing_velocity_m_s = 10.0
     penetration_depth_m = 1.0e-3
     [solver]
     relative_tolerance = 1e-3
-    ";
+    "
+);
 
 fn study(axes: &[(&'static str, usize, Range<f64>)]) -> Study {
     let base = Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right");

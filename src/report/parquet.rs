@@ -118,22 +118,19 @@ mod tests {
     use crate::report::{write_history, write_runs};
     use crate::simulation::simulate_with_history;
     use crate::study::run_study;
+    use crate::testing::brush;
 
-    const FILE: &str = "
-        [tool]
-        body_radius_m = 0.140
-        width_m = 0.020
-        [filament]
-        segments = 3
-        length_m = 0.040
-        diameter_m = 1.18e-3
+    const FILE: &str = concat!(
+        brush!(3),
+        "
         [process]
         brushing_velocity_m_s = 10.0
         penetration_depth_m = 1.0e-3
         [study]
         \"contact.stiffness_n_m\" = [1e300, 1e5]
         brushing_velocity_m_s = { start = 10.1, stop = 10.4, step = 0.1 }
-        ";
+        "
+    );
 
     /// Holds a Parquet file against the CSV file, cell by cell; the number of empty cells, and of groups of rows.
     fn compare(bytes: &[u8], table: &[u8], metadata: (&str, &str)) -> (usize, usize) {

@@ -1,0 +1,14 @@
+//! What the unit tests of several modules share.
+
+/// Brush and filament of an input file, with a number of segments, as a literal: what a test adds follows in `concat!`.
+macro_rules! brush {
+    ($segments:literal) => {
+        concat!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = ",
+            $segments,
+            "\nlength_m = 0.040\ndiameter_m = 1.18e-3\n"
+        )
+    };
+}
+
+pub(crate) use brush;
