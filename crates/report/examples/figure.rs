@@ -5,7 +5,7 @@
 //! cargo run --release -p bristle-report --example figure -- other.svg
 //! ```
 
-use crate::drawing::{
+use bristle_report::drawing::{
     Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, labelled, pixels, right_of, stroke,
     svg, text, whole,
 };
