@@ -8,7 +8,7 @@ use crate::testing::brush;
 use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle_study::document::Document;
-use bristle_study::study::Axis;
+use bristle_study::study::Sweep;
 use bristle_study::uncertainty::ForceScatter;
 
 const FILE: &str = concat!(
