@@ -14,8 +14,17 @@ pub(crate) use sweep::SweepText;
 
 #[cfg(test)]
 mod tests {
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
+    use bristle::integrate::Statistics;
+    use bristle::model::metrics::Metrics;
+    use bristle::model::parameters::Parameter;
+    use bristle::model::settings::Settings;
+    use bristle::simulation::{Case, Kind, Simulation};
+
+    use super::scheduler::{complete_cases, in_order_of_work};
     use super::*;
     use crate::document::Document;
     use crate::testing::brush;

@@ -222,7 +222,7 @@ impl Queue {
 }
 
 /// [`complete_study`] with a function that simulates the cases that it takes until there is none.
-fn complete_cases<E: Display>(
+pub(super) fn complete_cases<E: Display>(
     study: &Study,
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
@@ -286,7 +286,7 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
 
 /// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
 /// threads and lanes end at the same time.
-fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
+pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
     let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
         .map(|number| {
             let settings = study.settings(number);
