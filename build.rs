@@ -6,13 +6,17 @@
 use std::env::{self, VarError};
 use std::error::Error;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use bristle_codegen::MAKER;
+use bristle_codegen::back::json;
+use bristle_codegen::back::rust::{Origin, emit};
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
-use bristle_codegen::emit::{Origin, emit};
-use bristle_codegen::kernels::{Kernel, kernels};
-use bristle_codegen::{MAKER, exchange};
+use bristle_codegen::fingerprint::{digest, sources};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::kernels::kernels;
 
 /// The derivation in CasADi.
 const SCRIPT: &str = "derivations/segment_chain.py";
@@ -51,14 +55,15 @@ fn generate() -> Result<(), Box<dyn Error>> {
     let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
     fs::write(directory.join("kernels.rs"), &source)?;
     // What the header says, for `bristle::equations`.
-    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", exchange::fingerprint(&kernels)?);
+    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", json::fingerprint(&kernels)?);
     println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
     println!("cargo::rustc-env=BRISTLE_MAKER={}", maker.lines().next().unwrap_or_default());
     Ok(())
 }
 
-/// All that turns settings into metrics, beside the kernels.
-const SOLVER: [&str; 10] = [
+/// All that turns settings into metrics; the kernels and the series of their special function come from `codegen/src`.
+const SOLVER: [&str; 11] = [
+    "codegen/src",
     "src/contact.rs",
     "src/equations",
     "src/filament.rs",
@@ -73,29 +78,13 @@ const SOLVER: [&str; 10] = [
 
 /// A hash of the solver's code, by which the journal of a study knows results of another build.
 ///
-/// The version alone would not do while a change is being made.
-fn solver_fingerprint(kernels: &str) -> Result<String, Box<dyn Error>> {
-    let mut files = Vec::new();
-    let mut paths: Vec<PathBuf> = SOLVER.map(PathBuf::from).into();
+/// The version alone would not do while a change is being made. The emitted kernels are part of the hash, because they
+/// may come from another engine.
+fn solver_fingerprint(kernels: &str) -> io::Result<String> {
     for path in SOLVER {
         println!("cargo::rerun-if-changed={path}");
     }
-    while let Some(path) = paths.pop() {
-        if path.is_dir() {
-            for entry in fs::read_dir(&path)? {
-                paths.push(entry?.path());
-            }
-        } else {
-            files.push(path);
-        }
-    }
-    files.sort();
-    let mut code = kernels.as_bytes().to_owned();
-    for path in files {
-        code.push(0);
-        code.extend(fs::read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?);
-    }
-    Ok(exchange::digest(&code))
+    Ok(digest(format!("{} {}", digest(kernels.as_bytes()), sources(&SOLVER)?).as_bytes()))
 }
 
 /// States at which the kernels are compared with the built-in ones.
@@ -119,19 +108,15 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
     let python = variable("BRISTLE_PYTHON")?.filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
-    let mut inputs = python.clone().into_bytes();
-    for path in SOURCES {
-        inputs.push(0);
-        inputs.extend(fs::read(path).map_err(|error| format!("cannot read {path}: {error}"))?);
-    }
-    let graph = directory.join(format!("casadi-{}.json", exchange::digest(&inputs)));
-    let cached = fs::read_to_string(&graph).ok().and_then(|text| exchange::from_json(&text).ok());
+    let inputs = digest(format!("{python} {}", sources(&SOURCES)?).as_bytes());
+    let graph = directory.join(format!("casadi-{inputs}.json"));
+    let cached = fs::read_to_string(&graph).ok().and_then(|text| json::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,
         None => {
             derive(&python, &graph)?;
             let text = fs::read_to_string(&graph)?;
-            exchange::from_json(&text).map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
+            json::from_json(&text).map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
         }
     };
     let deviations = compare(&kernels()?, &file.kernels, STATES, States::All, 1)

@@ -2,11 +2,11 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use bristle_codegen::back::json::{ExchangeError, from_json};
 use bristle_codegen::compare::{self, CompareError, Deviation, States, compare, whole_segments};
-use bristle_codegen::dimension::DimensionError;
-use bristle_codegen::exchange::{ExchangeError, from_json};
-use bristle_codegen::kernels::kernels;
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::dimension::DimensionError;
 
 use crate::parameters::MAX_SEGMENTS;
 

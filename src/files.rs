@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use bristle_codegen::exchange;
+use bristle_codegen::back::json;
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
@@ -43,7 +43,7 @@ pub fn read_results(path: &Path) -> Result<String, FileError> {
 
 /// Reads the file of an expression graph, which can be larger than input written by hand.
 pub fn read_graph(path: &Path) -> Result<String, FileError> {
-    read_limited(path, exchange::MAX_BYTES as u64)
+    read_limited(path, json::MAX_BYTES as u64)
 }
 
 fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {

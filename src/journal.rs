@@ -19,7 +19,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead};
 
-use bristle_codegen::exchange::digest;
+use bristle_codegen::fingerprint::digest;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;

@@ -3,7 +3,7 @@
 //! Studies and settings become text here, and text becomes what was written: the same numbers to the bit, or an error that says
 //! where the text is wrong. Files are the program's matter.
 
-use bristle_codegen::exchange::digest;
+use bristle_codegen::fingerprint::digest;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

@@ -9,8 +9,8 @@ use bristle::evaluation::symbol_values;
 use bristle::simulation::FilamentSystem;
 use bristle::tool::RoundTool;
 use bristle::workpiece::{Plane, Workpiece};
-use bristle_codegen::graph::NodeId;
-use bristle_codegen::lagrange::whole_equations;
+use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::lagrange::whole_equations;
 use common::{RandomState, largest, random_pairs, random_state, residual, tolerance};
 use fastrand::Rng;
 

@@ -21,9 +21,9 @@ use bristle::settings::Settings;
 use bristle::simulation::simulate;
 use bristle::study::run_study;
 use bristle::tool::radial_clamp;
-use bristle_codegen::emit::{Origin, emit};
-use bristle_codegen::kernels::kernels;
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::back::rust::{Origin, emit};
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 /// Of the source that the benchmarks emit.

@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use bristle_codegen::special::{SERIES, SERIES_LIMIT, TERMS};
+use bristle_codegen::ir::special::{SERIES, SERIES_LIMIT, TERMS};
 
 /// Below this `|x|` (2²⁰ rad) sine and cosine are those of this module; beyond it those of the standard library.
 pub const TRIGONOMETRIC_LIMIT: f64 = 1_048_576.0;
@@ -39,7 +39,7 @@ pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
 
 const _: () = assert!(TERMS == 14, "the series is written out for its terms");
 
-/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as that of [`bristle_codegen::special`].
+/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as that of [`bristle_codegen::ir::special`].
 #[inline(always)]
 pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
     if u.abs() <= SERIES_LIMIT { half_angle_series::<ORDER>(u) } else { half_angle_closed::<ORDER>(u) }
@@ -136,7 +136,7 @@ pub fn half_angle_closed<const ORDER: u8>(u: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use bristle_codegen::special;
+    use bristle_codegen::ir::special;
     use fastrand::Rng;
 
     use super::*;
