@@ -7,8 +7,8 @@ use bristle::equations::{Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, ker
 use bristle::simulation::FilamentSystem;
 use bristle::tool::RoundTool;
 use bristle::workpiece::{Plane, Workpiece};
-use bristle_codegen::graph::NodeId;
-use bristle_codegen::lagrange::whole_equations;
+use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::lagrange::whole_equations;
 use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
 

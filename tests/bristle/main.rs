@@ -5,6 +5,7 @@ mod common;
 mod agreement;
 mod allocations;
 mod batch;
+mod fingerprint;
 mod physics;
 mod poles;
 mod reference;

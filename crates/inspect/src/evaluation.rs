@@ -1,7 +1,7 @@
 //! The equations of motion at one state.
 
-use bristle_codegen::graph::NodeId;
-use bristle_codegen::lagrange::{WholeEquations, whole_equations};
+use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
 use serde::Serialize;
 
 use bristle::equations::{Chain, Clamp, Dynamics, NoLoads, PoleError};
@@ -119,7 +119,7 @@ pub fn symbol_values(
     let graph = &whole.graph;
     let mut values = vec![0.0; graph.symbols().len()];
     let mut set = |node: NodeId, value: f64| {
-        if let bristle_codegen::graph::Node::Symbol(symbol) = graph.node(node) {
+        if let bristle_codegen::ir::graph::Node::Symbol(symbol) = graph.node(node) {
             values[symbol.index()] = value;
         }
     };

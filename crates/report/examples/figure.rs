@@ -5,14 +5,14 @@
 //! cargo run --release -p bristle-report --example figure -- other.svg
 //! ```
 
-use bristle_report::drawing::{
-    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, labelled, pixels, right_of, stroke,
-    svg, text, whole,
-};
 use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::ClampMotion;
+use bristle_report::drawing::{
+    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, labelled, pixels, right_of, stroke,
+    svg, text, whole,
+};
 use bristle_study::document::Document;
 use bristle_study::study::{CaseResult, Study, run_study};
 use plotters::element::DashedPathElement;

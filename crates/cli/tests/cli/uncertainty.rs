@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use bristle_report::tables::study_tables;
 use bristle::simulation::simulate;
 use bristle_report::figures::study_figures;
+use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::results::write_runs;
 use bristle_study::results::{read_runs, read_study, study_text};
