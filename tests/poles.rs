@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
 use bristle::equations::{Chain, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
-use bristle::evaluation::{EvaluationError, State, evaluate};
+use bristle::evaluation::{ChainState, EvaluationError, evaluate};
 use bristle::filament::{chain, first_natural_frequency};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Statistics, Tolerances};
@@ -448,7 +448,7 @@ fn history_of_a_pass_goes_on_where_charts_change() {
 
 #[test]
 fn states_at_a_pole_are_refused_by_name() {
-    let mut state = State {
+    let mut state = ChainState {
         base_angle: 0.0,
         base_rate: 0.0,
         base_acceleration: 0.0,

@@ -5,7 +5,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use bristle::evaluation::{Evaluation, State, evaluate};
+use bristle::evaluation::{ChainState, Evaluation, evaluate};
 use bristle::settings::FilamentSettings;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -45,7 +45,7 @@ impl ReferenceState {
     }
 
     fn evaluate(&self) -> Evaluation {
-        let state = State {
+        let state = ChainState {
             base_angle: self.base_angle,
             base_rate: self.base_rate,
             base_acceleration: self.base_acceleration,
