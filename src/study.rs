@@ -19,7 +19,7 @@ use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
-use crate::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
+use crate::simulation::{Job, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
 use crate::uncertainty::{ForceScatter, INPUTS, MIN_SAMPLES, MOVING, Scatter};
 
 /// Path of the setting that changes fastest in a study.
@@ -326,7 +326,7 @@ pub fn complete_study(
 
 /// [`simulate_side_by_side`], compiled here once, and not again for whoever calls this module.
 fn simulate_taken(
-    take: &dyn Fn(Option<Kind>) -> Option<Case>,
+    take: &dyn Fn(Option<Kind>) -> Option<Job>,
     done: &dyn Fn(usize, Result<Simulation, SimulationError>),
 ) {
     simulate_side_by_side(take, done);
@@ -430,7 +430,7 @@ impl BegunCase {
 
 impl Queue {
     /// The next pass of this kind, or of any.
-    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Case> {
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         if self.current.is_none() {
             let &(next, case) = self.waiting.last()?;
             if kind.is_some_and(|kind| kind != next) {
@@ -457,7 +457,7 @@ impl Queue {
         };
         self.tools += usize::from(matches!(run, Run::Tool(_)));
         self.running.insert(number, (case, run));
-        Some(Case { number, settings: begun.settings(run) })
+        Some(Job::new(number, &begun.settings(run)))
     }
 
     /// Takes the result of a pass, and returns its case if that is complete.
@@ -478,7 +478,7 @@ fn complete_cases<E: Display>(
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
 ) -> io::Result<()> {
     assert_eq!(results.len(), study.case_count, "a result, or none, for each case");
     let mut waiting = in_order_of_work(study);
@@ -648,10 +648,10 @@ mod tests {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
         let done = AtomicUsize::new(0);
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
                         report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Case { number, settings }) = take(None) {
-                let velocity = settings.process.brushing_velocity_m_s;
+            while let Some(Job { number, pass }) = take(None) {
+                let velocity = pass.nominal().brushing_velocity;
                 report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
             }
         };
@@ -675,11 +675,11 @@ mod tests {
     fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
                         report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Case { number, settings }) = take(None) {
+            while let Some(Job { number, pass }) = take(None) {
                 assert!(number >= 5, "the first five have results");
-                report(number, Ok(simulation(settings.process.brushing_velocity_m_s)));
+                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
             }
         };
         let mut results = vec![None; 20];

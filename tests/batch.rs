@@ -5,7 +5,7 @@ mod common;
 use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
 use bristle::filament;
 use bristle::settings::Settings;
-use bristle::simulation::{Case, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
+use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
 use common::{RandomState, case, filament as paper_filament, random_state};
 use fastrand::Rng;
 
@@ -120,7 +120,7 @@ fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>>
             return None;
         }
         queue.pop();
-        Some(Case { number, settings: passes[number].clone() })
+        Some(Job::new(number, &passes[number]))
     };
     simulate_side_by_side(take, |number, result| {
         assert!(results[number].replace(result).is_none(), "a case is reported once");

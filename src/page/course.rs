@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::Selection;
 use crate::metrics::NominalContact;
 use crate::settings::Settings;
-use crate::simulation::{Case, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use crate::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use crate::study::{CaseResult, Study};
 use crate::workpiece::Workpiece;
 
@@ -166,7 +166,7 @@ pub fn record(study: &Study, results: &[CaseResult], threads: Option<NonZeroUsiz
         let take = |kind: Option<Kind>| {
             let mut queue = queue.lock().expect("nothing panics with the queue in hand");
             let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-            Some(Case { number, settings: study.settings(number) })
+            Some(Job::new(number, &study.settings(number)))
         };
         sample_side_by_side(SAMPLING, take, |number, result| {
             if let Ok(simulation) = result {
