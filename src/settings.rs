@@ -30,6 +30,48 @@ pub struct Settings {
     pub uncertainty: UncertaintySettings,
 }
 
+impl Settings {
+    /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper leaves open, at the brushing
+    /// velocity `v_b` (m/s) and the penetration depth `a_e` (m).
+    ///
+    /// ```
+    /// let mut settings = bristle::settings::Settings::paper(10.0, 1e-3);
+    /// settings.filament.segments = 10;
+    /// settings.contact.friction_coefficient = 0.3;
+    /// assert_eq!(settings.check(), Ok(()));
+    /// ```
+    pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
+        Self {
+            tool: ToolSettings {
+                kind: ToolKind::Round,
+                body_radius_m: 0.140,
+                width_m: 0.020,
+                filament_count: default_filament_count(),
+                filament_count_uncertainty: default_filament_count_uncertainty(),
+            },
+            filament: FilamentSettings {
+                segments: default_segments(),
+                length_m: 0.040,
+                diameter_m: 1.18e-3,
+                density_kg_m3: default_density_kg_m3(),
+                youngs_modulus_pa: default_youngs_modulus_pa(),
+                damping_ratio: default_damping_ratio(),
+            },
+            contact: ContactSettings::default(),
+            workpiece: WorkpieceSettings::default(),
+            process: ProcessSettings {
+                brushing_velocity_m_s,
+                penetration_depth_m,
+                gravity_m_s2: [0.0; 3],
+                lead_angle_rad: default_lead_angle_rad(),
+                tail_angle_rad: default_tail_angle_rad(),
+            },
+            solver: SolverSettings::default(),
+            uncertainty: UncertaintySettings::default(),
+        }
+    }
+}
+
 /// The brushing tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
