@@ -11,7 +11,7 @@ use bristle::tool::radial_clamp;
 
 /// A state of a filament on a round tool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct ChainState {
     /// Angle `β` of the brush body in rad.
     pub base_angle: f64,
     /// Its rate `ω` in rad/s.
@@ -71,7 +71,11 @@ pub enum EvaluationError {
 /// # Errors
 /// If the state has another shape, a segment stands at a pole of its coordinates, or the equations are singular there
 /// for another reason.
-pub fn evaluate(filament: &FilamentSettings, body_radius: f64, state: &State) -> Result<Evaluation, EvaluationError> {
+pub fn evaluate(
+    filament: &FilamentSettings,
+    body_radius: f64,
+    state: &ChainState,
+) -> Result<Evaluation, EvaluationError> {
     let (q, v) = (pairs(&state.q), pairs(&state.v));
     if q.is_empty() || 2 * q.len() != state.q.len() || state.q.len() != state.v.len() {
         return Err(EvaluationError::Shape { q: state.q.len(), v: state.v.len() });
