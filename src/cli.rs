@@ -418,8 +418,6 @@ enum CliError {
     Saved(#[from] SavedError),
     #[error("{}: {error}", path.display())]
     Advice { path: PathBuf, error: AdviceError },
-    #[error("cannot draw a figure: {0}")]
-    Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
     #[error(transparent)]
@@ -712,7 +710,7 @@ fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> R
     let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
     files.push(stage(PAGE, validation::page(outcomes, extent))?);
     for figure in outcomes.iter().flat_map(Outcome::figures) {
-        files.push(stage(&format!("{}.svg", figure.name), figure.svg().map_err(CliError::Drawing)?)?);
+        files.push(stage(&format!("{}.svg", figure.name), figure.svg())?);
     }
     for file in files {
         say_written(&file.commit()?);

@@ -7,7 +7,6 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle::drawing::raster::png;
 use bristle::figures::{Picture, history_figure, is_of_study, study_figures};
 use bristle::measured::{Comparison, Measurement, compare, read_measured, write_comparison};
 use bristle::results::{DataError, SavedStudy};
@@ -37,20 +36,6 @@ pub enum PicturesError {
     /// There are no saved results, or they cannot be read.
     #[error(transparent)]
     Saved(#[from] SavedError),
-    /// A picture cannot be drawn.
-    #[error("cannot draw `{name}`: {message}")]
-    Drawing {
-        /// Of the picture.
-        name: String,
-        /// What the drawing library says.
-        message: String,
-    },
-}
-
-impl PicturesError {
-    fn drawing(name: &str, error: impl ToString) -> Self {
-        Self::Drawing { name: name.to_owned(), message: error.to_string() }
-    }
 }
 
 /// What has been drawn, for people.
@@ -77,7 +62,7 @@ pub fn draw_study(
     results: &[CaseResult],
     measured: &[Measurement],
 ) -> Result<Drawn, PicturesError> {
-    let drawn = study_figures(study, results, measured).map_err(|error| PicturesError::drawing("study", error))?;
+    let drawn = study_figures(study, results, measured);
     let mut message = write_pictures(directory, &drawn.pictures)?;
     remove_others(directory, &drawn.pictures);
     if !drawn.note.is_empty() {
@@ -92,7 +77,7 @@ pub fn draw_study(
 
 /// Draws one contact over time below `directory`.
 pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -> Result<Drawn, PicturesError> {
-    let picture = history_figure(settings, history).map_err(|error| PicturesError::drawing("history", error))?;
+    let picture = history_figure(settings, history);
     Ok(Drawn { message: write_pictures(directory, &[picture])?, comparisons: Vec::new() })
 }
 
@@ -129,10 +114,9 @@ fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, Pict
     prepare_directory(&directory, &[])?;
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
-    let stage = |Picture { name, svg }: &Picture| {
-        let bitmap = png(svg).map_err(|error| PicturesError::drawing(name, error))?;
-        for (ending, content) in [("svg", svg.as_bytes()), ("png", &bitmap)] {
-            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(content))?;
+    let stage = |Picture { name, canvas }: &Picture| {
+        for (ending, content) in [("svg", canvas.svg().into_bytes()), ("png", canvas.png())] {
+            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
         Ok::<_, PicturesError>(())
