@@ -1,4 +1,4 @@
-//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`.
+//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`, with the power series that they need in `series.rs`.
 //!
 //! `BRISTLE_DERIVATION` chooses the engine: `built-in` (the default) needs nothing but Rust; `casadi` runs
 //! `derivations/segment_chain.py` with the Python of `BRISTLE_PYTHON` (default `python3`).
@@ -12,6 +12,7 @@ use std::process::{Command, ExitCode};
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
 use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::kernels::{Kernel, kernels};
+use bristle_codegen::special::{SERIES, SERIES_LIMIT, TERMS};
 use bristle_codegen::{MAKER, exchange};
 
 /// The derivation in CasADi.
@@ -50,6 +51,7 @@ fn generate() -> Result<(), Box<dyn Error>> {
     };
     let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
     fs::write(directory.join("kernels.rs"), &source)?;
+    fs::write(directory.join("series.rs"), series())?;
     // What the header says, for `bristle::equations`.
     println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", exchange::fingerprint(&kernels)?);
     println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
@@ -57,19 +59,22 @@ fn generate() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// The power series of the spring's energy and its derivatives, as Rust constants.
+fn series() -> String {
+    // `Debug` prints the fewest digits that read back as the same number.
+    format!(
+        "/// Below this `u` the series is summed; above it the closed form is accurate.\n\
+         pub const SERIES_LIMIT: f64 = {SERIES_LIMIT:?};\n\
+         /// Terms of each series.\n\
+         pub const TERMS: usize = {TERMS};\n\
+         /// Power series of `S`, `S′`, `S″`, `S‴`, lowest power first.\n\
+         pub const SERIES: [[f64; TERMS]; {}] = {SERIES:?};\n",
+        SERIES.len()
+    )
+}
+
 /// All that turns settings into metrics, beside the kernels.
-const SOLVER: [&str; 10] = [
-    "src/contact.rs",
-    "src/equations",
-    "src/filament.rs",
-    "src/integrate",
-    "src/metrics.rs",
-    "src/simulation",
-    "src/study.rs",
-    "src/tool.rs",
-    "src/uncertainty",
-    "src/workpiece.rs",
-];
+const SOLVER: [&str; 2] = ["codegen/src", "src"];
 
 /// A hash of the solver's code, by which the journal of a study knows results of another build.
 ///

@@ -24,7 +24,7 @@ validate *arguments='--full --out docs':
 
 # The README's picture
 figure:
-    cargo run --release --example figure
+    cargo run --release -p bristle-report --example figure
 
 # Benchmarks; `just bench contact` runs one group
 bench filter='':

@@ -15,16 +15,16 @@ use std::fs;
 use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
-use bristle::document::Document;
 use bristle::equations::{Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, StepWeights};
-use bristle::filament;
-use bristle::settings::Settings;
+use bristle::model::filament;
+use bristle::model::settings::Settings;
 use bristle::simulation::{Case, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
+use bristle_study::document::Document;
 
 /// Counts may differ by this share: another compiler moves some instructions, a change that matters moves many.
 const MARGIN: f64 = 0.05;
-const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/instructions/counts.csv");
+const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions/counts.csv");
 
 /// What is counted, with the repetitions that make its count exact enough.
 const SUBJECTS: [(&str, usize); 10] = [

@@ -27,12 +27,12 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Instant;
 
-use bristle::document::Document;
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
-use bristle::metrics::ContactRecord;
-use bristle::settings::Settings;
+use bristle::model::metrics::ContactRecord;
+use bristle::model::settings::Settings;
+use bristle_study::document::Document;
 
 use bdf::Bdf;
 use esdirk::{Controller, Esdirk, EsdirkSettings, Predictor};
@@ -193,8 +193,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             rows.push(row);
         }
     }
-    fs::write("docs/work_precision.csv", table(&rows))?;
-    fs::write("docs/work_precision.svg", plot::draw(&rows))?;
+    fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/work_precision.csv"), table(&rows))?;
+    fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/work_precision.svg"), plot::draw(&rows))?;
     Ok(())
 }
 

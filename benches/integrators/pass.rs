@@ -3,7 +3,7 @@
 use bristle::equations::linear::{add, scale};
 use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::hermite::{Knot, interpolate};
-use bristle::metrics::{ContactRecord, tip_deflection};
+use bristle::model::metrics::{ContactRecord, tip_deflection};
 use bristle::tool::ClampMotion;
 
 use crate::newton::{Failure, MAX_ITERATIONS};

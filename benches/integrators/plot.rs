@@ -1,6 +1,6 @@
 //! The diagram of work and precision.
 
-use bristle::drawing::{Canvas, Color, INK, Point, Stroke, WHITE, fine, text};
+use bristle_report::drawing::{Canvas, Color, INK, Point, Stroke, WHITE, fine, text};
 
 use crate::Row;
 

@@ -3,11 +3,11 @@
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::dot;
 use bristle::equations::{LaneSet, StepWeights};
-use bristle::filament;
 use bristle::integrate::hermite::{Knot, interpolate};
 use bristle::integrate::{SecondOrderSystem, State, Tolerances};
-use bristle::metrics::NominalContact;
-use bristle::settings::Settings;
+use bristle::model::filament;
+use bristle::model::metrics::NominalContact;
+use bristle::model::settings::Settings;
 use bristle::simulation::{FilamentSystem, integral};
 use bristle::tool::RoundTool;
 use bristle::workpiece::Plane;

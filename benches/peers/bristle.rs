@@ -8,13 +8,13 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use bristle::document::Document;
 use bristle::equations::{Batch, Chain, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
-use bristle::filament;
-use bristle::settings::Settings;
+use bristle::model::filament;
+use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
-use bristle::study::{Study, run_study};
 use bristle::tool::radial_clamp;
+use bristle_study::document::Document;
+use bristle_study::study::{Study, run_study};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -82,7 +82,7 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
         }
         Request::Study { relative_tolerance, threads } => {
             settings.solver.relative_tolerance = relative_tolerance;
-            study(Study::new(settings, document.study()?.axes().to_vec())?, threads)?
+            study(Study::new(settings, document.study()?.sweeps().to_vec())?, threads)?
         }
     })
 }

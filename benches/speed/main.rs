@@ -14,16 +14,16 @@ use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use bristle::document::Document;
 use bristle::equations::{Batch, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
-use bristle::filament;
-use bristle::settings::Settings;
+use bristle::model::filament;
+use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
-use bristle::study::run_study;
 use bristle::tool::radial_clamp;
 use bristle_codegen::emit::{Origin, emit};
 use bristle_codegen::kernels::kernels;
 use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_study::document::Document;
+use bristle_study::study::run_study;
 use criterion::{Criterion, criterion_group, criterion_main};
 
 /// Of the source that the benchmarks emit.
@@ -61,7 +61,7 @@ impl State {
         let settings = paper_case(1e-6);
         let body_radius = settings.tool.body_radius_m;
         let (angle, rate) = (-1.55, 10.0 / (body_radius + settings.filament.length_m));
-        let filament = bristle::settings::FilamentSettings { segments, ..settings.filament };
+        let filament = bristle::model::settings::FilamentSettings { segments, ..settings.filament };
         let along = |k: usize| (k as f64 + 0.5) / segments as f64;
         let q = (0..segments).map(|k| {
             let bend = along(k).powf(1.5);

@@ -48,8 +48,8 @@ pub struct BatchError {
 /// The memory in which batches of chains of one number of segments are computed.
 ///
 /// ```
-/// use bristle::equations::{Batch, Chain, Member};
-/// use bristle::tool::{ClampMotion, FixedClamp};
+/// use crate::equations::{Batch, Chain, Member};
+/// use crate::tool::{ClampMotion, FixedClamp};
 ///
 /// let chain = Chain {
 ///     segments: 2,
@@ -69,7 +69,7 @@ pub struct BatchError {
 /// Batch::new(2).accelerations(&members, &mut accelerations)?;
 /// // The outer segment springs back, the more the more it is bent.
 /// assert!(accelerations[1][1] < 0.0 && accelerations[5][1] < accelerations[3][1]);
-/// # Ok::<(), bristle::equations::BatchError>(())
+/// # Ok::<(), crate::equations::BatchError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Batch {

@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use bristle_codegen::special::{SERIES, SERIES_LIMIT, TERMS};
+use super::series::{SERIES, SERIES_LIMIT, TERMS};
 
 /// Below this `|x|` (2²⁰ rad) sine and cosine are those of this module; beyond it those of the standard library.
 pub const TRIGONOMETRIC_LIMIT: f64 = 1_048_576.0;

@@ -9,7 +9,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use bristle_codegen::special::SERIES_LIMIT;
+use super::series::SERIES_LIMIT;
 
 use super::elementary::{self, TRIGONOMETRIC_LIMIT};
 use super::real::larger;

@@ -36,3 +36,8 @@ pub mod kernels {
 
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
+
+/// Power series of `S(u) = ½ arccos²(1 − u)`, the energy of a spring, and of its derivatives, written by the build step.
+mod series {
+    include!(concat!(env!("OUT_DIR"), "/series.rs"));
+}

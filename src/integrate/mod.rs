@@ -5,8 +5,6 @@
 //! the steps of one integration, and [`Integrator`] joins the two. Events, and with them changes of the system, lie
 //! between steps and are the caller's.
 
-use serde::{Deserialize, Serialize};
-
 mod control;
 pub mod hermite;
 mod single;
@@ -169,24 +167,30 @@ impl<const Q: usize> State<Q> {
     }
 }
 
-/// Work done by an integration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Statistics {
-    /// Accepted steps.
-    pub steps: usize,
-    /// Steps repeated because the error estimate was too large, or the step met a pole of a segment's coordinates.
-    pub rejected_steps: usize,
-    /// Newton iterations, each one residual and one linear solve.
-    pub newton_iterations: usize,
-    /// Steps repeated because Newton's method did not converge, or met values that are not finite.
-    pub newton_failures: usize,
-    /// Factorisations of the step matrix.
-    pub factorisations: usize,
-    /// Located openings and closings of the contact.
-    pub contact_events: usize,
-    /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
-    #[serde(skip)]
-    pub chart_changes: usize,
+crate::record! {
+    /// Work done by an integration.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct Statistics {
+        steps: usize = ["", "", "accepted steps", ""],
+        rejected_steps: usize = [
+            "", "", "rejected steps",
+            "repeated because the error estimate was too large, or the step met a pole of a segment's coordinates"
+        ],
+        newton_iterations: usize =
+            ["", "", "Newton iterations", "each one residual and one linear solve"],
+        newton_failures: usize = [
+            "", "", "steps without convergence",
+            "repeated because Newton's method did not converge, or met values that are not finite"
+        ],
+        factorisations: usize = ["", "", "factorisations", "of the step matrix"],
+        contact_events: usize = ["", "", "contact events located", "openings and closings"],
+    }
+    with {
+        /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
+        #[cfg_attr(feature = "serde", serde(skip))]
+        pub chart_changes: usize,
+    }
 }
 
 /// What an error in the solution is measured against.

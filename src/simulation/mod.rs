@@ -2,11 +2,12 @@
 
 use crate::contact::ContactLaw;
 use crate::equations::Chain;
-use crate::filament;
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{IntegrationError, Statistics, Tolerances};
-use crate::metrics::{ContactRecord, Metrics, NominalContact};
-use crate::settings::Settings;
+use crate::model::filament;
+use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
+use crate::model::record::Record;
+use crate::model::settings::Settings;
 use crate::tool::RoundTool;
 use crate::workpiece::Plane;
 

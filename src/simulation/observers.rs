@@ -1,7 +1,5 @@
 //! What is kept of the steps of a pass: the figures of its contact, and a time history.
 
-use serde::Serialize;
-
 use super::search::maximum_in_step;
 use super::system::{Filament, integral};
 use super::trajectory::Step;
@@ -9,7 +7,7 @@ use crate::contact::ContactForce;
 use crate::equations::linear::{add, dot};
 use crate::equations::{Chain, Dynamics, Energies};
 use crate::integrate::hermite::Knot;
-use crate::metrics::{ContactRecord, tip_deflection};
+use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::tool::{ClampMotion, RoundTool};
 use crate::workpiece::Workpiece;
 
@@ -99,49 +97,31 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 }
 
-/// One row of a time history.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sample {
-    /// Time in s; zero at the start of the pass.
-    pub time_s: f64,
-    /// Angle `β` of the brush body in rad.
-    pub base_angle_rad: f64,
-    /// `F_n`, the sum over the nodes, in N.
-    pub contact_normal_force_n: f64,
-    /// Friction, the magnitude of the sum over the nodes, in N.
-    pub contact_tangential_force_n: f64,
-    /// Tip deflection `s_n` in m.
-    pub tip_deflection_m: f64,
-    /// Tip position in m.
-    pub tip_x_m: f64,
-    /// Tip position in m.
-    pub tip_y_m: f64,
-    /// Tip position in m.
-    pub tip_z_m: f64,
-    /// `E_kin` in J.
-    pub kinetic_energy_j: f64,
-    /// `E_spring + E_grav` in J.
-    pub potential_energy_j: f64,
-    /// Energy taken so far by joint dampers, contact damping and friction, in J.
-    pub dissipated_energy_j: f64,
-    /// `∫ F_n dt` so far, in N s: its rise over the time between two samples is the mean of `F_n` there.
-    pub contact_normal_impulse_n_s: f64,
-    /// Largest `F_n` since the sample before, in N: impacts are shorter than the time between samples.
-    pub peak_contact_normal_force_n: f64,
-}
-
-impl Sample {
-    /// True if every value is a finite number.
-    pub(super) fn is_finite(&self) -> bool {
-        let energies = [self.kinetic_energy_j, self.potential_energy_j, self.dissipated_energy_j];
-        let tip = [self.tip_x_m, self.tip_y_m, self.tip_z_m, self.tip_deflection_m];
-        let forces = [
-            self.contact_normal_force_n,
-            self.contact_tangential_force_n,
-            self.contact_normal_impulse_n_s,
-            self.peak_contact_normal_force_n,
-        ];
-        energies.iter().chain(&tip).chain(&forces).all(|value| value.is_finite())
+crate::record! {
+    /// One row of a time history.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+    pub struct Sample {
+        time_s: f64 = ["t", "s", "time", "zero at the start of the pass"],
+        base_angle_rad: f64 = ["β", "rad", "angle of the brush body", ""],
+        contact_normal_force_n: f64 = ["F_n", "N", "contact normal force", "sum over the nodes"],
+        contact_tangential_force_n: f64 = ["F_t", "N", "friction", "magnitude of the sum over the nodes"],
+        tip_deflection_m: f64 = ["s_n", "m", "tip deflection", "distance of the tip from the undeformed filament"],
+        tip_x_m: f64 = ["x", "m", "tip position along x", ""],
+        tip_y_m: f64 = ["y", "m", "tip position along y", ""],
+        tip_z_m: f64 = ["z", "m", "tip position along z", ""],
+        kinetic_energy_j: f64 = ["E_kin", "J", "kinetic energy", ""],
+        potential_energy_j: f64 = ["E_pot", "J", "potential energy", "of springs and gravity"],
+        dissipated_energy_j: f64 =
+            ["", "J", "dissipated energy", "taken so far by joint dampers, contact damping and friction"],
+        contact_normal_impulse_n_s: f64 = [
+            "", "N s", "contact normal impulse so far",
+            "∫ F_n dt; its rise over the time between two samples is the mean of F_n there"
+        ],
+        peak_contact_normal_force_n: f64 = [
+            "", "N", "largest contact normal force since the sample before",
+            "impacts are shorter than the time between samples"
+        ],
     }
 }
 

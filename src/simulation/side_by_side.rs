@@ -6,7 +6,7 @@ use super::trajectory::Trajectory;
 use super::{METHOD, Pass, Simulation, SimulationError, simulate_with};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
-use crate::settings::Settings;
+use crate::model::settings::Settings;
 use crate::tool::RoundTool;
 use crate::workpiece::Plane;
 

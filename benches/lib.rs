@@ -1,0 +1,1 @@
+//! Benchmarks of Bristle: see `Cargo.toml` for their names, and each for what it measures.

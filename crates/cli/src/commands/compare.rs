@@ -1,0 +1,45 @@
+//! `bristle compare`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bristle_inspect::comparison::{States, compare_graph};
+use clap::Args;
+
+use crate::error::{CliError, agreement};
+use crate::files::read_graph;
+use crate::terminal::print;
+
+/// Most states that a comparison may ask for.
+const MAX_STATES: u64 = 100_000;
+
+/// Compare a graph of another engine with the built-in derivation, output by output, at random states
+///
+/// GRAPH.json holds the whole equations of some number of segments, or the kernels of the solver; derivations/ has
+/// such graphs and what makes them, docs/graph-format.md the format. The table shows the largest deviation of each
+/// output relative to its size. The exit status is 1 if one deviates by more than 1e-12.
+#[derive(Args)]
+pub struct CompareArgs {
+    /// The graph
+    #[arg(value_name = "GRAPH.json")]
+    file: PathBuf,
+    /// Number of states
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MAX_STATES))]
+    states: u64,
+    /// Seed of the states
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Leave straight states out, where springs stated through the arc cosine are singular
+    #[arg(long)]
+    bent: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
+    let text = read_graph(&arguments.file)?;
+    let which = if arguments.bent { States::Bent } else { States::All };
+    let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
+        .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;
+    print(&comparison.to_string())?;
+    Ok(agreement(comparison.agrees()))
+}

@@ -1,0 +1,50 @@
+//! `bristle evaluate`.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bristle_inspect::evaluation::evaluate;
+use bristle_inspect::state::parse_state;
+use bristle_study::document::Document;
+use clap::Args;
+
+use crate::error::CliError;
+use crate::files::read_text;
+use crate::terminal::print;
+
+/// Print mass matrix, accelerations and energies at one state, as JSON
+///
+/// The state is a JSON file of base angle (rad), rate (rad/s) and acceleration (rad/s²),
+/// gravity (m/s²), and for each segment the polar angle φ and the azimuth θ (rad) in q, their
+/// rates (rad/s) in v:
+///
+///   {"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0],
+///    "q": [1.57, -1.5], "v": [0, 50]}
+///
+/// The number of segments follows from q. Contact is left out, so FILE.toml need not state
+/// velocity and depth.
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct EvaluateArgs {
+    /// Input file, for tool and filament
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// The state
+    #[arg(long, value_name = "STATE.json")]
+    state: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
+    let text = read_text(&arguments.file)?;
+    let name = arguments.file.to_string_lossy();
+    let settings = Document::parse(&text, &name)?.settings_without_process()?;
+    let state = parse_state(&read_text(&arguments.state)?)
+        .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
+    let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;
+    let mut json = serde_json::to_string(&evaluation).map_err(io::Error::from)?;
+    json.push('\n');
+    print(&json)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,36 @@
+//! The commands, one file each.
+
+use std::process::ExitCode;
+
+use bristle_study::schema::input_schema;
+
+use crate::args::Command;
+use crate::error::CliError;
+use crate::terminal::print;
+
+pub mod advise;
+pub mod compare;
+pub mod derive;
+pub mod evaluate;
+pub mod plot;
+pub mod simulate;
+pub mod study;
+pub mod validate;
+
+/// Runs a command.
+pub fn run(command: Command) -> Result<ExitCode, CliError> {
+    match command {
+        Command::Study(arguments) => study::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Derive(arguments) => derive::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
+        Command::Advise(arguments) => advise::run(&arguments),
+        Command::Schema => {
+            print(&input_schema())?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}

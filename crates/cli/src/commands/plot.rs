@@ -1,0 +1,34 @@
+//! `bristle plot`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use crate::error::CliError;
+use crate::pictures::{draw_saved, say_drawn};
+
+/// Draw saved results once more, to DIR/figures
+///
+/// DIR is what `bristle study` or `bristle simulate` has written to. Of a study: maps and curves of tip deflection, contact time,
+/// contact time ratio, impulse and tool force over the swept settings, and the tool force beside measured ones. Of one contact:
+/// force and tip deflection over time. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the
+/// results.
+#[derive(Args)]
+pub struct PlotArgs {
+    /// Directory with results
+    #[arg(value_name = "DIR")]
+    results: PathBuf,
+    /// Directory for the figures, which go to its subdirectory `figures` [default: DIR]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
+    let out = arguments.out.as_ref().unwrap_or(&arguments.results);
+    for drawn in draw_saved(&arguments.results, out)? {
+        say_drawn(&drawn);
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,66 @@
+//! `bristle validate`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use bristle_validation::{self as validation, Extent, Outcome};
+use clap::Args;
+use indicatif::ProgressBar;
+
+use crate::error::{CliError, agreement};
+use crate::files::{StagedFile, prepare_directory};
+use crate::terminal::{print, progress_style, say, say_written};
+
+/// Names of the result files.
+const COMPARISONS: &str = "validation.csv";
+const PAGE: &str = "validation.md";
+
+/// Compare the simulator with exact solutions, other codes and the paper, and write DIR/validation.csv
+///
+/// The table shows each number beside what it should be, who says so, its error and how far it may be off. validation.csv has
+/// the same with all digits; validation.md is a page with the formulas, the reasons for the tolerances and the figures, which
+/// lie beside it as SVG. The exit status is 1 if one number is off by more than its tolerance, or cannot be computed.
+#[derive(Args)]
+pub struct ValidateArgs {
+    /// Studies of convergence too
+    #[arg(long)]
+    full: bool,
+    /// Directory for the results, made where there is none
+    #[arg(long, value_name = "DIR", default_value = "validation")]
+    out: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
+    let extent = if arguments.full { Extent::Full } else { Extent::Quick };
+    prepare_directory(&arguments.out, &[COMPARISONS, PAGE])?;
+
+    let start = Instant::now();
+    let bar = ProgressBar::new(validation::case_count() as u64).with_style(progress_style());
+    let outcomes = validation::run(extent, || bar.inc(1));
+    bar.finish_and_clear();
+    let seconds = start.elapsed().as_secs_f64();
+
+    let written = write_validation(&arguments.out, &outcomes, extent);
+    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
+    // Last, so that the verdict is what a terminal shows; and also where the files cannot be written.
+    print(&validation::table(&outcomes))?;
+    written?;
+    Ok(agreement(validation::agrees(&outcomes)))
+}
+
+/// Writes what a validation has compared, its page and its figures.
+fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> Result<(), CliError> {
+    let stage = |name: &str, text: String| StagedFile::text(directory, name, &text);
+    let comparisons = directory.join(COMPARISONS);
+    let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
+    files.push(stage(PAGE, validation::page(outcomes, extent))?);
+    for figure in outcomes.iter().flat_map(Outcome::figures) {
+        files.push(stage(&format!("{}.svg", figure.name), figure.svg())?);
+    }
+    for file in files {
+        say_written(&file.commit()?);
+    }
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! What can end a command early, and the exit status that it gives.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bristle::simulation::SimulationError;
+use bristle_inspect::comparison::ComparisonError;
+use bristle_inspect::derive::DeriveError;
+use bristle_inspect::evaluation::EvaluationError;
+use bristle_inspect::state::StateError;
+use bristle_study::advice::AdviceError;
+use bristle_study::input_error::InputError;
+use thiserror::Error;
+
+use crate::files::FileError;
+use crate::journal_file::JournalFileError;
+use crate::pictures::PicturesError;
+use crate::saved::SavedError;
+
+/// Exit status where what is compared disagrees.
+const DISAGREEMENT: u8 = 1;
+/// Exit status where the input or the call is wrong.
+const BAD_INPUT: u8 = 2;
+/// Exit status where a simulation failed.
+pub const SIMULATION_FAILED: u8 = 3;
+
+/// What can end a command early.
+#[derive(Debug, Error)]
+pub enum CliError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error("{}: {error}", path.display())]
+    State { path: PathBuf, error: StateError },
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    #[error(transparent)]
+    Derive(#[from] DeriveError),
+    #[error("{}: {error}", path.display())]
+    Comparison { path: PathBuf, error: Box<ComparisonError> },
+    #[error("the simulation failed: {0}")]
+    Simulation(#[from] SimulationError),
+    #[error(transparent)]
+    Pictures(#[from] PicturesError),
+    #[error(transparent)]
+    Saved(#[from] SavedError),
+    #[error("{}: {error}", path.display())]
+    Advice { path: PathBuf, error: AdviceError },
+    #[error("cannot start threads: {0}")]
+    Threads(io::Error),
+    #[error(transparent)]
+    Journal(#[from] JournalFileError),
+    #[error(
+        "{error}\n{done} of {total} cases are in the journal: once there is room, the same command goes on from there"
+    )]
+    Unfinished { error: FileError, done: usize, total: usize },
+    #[error("cannot write to stdout: {0}")]
+    Stdout(#[from] io::Error),
+}
+
+impl CliError {
+    /// The exit status of a command that ends with it.
+    pub fn status(&self) -> ExitCode {
+        match self {
+            Self::Simulation(_) => SIMULATION_FAILED.into(),
+            _ => BAD_INPUT.into(),
+        }
+    }
+}
+
+/// Exit status of a comparison.
+pub fn agreement(agrees: bool) -> ExitCode {
+    if agrees { ExitCode::SUCCESS } else { DISAGREEMENT.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_is_an_exit_status() {
+        assert_eq!(agreement(true), ExitCode::SUCCESS);
+        assert_eq!(agreement(false), ExitCode::from(1));
+    }
+}

@@ -1,0 +1,172 @@
+//! Pictures of results as files: `DIR/figures/NAME.svg` and `NAME.png`, of results at hand or of saved ones.
+
+use std::ffi::OsStr;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::Mutex;
+use std::{fs, thread};
+
+use bristle::model::settings::Settings;
+use bristle::simulation::Sample;
+use bristle_report::figures::{Picture, history_figure, is_of_study, study_figures};
+use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
+use bristle_study::results::{DataError, SavedStudy};
+use bristle_study::study::{CaseResult, Study};
+use thiserror::Error;
+
+use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers_of};
+use crate::saved::{SavedError, saved_case, saved_study};
+use crate::terminal::say;
+
+/// Directory of the pictures within that of the results.
+pub const FIGURES: &str = "figures";
+/// Names of the measured forces beside the results, and of what compares them.
+pub const MEASURED: &str = "measured.csv";
+pub const COMPARISON: &str = "measured_comparison.csv";
+
+/// Why there are no pictures.
+#[derive(Debug, Error)]
+pub enum PicturesError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A file does not hold what it should.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// There are no saved results, or they cannot be read.
+    #[error(transparent)]
+    Saved(#[from] SavedError),
+}
+
+/// What has been drawn, for people.
+#[derive(Debug)]
+pub struct Drawn {
+    /// How many pictures, where, and what is left out.
+    pub message: String,
+    /// Deviations from measured forces.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// Reads measured forces, and their text as it is.
+pub fn measured_forces(path: &Path) -> Result<(String, Vec<Measurement>), PicturesError> {
+    let text = read_text(path)?;
+    let measured = read_measured(&text, &path.to_string_lossy())?;
+    Ok((text, measured))
+}
+
+/// Draws a study below `directory`, and compares it with measured forces if there are any. Pictures of an earlier study that
+/// this one does not have are removed.
+pub fn draw_study(
+    directory: &Path,
+    study: &Study,
+    results: &[CaseResult],
+    measured: &[Measurement],
+) -> Result<Drawn, PicturesError> {
+    let drawn = study_figures(study, results, measured);
+    let mut message = write_pictures(directory, &drawn.pictures)?;
+    remove_others(directory, &drawn.pictures);
+    if !drawn.note.is_empty() {
+        message.push_str(&format!(" ({})", drawn.note));
+    }
+    let comparisons = if measured.is_empty() { Vec::new() } else { compare(study, results, measured) };
+    if !comparisons.is_empty() {
+        StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
+    }
+    Ok(Drawn { message, comparisons })
+}
+
+/// Draws one contact over time below `directory`.
+pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -> Result<Drawn, PicturesError> {
+    let picture = history_figure(settings, history);
+    Ok(Drawn { message: write_pictures(directory, &[picture])?, comparisons: Vec::new() })
+}
+
+/// Draws the results that are saved in `saved` once more, below `directory`: of a study, of one contact, or of both.
+pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
+    // All is read before anything is written.
+    let (study, case) = (saved_study(saved)?, saved_case(saved)?);
+    if study.is_none() && case.is_none() {
+        return Err(SavedError::NoResults(saved.to_owned()).into());
+    }
+    let study = match study {
+        Some((SavedStudy { study, measured, .. }, results)) => {
+            let measured = if measured { measured_forces(&saved.join(MEASURED))?.1 } else { Vec::new() };
+            Some((study, results, measured))
+        }
+        None => None,
+    };
+    let mut drawn = Vec::new();
+    if let Some((study, results, measured)) = study {
+        drawn.push(draw_study(directory, &study, &results, &measured)?);
+    }
+    if let Some((settings, history)) = case {
+        drawn.push(draw_history(directory, &settings, &history)?);
+    }
+    Ok(drawn)
+}
+
+/// Writes pictures as SVG and PNG, all of them or none, and says so. Bitmaps are made on all cores.
+fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, PicturesError> {
+    if pictures.is_empty() {
+        return Ok("no figures".to_owned());
+    }
+    let directory = directory.join(FIGURES);
+    prepare_directory(&directory, &[])?;
+    let waiting = Mutex::new(pictures.iter());
+    let staged = Mutex::new(Vec::new());
+    let stage = |Picture { name, canvas }: &Picture| {
+        for (ending, content) in [("svg", canvas.svg().into_bytes()), ("png", canvas.png())] {
+            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
+            staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
+        }
+        Ok::<_, PicturesError>(())
+    };
+    let work = || {
+        loop {
+            let next = waiting.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
+            let Some(picture) = next else { return Ok(()) };
+            stage(picture)?;
+        }
+    };
+    let others = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(pictures.len()) - 1;
+    thread::scope(|scope| {
+        let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
+        let own: Result<(), PicturesError> = work();
+        let others = others.into_iter().map(|other| other.join().expect("drawing does not panic"));
+        others.fold(own, Result::and)
+    })?;
+    for file in staged.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+        file.commit()?;
+    }
+    let figures = if pictures.len() == 1 { "figure" } else { "figures" };
+    Ok(format!("wrote {} {figures} as SVG and PNG to {}", pictures.len(), directory.display()))
+}
+
+/// Removes what a study that was killed has left of the pictures below `directory`, to which no other process may be writing.
+pub fn remove_unfinished(directory: &Path) {
+    let of_study = |name: &str| Path::new(name).file_stem().and_then(OsStr::to_str).is_some_and(is_of_study);
+    remove_leftovers_of(&directory.join(FIGURES), of_study);
+}
+
+/// Removes pictures of an earlier study, which would be taken for this one's. That one stays is no error.
+fn remove_others(directory: &Path, pictures: &[Picture]) {
+    let remove = |entry: io::Result<fs::DirEntry>| {
+        let path = entry.ok()?.path();
+        let is_picture = path.extension().is_some_and(|ending| ending == "svg" || ending == "png");
+        let name = path.file_stem()?.to_str()?;
+        let is_old = is_picture && is_of_study(name) && pictures.iter().all(|picture| picture.name != name);
+        is_old.then(|| fs::remove_file(&path).ok()).flatten()
+    };
+    if let Ok(entries) = fs::read_dir(directory.join(FIGURES)) {
+        entries.map(remove).for_each(drop);
+    }
+}
+
+/// Tells the user of what was drawn.
+pub fn say_drawn(Drawn { message, comparisons }: &Drawn) {
+    say(message);
+    if !comparisons.is_empty() {
+        say(comparison_table(comparisons));
+    }
+}

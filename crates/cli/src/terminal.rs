@@ -1,0 +1,108 @@
+//! Text for people, on stderr and above a progress bar where there is one, and the log that `RUST_LOG` asks for.
+
+use std::env::{self, VarError};
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Mutex;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+
+/// The bar that stands below what is written.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Lets a bar stand below all that is written from now on.
+pub fn keep_below(bar: &ProgressBar) {
+    *BAR.lock().expect(UNBROKEN) = Some(bar.clone());
+}
+
+/// Forgets the bar, which has been cleared.
+pub fn nothing_below() {
+    *BAR.lock().expect(UNBROKEN) = None;
+}
+
+const UNBROKEN: &str = "nothing panics with the bar in hand";
+
+/// Tells the user something. That nobody listens is no error.
+pub fn say(message: impl Display) {
+    above_the_bar(|| {
+        let _ = writeln!(io::stderr(), "{message}");
+    });
+}
+
+/// Tells the user a last thing, in place of the bar.
+pub fn say_at_the_end(message: impl Display) {
+    let bar = BAR.lock().expect(UNBROKEN).take();
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let _ = writeln!(io::stderr(), "{message}");
+}
+
+fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
+    let bar = BAR.lock().expect(UNBROKEN).clone();
+    match bar {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
+}
+
+/// Writes a log to stderr if the environment variable `RUST_LOG` asks for one, as in `debug` or `bristle_study::study=debug`.
+///
+/// Levels by module are what there is to choose from, so a filter of them does, without the regular expressions of the
+/// usual one.
+pub fn start_log() {
+    const VARIABLE: &str = "RUST_LOG";
+    let wanted = match env::var(VARIABLE) {
+        Ok(wanted) if !wanted.is_empty() => wanted,
+        Ok(_) | Err(VarError::NotPresent) => return,
+        Err(VarError::NotUnicode(_)) => return say(format_args!("note: {VARIABLE} is no text and has no effect")),
+    };
+    match wanted.parse::<Targets>() {
+        Ok(targets) => {
+            let lines = tracing_subscriber::fmt::layer().with_ansi(false).with_writer(|| Log);
+            tracing_subscriber::registry().with(targets).with(lines).init();
+        }
+        Err(error) => {
+            say(format_args!(
+                "note: {VARIABLE} is `{wanted}` and has no effect: {error}; try `debug` or `bristle=debug`"
+            ));
+        }
+    }
+}
+
+/// Writes whole lines of the log.
+struct Log;
+
+impl Write for Log {
+    fn write(&mut self, lines: &[u8]) -> io::Result<usize> {
+        above_the_bar(|| io::stderr().write(lines))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+/// Writes data to stdout. That a reader such as `head` has seen enough is no error.
+pub fn print(data: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(data.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Tells the user of a file.
+pub fn say_written(path: &Path) {
+    say(format_args!("wrote {}", path.display()));
+}
+
+/// Style of the progress bar, which indicatif shows on a terminal only.
+pub fn progress_style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+}

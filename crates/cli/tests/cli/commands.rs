@@ -1,0 +1,966 @@
+//! The contract of the command line: files, exit statuses and messages.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command as Process, Stdio};
+
+use assert_cmd::Command;
+use predicates::prelude::*;
+use predicates::str::contains;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A small and quick case.
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[contact]
+
+[workpiece]
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+
+[solver]
+relative_tolerance = 1e-4
+
+[study]
+brushing_velocity_m_s = [10.0, 20.0]
+penetration_depth_m = { start = 0.5e-3, stop = 1.5e-3, step = 0.5e-3 }
+";
+
+/// A state of two segments.
+const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleration": 0.0, "gravity": [0, 0, 0],
+ "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
+
+/// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
+const RESULTS: [&str; 18] = [
+    "contact_angle_rad",
+    "nominal_contact_length_m",
+    "nominal_contact_time_s",
+    "contact_time_s",
+    "contact_length_m",
+    "contact_time_ratio",
+    "contact_count",
+    "contact_normal_impulse_n_s",
+    "equivalent_contact_normal_force_n",
+    "peak_contact_normal_force_n",
+    "max_tip_deflection_m",
+    "tool_contact_normal_force_n",
+    "steps",
+    "rejected_steps",
+    "newton_iterations",
+    "newton_failures",
+    "factorisations",
+    "contact_events",
+];
+
+/// A directory with input files, removed at the end of a test.
+struct Workspace {
+    directory: TempDir,
+}
+
+impl Workspace {
+    fn new() -> Self {
+        Self { directory: TempDir::new().expect("a temporary directory") }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(name), text).expect("the file can be written");
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).expect(name)
+    }
+
+    /// Rows of a CSV file, heading included.
+    fn read_rows(&self, name: &str) -> Vec<Vec<String>> {
+        csv::ReaderBuilder::new()
+            .has_headers(false)
+            .from_path(self.path(name))
+            .expect(name)
+            .records()
+            .map(|record| record.expect("a row").iter().map(str::to_owned).collect())
+            .collect()
+    }
+
+    /// The program, run in this directory.
+    fn bristle(&self, arguments: &str) -> Command {
+        crate::program::bristle(self.directory.path(), arguments)
+    }
+
+    /// Runs the program on bad input and returns what it says.
+    fn refuse(&self, arguments: &str) -> String {
+        let assert = self
+            .bristle(arguments)
+            .assert()
+            .code(2)
+            .stdout("")
+            .stderr(contains("error:").and(contains("panicked").not()));
+        String::from_utf8(assert.get_output().stderr.clone()).expect("a message in UTF-8")
+    }
+}
+
+#[test]
+fn simulate_writes_metrics_and_history() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("simulate case.toml --out one --samples 11").assert().success().stdout("");
+
+    let text = workspace.read("one/metrics.json");
+    let metrics: Value = serde_json::from_str(&text).expect("metrics.json is JSON");
+    let metrics = metrics.as_object().expect("an object");
+    assert_eq!(metrics.len(), RESULTS.len());
+    let mut last = 0;
+    for key in RESULTS {
+        assert!(metrics[key].is_number(), "{key}");
+        let position = text.find(&format!("\"{key}\"")).expect(key);
+        assert!(position > last, "{key} comes in its order");
+        last = position;
+    }
+    let ratio = metrics["contact_time_ratio"].as_f64().expect("a number");
+    assert!((0.0..=1.0).contains(&ratio));
+
+    let rows = workspace.read_rows("one/history.csv");
+    assert_eq!(
+        rows[0].join(","),
+        "time_s,base_angle_rad,contact_normal_force_n,contact_tangential_force_n,tip_deflection_m,\
+         tip_x_m,tip_y_m,tip_z_m,kinetic_energy_j,potential_energy_j,dissipated_energy_j,\
+         contact_normal_impulse_n_s,peak_contact_normal_force_n"
+    );
+    assert_eq!(rows.len(), 12);
+    for row in &rows[1..] {
+        assert!(row.iter().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)));
+    }
+}
+
+#[test]
+fn the_number_of_samples_changes_no_metric() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    for samples in ["2", "500"] {
+        workspace.bristle(&format!("simulate case.toml --out {samples} --samples {samples}")).assert().success();
+    }
+    assert_eq!(workspace.read("2/metrics.json"), workspace.read("500/metrics.json"));
+}
+
+#[test]
+fn study_writes_a_row_a_case_in_the_grids_order() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace
+        .bristle("study case.toml --out results")
+        .assert()
+        .success()
+        .stdout("")
+        .stderr(contains("ε_tc").and(contains("p_n in")).and(contains("F_n,w in")))
+        .stderr(contains("6 cases in").and(contains("runs.csv")));
+
+    let rows = workspace.read_rows("results/runs.csv");
+    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments"];
+    let columns: Vec<&str> = settings.into_iter().chain(RESULTS).chain(["status"]).collect();
+    assert_eq!(rows[0], columns);
+    let cases: Vec<[&str; 4]> =
+        rows[1..].iter().map(|row| [&row[0], &row[1], &row[2], &row[columns.len() - 1]].map(String::as_str)).collect();
+    assert_eq!(
+        cases,
+        [
+            ["10.0", "0.0005", "4", "ok"],
+            ["20.0", "0.0005", "4", "ok"],
+            ["10.0", "0.001", "4", "ok"],
+            ["20.0", "0.001", "4", "ok"],
+            ["10.0", "0.0015", "4", "ok"],
+            ["20.0", "0.0015", "4", "ok"],
+        ]
+    );
+    let files = fs::read_dir(workspace.path("results")).expect("results");
+    let mut files: Vec<_> = files.map(|entry| entry.expect("an entry").file_name()).collect();
+    files.sort();
+    // tests/formats.rs looks after it.
+    files.retain(|name| !cfg!(feature = "parquet") || name != "runs.parquet");
+    assert_eq!(
+        files,
+        ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"],
+        "no temporary file is left"
+    );
+}
+
+#[test]
+fn any_setting_can_be_swept_and_need_not_stand_elsewhere() {
+    let workspace = Workspace::new();
+    let file = FILE.replace("brushing_velocity_m_s = 10.0\n", "").replace("penetration_depth_m = 1.0e-3\n", "")
+        + "\"filament.segments\" = { start = 3, stop = 5, step = 2 }\n\"contact.friction_coefficient\" = [0.1]\n";
+    workspace.write("case.toml", file);
+    workspace
+        .bristle("study case.toml --out results")
+        .assert()
+        .success()
+        .stderr(contains("segments").and(contains("friction_coefficient")));
+    let rows = workspace.read_rows("results/runs.csv");
+    assert_eq!(rows[0][2..4], ["segments", "contact.friction_coefficient"]);
+    let segments: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
+    assert_eq!(segments, ["3", "3", "3", "3", "3", "3", "5", "5", "5", "5", "5", "5"]);
+    assert!(rows[1..].iter().all(|row| row[3] == "0.1"));
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_a_byte() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    for threads in ["1", "3"] {
+        workspace.bristle(&format!("study case.toml --out {threads} --threads {threads}")).assert().success();
+    }
+    assert_eq!(workspace.read("1/runs.csv"), workspace.read("3/runs.csv"));
+    assert!(workspace.read("1/report.html") == workspace.read("3/report.html"), "the pages differ");
+}
+
+/// A contact stiffness that no step of the solver can follow.
+const UNSOLVABLE: &str = "1e300";
+
+#[test]
+fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", format!("{FILE}\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n"));
+    workspace
+        .bristle("study case.toml --out results")
+        .assert()
+        .code(3)
+        .stderr(contains("error: 6 cases failed").and(contains("panicked").not()));
+    assert!(workspace.read("results/report.html").contains("\"failed\":6"), "the page tells of them");
+    let rows = workspace.read_rows("results/runs.csv");
+    assert_eq!(rows.len(), 13);
+    for (case, row) in rows[1..].iter().enumerate() {
+        let (status, results) = row[4..].split_last().expect("a status");
+        let failed = case < 6;
+        assert_eq!(status != "ok", failed);
+        assert!(results.iter().all(|cell| cell.is_empty() == failed));
+    }
+}
+
+#[test]
+fn a_failed_simulation_writes_nothing() {
+    let workspace = Workspace::new();
+    let contact = format!("[contact]\nstiffness_n_m = {UNSOLVABLE}");
+    workspace.write("case.toml", FILE.replace("[contact]", &contact));
+    workspace
+        .bristle("simulate case.toml --out one")
+        .assert()
+        .code(3)
+        .stderr(contains("the simulation failed").and(contains("panicked").not()));
+    let files: Vec<_> = fs::read_dir(workspace.path("one")).expect("one").collect();
+    assert!(files.is_empty());
+}
+
+/// Files of a directory with their bytes, by name.
+fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry"));
+    let entries = entries.filter(|entry| entry.path().is_file());
+    entries
+        .map(|entry| (entry.file_name().into_string().expect("a name"), fs::read(entry.path()).expect("a file")))
+        .collect()
+}
+
+/// The figures of a study of velocity and depth.
+const FIGURES: [&str; 11] = [
+    "contact_time_map",
+    "contact_time_over_velocity",
+    "contact_time_ratio_map",
+    "impulse_map",
+    "impulse_over_depth",
+    "impulse_over_velocity",
+    "tip_deflection_map",
+    "tip_deflection_over_velocity",
+    "tool_force_map",
+    "tool_force_over_depth",
+    "tool_force_over_velocity",
+];
+
+#[test]
+fn a_study_draws_its_figures_and_plot_draws_them_again() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 11 figures"));
+    let drawn = files(&workspace.path("results/figures"));
+    let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
+    let expected: Vec<String> =
+        FIGURES.iter().flat_map(|name| [format!("{name}.png"), format!("{name}.svg")]).collect();
+    assert_eq!(names, expected);
+    for (name, bytes) in &drawn {
+        let start: &[u8] = if name.ends_with(".svg") { b"<svg" } else { b"\x89PNG" };
+        assert!(bytes.starts_with(start), "{name}");
+    }
+
+    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 11 figures"));
+    assert_eq!(files(&workspace.path("again/figures")), drawn);
+    fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
+    workspace.bristle("plot results").assert().success();
+    assert_eq!(files(&workspace.path("results/figures")), drawn);
+}
+
+#[test]
+fn simulate_draws_the_contact_over_time() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    let drawn = files(&workspace.path("one/figures"));
+    assert_eq!(drawn.keys().collect::<Vec<_>>(), ["history.png", "history.svg"]);
+    workspace.bristle("plot one --out again").assert().success();
+    assert_eq!(files(&workspace.path("again/figures")), drawn);
+}
+
+#[test]
+fn figures_fit_what_is_swept() {
+    let workspace = Workspace::new();
+    let study = |sweeps: &str| {
+        let (settings, _) = FILE.split_once("[study]").expect("a study");
+        workspace.write("case.toml", format!("{settings}[study]\n{sweeps}\n"));
+        let assert = workspace.bristle("study case.toml --out results --restart").assert().success();
+        let names = files(&workspace.path("results/figures")).into_keys().filter(|name| name.ends_with(".svg"));
+        (names.collect::<Vec<_>>(), String::from_utf8_lossy(&assert.get_output().stderr).into_owned())
+    };
+    // Figures of the study before are removed.
+    let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
+    assert_eq!(names.len(), 5);
+    assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
+    let (names, _) = study("\"filament.segments\" = [4, 3]");
+    assert!(names.len() == 5 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    let (names, message) = study("\"filament.segments\" = [4]");
+    assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
+    let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
+    let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
+    assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
+    assert!(names.len() == 44 && message.contains("4 of 5 values"), "{message}");
+}
+
+#[test]
+fn a_failed_case_is_a_gap_in_the_figures() {
+    let workspace = Workspace::new();
+    let sweep = format!("\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n");
+    workspace.write("case.toml", format!("{FILE}{sweep}"));
+    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 22 figures"));
+    let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
+    assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"));
+    assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
+}
+
+#[test]
+fn results_that_cannot_be_drawn_are_refused() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    let message = workspace.refuse("plot absent");
+    assert!(message.contains("absent") && message.contains("bristle study"), "{message}");
+    workspace.bristle("study case.toml --out results").assert().success();
+    let runs = workspace.read("results/runs.csv");
+    let drawn = files(&workspace.path("results/figures"));
+    for (old, new, place) in [
+        ("10.0,0.0005", "10.5,0.0005", "runs.csv:2, column brushing_velocity_m_s"),
+        (",ok\n", ",ok\n10.0,0.1", "runs.csv:3"),
+        (",contact_time_s", ",time", "no column `contact_time_s`"),
+    ] {
+        workspace.write("results/runs.csv", runs.replacen(old, new, 1));
+        let message = workspace.refuse("plot results");
+        assert!(message.contains(place) && message.contains("help:"), "{message}");
+    }
+    workspace.write("results/runs.csv", "");
+    assert!(workspace.refuse("plot results").contains("empty"));
+    assert_eq!(files(&workspace.path("results/figures")), drawn, "earlier figures stay");
+}
+
+/// As a crash leaves them that comes after the rows have been written, and before the settings are.
+#[test]
+fn results_of_two_studies_are_not_drawn_as_one() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success();
+    let settings = workspace.read("results/study.json");
+    workspace.write("case.toml", FILE.replace("diameter_m = 1.18e-3", "diameter_m = 1.2e-3"));
+    workspace.bristle("study case.toml --out results --restart").assert().success();
+    workspace.write("results/study.json", settings);
+    let message = workspace.refuse("plot results");
+    assert!(message.contains("runs.csv:1: these are not the results that study.json belongs to"), "{message}");
+    assert!(message.contains("help: run the command that made the results again"), "{message}");
+    // Which is enough, as the journal has them.
+    workspace.bristle("study case.toml --out results").assert().success();
+    workspace.bristle("plot results").assert().success();
+}
+
+/// Made-up forces at grid points, between them, and outside.
+const FORCES: &str = "\
+brushing_velocity_m_s, penetration_depth_m, force_n, std_n
+10.0, 0.001, 100.0, 1e6
+20, 1.0e-3, 150.0, 0.0
+15.0, 0.00075, 120.0, 10.0
+30.0, 0.001, 300.0, 10.0
+";
+
+#[test]
+fn measured_forces_are_compared_and_drawn() {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("inputs")).expect("a directory");
+    workspace.write("inputs/case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
+    workspace.write("inputs/forces.csv", FORCES);
+    workspace
+        .bristle("study inputs/case.toml --out results")
+        .assert()
+        .success()
+        .stderr(contains("wrote 13 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
+
+    let runs = workspace.read_rows("results/runs.csv");
+    let force: Vec<f64> = runs[1..].iter().map(|row| row[14].parse().expect("a force")).collect();
+    let rows = workspace.read_rows("results/measured_comparison.csv");
+    assert_eq!(
+        rows[0].join(","),
+        "brushing_velocity_m_s,penetration_depth_m,measured_force_n,measured_std_n,simulated_force_n,\
+         simulated_uncertainty_n,difference_n,within_std,status"
+    );
+    let simulated = |row: usize| rows[row][4].parse::<f64>().expect("a force");
+    // Cases 2 and 3 are those at 1 mm; the third point lies in the middle of the first four.
+    assert_eq!([simulated(1), simulated(2)], [force[2], force[3]]);
+    let middle = force[..4].iter().sum::<f64>() / 4.0;
+    assert!((simulated(3) - middle).abs() < 1e-9 * middle, "rounding of the weights");
+    let uncertainty: f64 = rows[1][5].parse().expect("a force");
+    assert!((uncertainty - force[2] * 600.0 / 10_500.0).abs() < 1e-9 * force[2]);
+    assert_eq!([&rows[1][7], &rows[2][7], &rows[4][7]], ["yes", "no", ""]);
+    assert_eq!([&rows[1][8], &rows[4][8]], ["ok", "outside the study"]);
+
+    // The saved results stand alone.
+    fs::remove_dir_all(workspace.path("inputs")).expect("the inputs can be removed");
+    workspace.bristle("plot results --out again").assert().success().stderr(contains("bias"));
+    assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("results/figures")));
+    assert_eq!(workspace.read("again/measured_comparison.csv"), workspace.read("results/measured_comparison.csv"));
+
+    // What was measured does not stay beside results that are compared with nothing.
+    workspace.write("case.toml", FILE);
+    workspace.bristle("study case.toml --out results").assert().success();
+    for name in ["measured.csv", "measured_comparison.csv"] {
+        assert!(!workspace.path(&format!("results/{name}")).exists(), "{name}");
+    }
+}
+
+#[test]
+fn bad_measured_forces_are_refused_with_their_place() {
+    let changes = [
+        ("force_n", "force", "forces.csv:1: there is no column `force_n`"),
+        ("150.0", "many", "forces.csv:3, column force_n: `many`"),
+        ("150.0", "inf", "forces.csv:3, column force_n"),
+        ("0.00075", "0", "forces.csv:4, column penetration_depth_m"),
+        (", 0.0\n", ", -1.0\n", "forces.csv:3, column std_n"),
+        ("20, 1.0e-3", "10, 1.0e-3", "the same velocity and depth as in line 2"),
+        (", 10.0\n", "\n", "forces.csv:4: 3 cells where the heading has 4"),
+        (", ", ";", "forces.csv:"),
+    ];
+    let workspace = Workspace::new();
+    workspace.write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
+    for (old, new, place) in changes {
+        assert!(FORCES.contains(old), "{old}");
+        workspace.write("forces.csv", FORCES.replacen(old, new, 1));
+        let message = workspace.refuse("study case.toml --out results");
+        assert!(message.contains(place) && message.contains("help:"), "{new}: no `{place}` in\n{message}");
+        assert!(!workspace.path("results").exists());
+    }
+    for (forces, place) in [("", "empty"), ("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n", "no point")] {
+        workspace.write("forces.csv", forces);
+        assert!(workspace.refuse("study case.toml --out results").contains(place));
+    }
+    for (section, key) in [
+        ("[measured]\n", "`measured.file` is missing"),
+        ("[measured]\nfile = 3\n", "`measured.file` is 3"),
+        ("[measured]\nfile = \"\"\n", "`measured.file`"),
+        ("[measured]\nfiles = \"a.csv\"\n", "did you mean `file`?"),
+        ("[measured]\nfile = \"absent.csv\"\n", "absent.csv"),
+    ] {
+        workspace.write("case.toml", format!("{FILE}\n{section}"));
+        let message = workspace.refuse("study case.toml --out results");
+        assert!(message.contains(key), "{message}");
+    }
+    workspace.write("case.toml", format!("measured = 3\n{FILE}"));
+    assert!(workspace.refuse("study case.toml --out results").contains("a section, begun by a line [measured]"));
+}
+
+#[test]
+fn evaluate_prints_the_equations_at_a_state() {
+    let workspace = Workspace::new();
+    // Contact is left out: velocity and depth need not be stated.
+    workspace.write("case.toml", FILE.split("[process]").next().expect("the text before [process]"));
+    workspace.write("state.json", STATE);
+    let assert = workspace.bristle("evaluate case.toml --state state.json").assert().success().stderr("");
+    let result: Value = serde_json::from_slice(&assert.get_output().stdout).expect("JSON");
+    assert_eq!(result.as_object().map(|object| object.len()), Some(6));
+    let matrix = result["mass_matrix"].as_array().expect("a matrix");
+    assert!(matrix.len() == 4 && matrix.iter().all(|row| row.as_array().map(Vec::len) == Some(4)));
+    assert_eq!(result["accelerations"].as_array().map(Vec::len), Some(4));
+    assert_eq!(result["tip_position_m"].as_array().map(Vec::len), Some(3));
+    for key in ["kinetic_energy_j", "potential_energy_j", "dissipation_w"] {
+        assert!(result[key].is_number(), "{key}");
+    }
+}
+
+/// All that `derive` takes for `--format`.
+const FORMATS: [&str; 5] = ["math", "latex", "markdown", "rust", "json"];
+
+#[test]
+fn derive_prints_or_writes() {
+    let workspace = Workspace::new();
+    for equations in ["--segments 1", "--kernels"] {
+        for format in FORMATS {
+            let arguments = format!("derive {equations} --format {format}");
+            let printed = workspace.bristle(&arguments).assert().success();
+            assert!(!printed.get_output().stdout.is_empty());
+            workspace.bristle(&format!("{arguments} --out {format}.txt")).assert().success().stdout("");
+            assert_eq!(workspace.read(&format!("{format}.txt")).as_bytes(), printed.get_output().stdout);
+        }
+    }
+}
+
+#[test]
+fn derive_gives_the_same_bytes_in_every_process() {
+    let workspace = Workspace::new();
+    for equations in ["--segments 3", "--kernels"] {
+        for format in FORMATS {
+            let run = || workspace.bristle(&format!("derive {equations} --format {format}")).assert().success();
+            assert_eq!(run().get_output().stdout, run().get_output().stdout, "{equations} {format}");
+        }
+    }
+}
+
+#[test]
+fn derived_source_says_where_it_comes_from() {
+    let workspace = Workspace::new();
+    for equations in ["--segments 2", "--kernels"] {
+        let command = format!("derive {equations} --format rust");
+        let assert = workspace.bristle(&command).assert().success();
+        let source = String::from_utf8(assert.get_output().stdout.clone()).expect("source in UTF-8");
+        let header: Vec<&str> = source.lines().take_while(|line| line.starts_with("//")).collect();
+        assert_eq!(header.len(), 5, "{header:?}");
+        assert!(header[1].contains("bristle-codegen"));
+        let fingerprint = header[2].rsplit(' ').next().expect("a word");
+        assert!(fingerprint.len() == 64 && fingerprint.chars().all(|digit| digit.is_ascii_hexdigit()));
+        assert!(header[3].ends_with(&format!("bristle {command}")));
+        assert!(source.contains("\nuse bristle::equations::Real;\n"));
+    }
+}
+
+#[test]
+fn exactly_one_kind_of_equations_is_derived() {
+    let workspace = Workspace::new();
+    let neither = workspace.refuse("derive --format math");
+    assert!(neither.contains("--segments") && neither.contains("--kernels"), "{neither}");
+    let both = workspace.refuse("derive --segments 2 --kernels");
+    assert!(both.contains("cannot be used with"), "{both}");
+}
+
+#[test]
+fn the_page_of_the_equations_is_up_to_date() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/equations.md")).expect("the page");
+    let derived = bristle_inspect::derive::derive(
+        bristle_inspect::derive::Equations::Whole(2),
+        bristle_inspect::derive::DeriveFormat::Markdown,
+    );
+    assert!(
+        page == derived.expect("the derivation is sound"),
+        "docs/equations.md is stale; make it again: \
+         cargo run --release -- derive --segments 2 --format markdown --out docs/equations.md"
+    );
+}
+
+#[test]
+fn compare_tells_agreement_and_deviation() {
+    let workspace = Workspace::new();
+    let graph = |name: &str| format!("{}/../../derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR"));
+    for (name, outputs) in
+        [("chain_2.json", ["mass_matrix", "energies.dissipation"]), ("kernels.json", ["joint.next", "clamp"])]
+    {
+        let agreement = workspace.bristle("compare").args([&graph(name), "--states", "50"]).assert().success();
+        let table = String::from_utf8(agreement.get_output().stdout.clone()).expect("the table is text");
+        assert!(table.contains("all agree to 1e-12") && table.contains("CasADi"), "{table}");
+        assert!(outputs.iter().all(|output| table.contains(output)), "{table}");
+    }
+
+    // Another sign in the energies. (One of a velocity would not show in the force, from which velocities of nodes cancel.)
+    let text = fs::read_to_string(graph("chain_2.json")).expect("the graph is there");
+    let energies = text.find("\"energies\"").expect("it has energies");
+    let (before, after) = text.split_at(energies);
+    workspace.write("wrong.json", format!("{before}{}", after.replacen("[\"sub\",", "[\"add\",", 1)));
+    workspace
+        .bristle("compare wrong.json --states 50")
+        .assert()
+        .code(1)
+        .stdout(contains("DEVIATES").and(contains("NOT all agree")));
+}
+
+#[test]
+fn graphs_that_cannot_be_compared_are_refused() {
+    let workspace = Workspace::new();
+    let graph =
+        |name: &str| fs::read_to_string(format!("{}/../../derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR")));
+    let chain = graph("chain_1.json").expect("the graph is there");
+    for (text, expected) in [
+        (String::new(), "line 1"),
+        ("{}".into(), "missing field `format`"),
+        (chain.replace("\"version\":2", "\"version\":1"), "version"),
+        (chain.replace("[\"sin\",0]", "[\"sinh\",0]"), "unknown operator `sinh`"),
+        (chain.replace("[\"sin\",0]", "[\"sin\",4000]"), "uses operation 4000"),
+        (chain.replace("\"q\"", "\"coordinates\""), "input 1 is `coordinates`"),
+        (chain.replace("\"energies\"", "\"energy\""), "kernel 1 is `mass_matrix`"),
+        (
+            chain.replace("\"phi_1\",0", "\"phi_1\",1").replace("\"theta_1\",1", "\"theta_1\",0"),
+            "stands for another quantity",
+        ),
+    ] {
+        workspace.write("graph.json", &text);
+        let message = workspace.refuse("compare graph.json");
+        assert!(message.contains("graph.json") && message.contains(expected), "{expected}: {message}");
+    }
+    let message = workspace.refuse("compare absent.json");
+    assert!(message.contains("absent.json"), "{message}");
+    workspace.refuse("compare graph.json --states 0");
+}
+
+#[test]
+fn schema_prints_a_schema() {
+    let assert = Workspace::new().bristle("schema").assert().success();
+    let schema: Value = serde_json::from_slice(&assert.get_output().stdout).expect("JSON");
+    assert_eq!(schema["type"], "object");
+    assert!(schema["properties"]["study"].is_object());
+}
+
+#[test]
+fn help_states_examples_units_and_exit_statuses() {
+    let workspace = Workspace::new();
+    workspace
+        .bristle("--help")
+        .assert()
+        .success()
+        .stdout(contains("Examples").and(contains("SI")).and(contains("Exit status")));
+    for command in ["study", "simulate", "evaluate", "derive", "compare", "schema"] {
+        workspace.bristle(&format!("{command} --help")).assert().success();
+    }
+}
+
+#[test]
+fn the_example_is_the_papers_study() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/zirconia.toml");
+    let text = fs::read_to_string(example).expect("the example");
+    let study = bristle_study::document::Document::parse(&text, example)
+        .and_then(|document| document.study())
+        .expect("the example is right");
+    assert_eq!(study.case_count(), 120);
+    let first = study.settings(0);
+    let last = study.settings(119);
+    assert_eq!(first.filament.segments, 25);
+    assert_eq!(first.process.brushing_velocity_m_s, 2.5);
+    assert_eq!(first.process.penetration_depth_m, 0.5e-3);
+    assert_eq!(last.process.brushing_velocity_m_s, 30.0);
+    assert_eq!(last.process.penetration_depth_m, 5.0e-3);
+
+    // What the example states and could leave out are the defaults.
+    let minimal = Workspace::new();
+    minimal.write("minimal.toml", FILE.replace("segments = 4\n", "").replace("relative_tolerance = 1e-4\n", ""));
+    let minimal = minimal.read("minimal.toml");
+    let defaults = bristle_study::document::Document::parse(&minimal, "minimal")
+        .and_then(|document| document.settings())
+        .expect("the file is right");
+    let stated = bristle_study::document::Document::parse(&text, example)
+        .and_then(|document| document.settings())
+        .expect("the example is right");
+    assert_eq!(stated, defaults);
+}
+
+/// How a message names the line of `case.toml` that begins with a text.
+fn place(file: &str, text: &str) -> String {
+    let line = file.lines().position(|line| line.starts_with(text)).expect(text);
+    format!("case.toml:{}:", line + 1)
+}
+
+/// Replaces a line of [`FILE`], and expects a message with the key and with the number of the replacement's last line.
+fn refuse_change(command: &str, old: &str, new: &str, key: &str) {
+    let workspace = Workspace::new();
+    let at = FILE.find(old).expect(old);
+    let line = FILE[..at].matches('\n').count() + new.matches('\n').count() + 1;
+    workspace.write("case.toml", FILE.replacen(old, new, 1));
+    let message = workspace.refuse(&format!("{command} case.toml --out results"));
+    assert!(message.contains(key), "{new}: no `{key}` in\n{message}");
+    let place = format!("case.toml:{line}:");
+    assert!(message.contains(&place), "{new}: no `{place}` in\n{message}");
+    assert!(!workspace.path("results").exists(), "{new}: results are left");
+}
+
+#[test]
+fn bad_settings_are_refused_with_key_and_line() {
+    let changes = [
+        ("body_radius_m = 0.140", "body_radius_m = 0.0", "tool.body_radius_m"),
+        ("body_radius_m = 0.140", "body_radius_m = nan", "tool.body_radius_m"),
+        ("width_m = 0.020", "width_m = -0.02", "tool.width_m"),
+        ("width_m = 0.020", "width_m = 1\nfilament_cuont = 3", "`tool.filament_count`?"),
+        ("width_m = 0.020", "width_m = 1\nfilament_count = -1", "tool.filament_count"),
+        ("width_m = 0.020", "width_m = 1\nfilament_count_uncertainty = nan", "tool.filament_count_u"),
+        ("width_m = 0.020", "width_m = 1\nkind = \"cup\"", "tool.kind"),
+        ("segments = 4", "segments = 0", "filament.segments"),
+        ("segments = 4", "segments = -1", "filament.segments"),
+        ("segments = 4", "segments = 401", "filament.segments"),
+        ("segments = 4", "segments = 4.5", "filament.segments"),
+        ("segments = 4", "segments = \"4\"", "filament.segments"),
+        ("segments = 4", "segments = 99999999999999999999", "filament.segments"),
+        ("segments = 4", "segmnets = 4", "did you mean `filament.segments`?"),
+        ("length_m = 0.040", "length_m = 0", "filament.length_m"),
+        ("length_m = 0.040", "length_m = -0.04", "filament.length_m"),
+        ("length_m = 0.040", "length_m = inf", "filament.length_m"),
+        ("length_m = 0.040", "length_m = 1e999", "filament.length_m"),
+        ("length_m = 0.040", "length_m = 1979-05-27", "filament.length_m"),
+        ("length_m = 0.040", "length_m = { m = 1 }", "filament.length_m"),
+        ("length_m = 0.040", "length_m = 0.04\nlength_m = 0.05", "duplicate"),
+        ("diameter_m = 1.18e-3", "diameter_m = -1e-3", "filament.diameter_m"),
+        ("diameter_m = 1.18e-3", "diameter_m = 0.04", "less than filament.length_m"),
+        ("segments = 4", "density_kg_m3 = 0.0", "filament.density_kg_m3"),
+        ("segments = 4", "youngs_modulus_pa = -3e9", "filament.youngs_modulus_pa"),
+        ("segments = 4", "damping_ratio = -0.1", "filament.damping_ratio"),
+        ("[contact]", "[contcat]", "did you mean `contact`?"),
+        ("[contact]", "[contact]\nstiffness_n_m = 0.0", "contact.stiffness_n_m"),
+        ("[contact]", "[contact]\nexponent = 0.5", "contact.exponent"),
+        ("[contact]", "[contact]\ndamping_s_m = -1", "contact.damping_s_m"),
+        ("[contact]", "[contact]\nradius_m = -1e-3", "contact.radius_m"),
+        ("[contact]", "[contact]\nfriction_coefficient = -0.1", "contact.friction_coefficient"),
+        ("[contact]", "[contact]\nfriction_regularisation_m_s = 0", "contact.friction_regularisation_m_s"),
+        ("[workpiece]", "[[workpiece]]", "workpiece"),
+        ("[workpiece]", "[workpiece]\nkind = \"edge\"", "workpiece.kind"),
+        ("[workpiece]", "[workpiece]\nnormal = [0, 0, 1]", "workpiece.normal"),
+        ("[workpiece]", "[workpiece]\nnormal = [0, 0, 0]", "workpiece.normal"),
+        ("[workpiece]", "[workpiece]\nnormal = [0, nan, 0]", "workpiece.normal"),
+        ("[workpiece]", "[workpiece]\nnormal = [0, 1]", "workpiece.normal"),
+        ("[workpiece]", "[workpiece]\nfeed_velocity_m_s = -inf", "workpiece.feed_velocity_m_s"),
+        ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_s = 0", "process.brushing_velocity_m_s"),
+        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = 0.0", "process.penetration_depth_m"),
+        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = -1e-3", "process.penetration_depth_m"),
+        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = 0.04", "process.penetration_depth_m"),
+        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = ", "not valid TOML"),
+        (
+            "penetration_depth_m = 1.0e-3",
+            "penetration_depth_m = 1.0e-3\ngravity_m_s2 = [0, nan, 0]",
+            "process.gravity_m_s2",
+        ),
+        ("penetration_depth_m = 1.0e-3", "penetration_depth_m = 1.0e-3\ngravity_m_s2 = 9.81", "process.gravity_m_s2"),
+        (
+            "penetration_depth_m = 1.0e-3",
+            "penetration_depth_m = 1.0e-3\nlead_angle_rad = -0.1",
+            "process.lead_angle_rad",
+        ),
+        (
+            "penetration_depth_m = 1.0e-3",
+            "penetration_depth_m = 1.0e-3\ntail_angle_rad = 6.2",
+            "process.tail_angle_rad",
+        ),
+        ("[solver]", "[solver", "not valid TOML"),
+        ("relative_tolerance = 1e-4", "relative_tolerance = 0.1", "solver.relative_tolerance"),
+        ("relative_tolerance = 1e-4", "samples = 1", "solver.samples"),
+    ];
+    for (old, new, key) in changes {
+        refuse_change("simulate", old, new, key);
+    }
+}
+
+#[test]
+fn bad_sweeps_are_refused_with_key_and_line() {
+    let velocity = "brushing_velocity_m_s = [10.0, 20.0]";
+    let changes = [
+        ("brushing_velocity_m_s = []", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = 10.0", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = \"fast\"", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = [10.0, \"fast\"]", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = [10.0, nan]", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = [\n  10.0,\n  0.0]", "process.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2 }", "study.brushing_velocity_m_s"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2, stepp = 1 }", "stepp"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 0 }", "step of 0"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2, step = -1 }", "step of -1"),
+        ("brushing_velocity_m_s = { start = 1, stop = inf, step = 1 }", "finite"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-7 }", "1000000"),
+        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-300 }", "1000000"),
+        ("\"filament.segments\" = [1.5]", "filament.segments"),
+        ("\"filament.segments\" = [0]", "filament.segments"),
+        ("\"filament.segmnets\" = [1]", "did you mean `filament.segments`?"),
+        ("\"tool.kind\" = [1]", "study.tool.kind"),
+        ("filament.segments = [1]", "quotes"),
+        ("\"process.penetration_depth_m\" = [0.01, 0.05]", "case 2 of the study: `process.penetration_depth_m`"),
+        ("\"filament.length_m\" = [0.04, 1e-3]", "filament.diameter_m"),
+    ];
+    for (new, key) in changes {
+        let workspace = Workspace::new();
+        let file = FILE.split("brushing_velocity_m_s = [").next().expect("the text before the sweeps");
+        let line = file.matches('\n').count() + new.matches('\n').count() + 1;
+        workspace.write("case.toml", format!("{file}{new}\n"));
+        let message = workspace.refuse("study case.toml --out results");
+        assert!(message.contains(key), "{new}: no `{key}` in\n{message}");
+        // A relation points at one of its settings, here at the one that is not swept.
+        let place = if key == "filament.diameter_m" { place(FILE, "diameter_m") } else { format!("case.toml:{line}:") };
+        assert!(message.contains(&place), "{new}: no `{place}` in\n{message}");
+        assert!(!workspace.path("results").exists(), "{new}: results are left");
+    }
+    let twice = format!("{velocity}\n\"process.brushing_velocity_m_s\" = [1.0]");
+    refuse_change("study", velocity, &twice, "swept twice");
+    let million = "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }";
+    refuse_change("study", velocity, million, "1000000");
+}
+
+#[test]
+fn a_grid_of_too_many_points_is_refused_at_once() {
+    let workspace = Workspace::new();
+    let thousands = "{ start = 1, stop = 9999, step = 1 }";
+    let keys =
+        ["contact.exponent", "contact.stiffness_n_m", "filament.density_kg_m3", "tool.filament_count", "tool.width_m"];
+    let sweeps: String = keys.iter().map(|key| format!("\"{key}\" = {thousands}\n")).collect();
+    workspace.write("case.toml", format!("{FILE}{sweeps}"));
+    let message = workspace.refuse("study case.toml --out results");
+    assert!(message.contains("more than 1000000 cases"), "{message}");
+    assert!(message.contains(&place(FILE, "[study]")), "{message}");
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let missing = [
+        ("length_m = 0.040\n", "`filament.length_m` is missing", "[filament]"),
+        ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
+        (
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n",
+            "`tool.body_radius_m` is missing",
+            "penetration_depth_m = {",
+        ),
+    ];
+    for (line, message, at) in missing {
+        let workspace = Workspace::new();
+        let file = FILE.replacen(line, "", 1);
+        workspace.write("case.toml", &file);
+        let said = workspace.refuse("simulate case.toml --out results");
+        assert!(said.contains(message) && said.contains(&place(&file, at)), "{said}");
+    }
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE.split("[study]").next().expect("the text before [study]"));
+    let said = workspace.refuse("study case.toml --out results");
+    assert!(said.contains("`study` is missing"), "{said}");
+}
+
+#[test]
+fn unreadable_files_are_refused() {
+    let workspace = Workspace::new();
+    workspace.write("binary.toml", [0xff, 0x00, 0x80]);
+    workspace.write("text.toml", "This is no TOML.\n");
+    workspace.write("empty.toml", "");
+    for file in ["absent.toml", "binary.toml", "text.toml", "empty.toml", "."] {
+        for command in ["simulate", "study"] {
+            workspace.refuse(&format!("{command} {file} --out results"));
+            assert!(!workspace.path("results").exists());
+        }
+    }
+    let message = workspace.refuse("study absent.toml --out results");
+    assert!(message.contains("absent.toml"), "{message}");
+}
+
+#[test]
+fn an_unwritable_directory_is_refused() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    workspace.write("file", "kept");
+    for out in ["file", "file/results"] {
+        for command in ["simulate", "study"] {
+            let message = workspace.refuse(&format!("{command} case.toml --out {out}"));
+            assert!(message.contains(out), "{message}");
+        }
+    }
+    let message = workspace.refuse("derive --segments 1 --out absent/equations.txt");
+    assert!(message.contains("absent/equations.txt"), "{message}");
+    assert_eq!(workspace.read("file"), "kept");
+}
+
+#[test]
+fn earlier_results_survive_bad_input() {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("results")).expect("the directory can be made");
+    workspace.write("results/metrics.json", "earlier");
+    workspace.write("case.toml", FILE.replace("segments = 4", "segments = 0"));
+    workspace.refuse("simulate case.toml --out results");
+    assert_eq!(workspace.read("results/metrics.json"), "earlier");
+}
+
+#[test]
+fn bad_states_are_refused() {
+    let changes = [
+        ("\"q\"", "\"p\"", "`p`"),
+        ("\"base_rate\": 50.0", "\"base_rate\": \"fast\"", "`base_rate`"),
+        ("\"base_rate\": 50.0", "\"base_rate\": 1e999", "`base_rate`"),
+        ("\"base_rate\": 50.0, ", "", "`base_rate`"),
+        ("[0, 0, 0]", "[0, 0]", "`gravity`"),
+        ("1.6, -1.4]", "1.6]", "`q`"),
+        ("50.0, 0.2, 51.0]", "50.0]", "`v`"),
+        ("1.6, -1.4", "null, -1.4", "`q[2]`"),
+        ("1.6, -1.4", "0.0, -1.4", "segment 2"),
+        ("1.6, -1.4", "3.1415926535, -1.4", "`q[2]`"),
+        ("{", "", "line 1"),
+    ];
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    for (old, new, key) in changes {
+        assert!(STATE.contains(old), "{old}");
+        workspace.write("state.json", STATE.replacen(old, new, 1));
+        let message = workspace.refuse("evaluate case.toml --state state.json");
+        assert!(message.contains("state.json") && message.contains(key), "{new}: no `{key}` in\n{message}");
+    }
+    let message = workspace.refuse("evaluate case.toml --state absent.json");
+    assert!(message.contains("absent.json"), "{message}");
+    workspace.write("state.json", STATE);
+    workspace.write("case.toml", FILE.replace("length_m = 0.040", "length_m = 0.0"));
+    let message = workspace.refuse("evaluate case.toml --state state.json");
+    assert!(message.contains("filament.length_m"), "{message}");
+}
+
+#[test]
+fn bad_calls_are_refused() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    let calls = [
+        "",
+        "polish",
+        "study case.toml",
+        "study case.toml --out results --threads 0",
+        "study case.toml --out results --threads many",
+        "simulate case.toml --out results --samples 1",
+        "simulate case.toml --out results --samples 1000001",
+        "simulate case.toml --out results --samples 2.5",
+        "evaluate case.toml",
+        "derive --segments 0",
+        "derive --segments 401",
+        "derive --segments -1",
+        "derive --segments 2 --format pdf",
+    ];
+    for call in calls {
+        workspace.bristle(call).assert().code(2).stdout("").stderr(contains("panicked").not());
+        assert!(!workspace.path("results").exists(), "{call}");
+    }
+}
+
+#[test]
+fn a_closed_stdout_is_no_error() {
+    // More than a pipe holds, so that the program still writes when its reader is gone.
+    let mut child = Process::new(env!("CARGO_BIN_EXE_bristle"))
+        .args(["derive", "--segments", "12"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("the program ends");
+    assert!(output.status.success());
+    assert!(output.stderr.is_empty());
+}

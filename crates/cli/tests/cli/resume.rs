@@ -1,0 +1,581 @@
+//! A study that is stopped, in whatever way, goes on where it was and ends with the same bytes. Nothing here is simulated
+//! but the physics: processes are killed, files are cut and damaged, disks are full.
+
+use std::fs;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use bristle_study::document::Document;
+use bristle_study::journal::{Contents, Journal, JournalError};
+use bristle_study::study::Study;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A study of some tenths of a second: two kinds of passes, and cases that fail. Only one of velocity and depth has several
+/// values, as a map and its curves take longer to draw than the passes to simulate, and each run draws them.
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 10
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-4
+
+[study]
+brushing_velocity_m_s = { start = 2.0, stop = 24.0, step = 0.5 }
+penetration_depth_m = [2.0e-3]
+\"contact.friction_coefficient\" = [0.0, 0.1]
+\"contact.stiffness_n_m\" = [1e5, 1e300]
+";
+/// Its number of cases, and of those that fail.
+const CASES: usize = 180;
+const FAILURES: usize = 90;
+/// What is in the directory of a study that has ended.
+const RESULTS: &[&str] = if cfg!(feature = "parquet") {
+    &["figures", "journal.jsonl", "report.html", "runs.csv", "runs.parquet", "study.json"]
+} else {
+    &["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]
+};
+
+/// Exit statuses: failed cases, bad input or files, Ctrl-C.
+const FAILED_CASES: i32 = 3;
+const REFUSED: i32 = 2;
+const INTERRUPTED: i32 = 130;
+
+/// A study that is still running whatever a test does meanwhile.
+fn long_file() -> String {
+    FILE.replace("step = 0.5", "step = 0.001")
+}
+
+/// `runs.csv` of the study when nothing disturbs it, and the time that it takes.
+static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
+    let workspace = Workspace::new();
+    let begin = Instant::now();
+    let output = workspace.study("");
+    let duration = begin.elapsed();
+    assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+    (workspace.read("runs.csv"), duration)
+});
+
+/// A directory with the study's file, and the directory of its results.
+struct Workspace {
+    directory: TempDir,
+}
+
+impl Workspace {
+    fn new() -> Self {
+        let workspace = Self { directory: TempDir::new().expect("a temporary directory") };
+        workspace.write_input(FILE);
+        workspace
+    }
+
+    fn path(&self) -> &Path {
+        self.directory.path()
+    }
+
+    fn result(&self, name: &str) -> PathBuf {
+        self.path().join("results").join(name)
+    }
+
+    fn write_input(&self, text: &str) {
+        fs::write(self.path().join("case.toml"), text).expect("the file can be written");
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.result(name)).expect(name)
+    }
+
+    fn journal(&self) -> Vec<u8> {
+        fs::read(self.result("journal.jsonl")).unwrap_or_default()
+    }
+
+    fn write_journal(&self, bytes: &[u8]) {
+        fs::create_dir_all(self.path().join("results")).expect("the directory can be made");
+        fs::write(self.result("journal.jsonl"), bytes).expect("the journal can be written");
+    }
+
+    /// The call of the study, in this directory.
+    fn command(&self, options: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
+        command.args(["study", "case.toml", "--out", "results"]).args(options.split_whitespace());
+        self.set_up(command)
+    }
+
+    /// The same from a shell that has run `before`.
+    fn command_after(&self, before: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("{before}\nexec \"$0\" study case.toml --out results")]);
+        command.arg(env!("CARGO_BIN_EXE_bristle"));
+        self.set_up(command)
+    }
+
+    fn set_up(&self, mut command: Command) -> Command {
+        command.current_dir(self.path()).env_remove("RUST_LOG").stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn start(&self, options: &str) -> Child {
+        self.command(options).spawn().expect("the program starts")
+    }
+
+    /// Runs the study to its end.
+    fn study(&self, options: &str) -> Output {
+        self.command(options).output().expect("the program starts")
+    }
+
+    /// Expects the study to end as if nothing had disturbed it.
+    fn ends_as_undisturbed(&self, options: &str) -> Output {
+        let output = self.study(options);
+        assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+        self.is_as_undisturbed();
+        output
+    }
+
+    /// Expects what a study leaves that nothing has disturbed, and no other file.
+    fn is_as_undisturbed(&self) {
+        assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
+        let digest = bristle_codegen::exchange::digest(UNDISTURBED.0.as_bytes());
+        assert!(self.read("study.json").contains(&digest), "study.json is of another runs.csv");
+        assert_eq!(self.files(), RESULTS);
+        let contents = self.contents().expect("the journal is whole");
+        assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
+    }
+
+    /// Expects the study to be refused, and the files of its results to stay as they are.
+    fn is_refused(&self, options: &str) -> String {
+        let before = (self.journal(), fs::read(self.result("runs.csv")).ok());
+        let output = self.study(options);
+        let message = error_text(&output);
+        assert_eq!(output.status.code(), Some(REFUSED), "{message}");
+        assert!(output.stdout.is_empty());
+        assert!((self.journal(), fs::read(self.result("runs.csv")).ok()) == before, "a file has changed: {message}");
+        message
+    }
+
+    fn files(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.path().join("results")).expect("results");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// What the journal holds.
+    fn contents(&self) -> Result<Contents, JournalError> {
+        let study = parse(FILE);
+        Journal::new(&study).read(&study, BufReader::new(self.journal().as_slice()))
+    }
+
+    /// Number of whole lines of the journal, the header among them.
+    fn lines(&self) -> usize {
+        self.journal().iter().filter(|&&byte| byte == b'\n').count()
+    }
+
+    /// Waits until the journal has a number of lines, or the process has ended.
+    fn wait_for_lines(&self, lines: usize, child: &mut Child) {
+        while self.lines() < lines && child.try_wait().expect("the process is ours").is_none() {
+            sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+fn parse(file: &str) -> Study {
+    Document::parse(file, "case.toml").and_then(|document| document.study()).expect("the file is right")
+}
+
+fn error_text(output: &Output) -> String {
+    let text = String::from_utf8(output.stderr.clone()).expect("messages are UTF-8");
+    assert!(!text.contains("panicked"), "{text}");
+    // No progress bar where there is no terminal.
+    assert!(!text.contains(['\r', '\u{1b}']), "{text:?}");
+    text
+}
+
+#[test]
+fn a_study_that_is_killed_fifty_times_ends_with_the_same_bytes() {
+    const KILLS: usize = 50;
+    let (_, duration) = &*UNDISTURBED;
+    let mut random = fastrand::Rng::with_seed(6);
+    let mut workspace = Workspace::new();
+    let (mut kills, mut midway, mut ends) = (0, 0, 0);
+    for round in 0.. {
+        assert!(round < 10 * KILLS, "the study is always faster than the kill");
+        let options = ["--threads 1", "--threads 2", "--threads 3"][round % 3];
+        let mut child = workspace.start(options);
+        // By the clock, which also hits start and end; and where this machine has got to, however loaded it is.
+        if round % 2 == 0 {
+            sleep(duration.mul_f64(random.f64()));
+        } else {
+            let lines = workspace.lines() + random.usize(0..CASES / 2);
+            workspace.wait_for_lines(lines, &mut child);
+        }
+        child.kill().expect("the process is ours");
+        let status = child.wait().expect("the process is ours");
+        // What a kill may leave is whole but for its end.
+        let done = workspace.contents().expect("only the end can be torn").results.iter().flatten().count();
+        if let Some(code) = status.code() {
+            assert_eq!(code, FAILED_CASES);
+            workspace.is_as_undisturbed();
+            workspace = Workspace::new();
+            ends += 1;
+            continue;
+        }
+        kills += 1;
+        midway += usize::from(0 < done && done < CASES);
+        if kills == KILLS {
+            break;
+        }
+    }
+    workspace.ends_as_undisturbed("");
+    println!("{kills} kills, {midway} of them with some cases done, and {ends} studies that ended before");
+    assert!(midway >= KILLS / 5, "only {midway} of {KILLS} kills have hit a study that had some cases and not all");
+}
+
+#[test]
+fn a_finished_study_is_written_again_from_its_journal() {
+    let workspace = Workspace::new();
+    workspace.ends_as_undisturbed("");
+    let journal = workspace.journal();
+    fs::remove_file(workspace.result("runs.csv")).expect("there is such a file");
+    let message = error_text(&workspace.ends_as_undisturbed(""));
+    assert!(message.contains("180 of 180 cases are in `results/journal.jsonl`, 0 are left"), "{message}");
+    assert!(workspace.journal() == journal);
+    let message = error_text(&workspace.ends_as_undisturbed("--restart"));
+    assert!(message.contains("is given up") && !message.contains("are left"), "{message}");
+}
+
+#[test]
+fn a_line_that_was_cut_off_is_dropped_with_a_note() {
+    let workspace = Workspace::new();
+    workspace.ends_as_undisturbed("");
+    let whole = workspace.journal();
+    let last = whole[..whole.len() - 1].iter().rposition(|&byte| byte == b'\n').expect("several lines") + 1;
+    for cut in [whole.len() - 1, whole.len() - 2, usize::midpoint(last, whole.len()), last + 1] {
+        workspace.write_journal(&whole[..cut]);
+        let message = error_text(&workspace.ends_as_undisturbed(""));
+        let note = format!("note: the last {} bytes of `results/journal.jsonl` were not written", cut - last);
+        assert!(message.contains(&note) && message.contains("179 of 180 cases"), "{message}");
+        assert_eq!(workspace.lines(), CASES + 1);
+    }
+    // Also while the header was written.
+    for cut in [0, 1, 300] {
+        workspace.write_journal(&whole[..cut]);
+        let message = error_text(&workspace.ends_as_undisturbed(""));
+        assert_eq!(message.contains("were not written"), cut > 0, "{message}");
+    }
+}
+
+#[test]
+fn damage_in_the_middle_is_refused() {
+    let workspace = Workspace::new();
+    workspace.ends_as_undisturbed("");
+    let mut journal = workspace.journal();
+    let middle = journal.len() / 2;
+    journal[middle] ^= 0x10;
+    workspace.write_journal(&journal);
+    let line = journal[..middle].iter().filter(|&&byte| byte == b'\n').count() + 1;
+    let message = workspace.is_refused("");
+    for part in ["results/journal.jsonl", &format!("line {line} is damaged"), "--restart", "--out"] {
+        assert!(message.contains(part), "no `{part}` in {message}");
+    }
+    workspace.ends_as_undisturbed("--restart");
+}
+
+#[test]
+fn results_of_other_settings_are_not_mixed_in() {
+    let workspace = Workspace::new();
+    workspace.write_input(&FILE.replace("length_m = 0.040", "length_m = 0.041").replace("step = 0.5", "step = 1.0"));
+    assert_eq!(workspace.study("").status.code(), Some(FAILED_CASES));
+    workspace.write_input(FILE);
+    let message = workspace.is_refused("");
+    for part in [
+        "cannot go on from `results/journal.jsonl`",
+        "filament.length_m: 0.041 there, 0.04 here",
+        "sweep of process.brushing_velocity_m_s: 23 values from 2.0 to 24.0 there, 45 values",
+        "--restart",
+        "--out",
+    ] {
+        assert!(message.contains(part), "no `{part}` in {message}");
+    }
+    workspace.ends_as_undisturbed("--restart");
+}
+
+#[test]
+fn results_of_another_build_are_not_mixed_in() {
+    let workspace = Workspace::new();
+    // With a check that is right for the line.
+    let study = parse(FILE);
+    let header = Journal::new(&study).header().to_owned();
+    let (object, _) = header.split_once(",\"check\"").expect("a check");
+    let object = object.replacen(bristle::equations::FINGERPRINT, &"0".repeat(64), 1);
+    let check = &bristle_codegen::exchange::digest(object.as_bytes())[..16];
+    workspace.write_journal(format!("{object},\"check\":\"{check}\"}}\n").as_bytes());
+    let message = workspace.is_refused("");
+    assert!(message.contains("equations (SHA-256): 000000000000 there"), "{message}");
+    workspace.ends_as_undisturbed("--restart");
+}
+
+#[test]
+fn a_file_that_is_no_journal_is_left_alone() {
+    let workspace = Workspace::new();
+    workspace.write_journal(b"what I did today\n");
+    for options in ["", "--restart"] {
+        let message = workspace.is_refused(options);
+        assert!(message.contains("no journal") && message.contains("move the file away"), "{message}");
+    }
+}
+
+#[test]
+fn a_second_study_in_the_same_directory_is_refused() {
+    let workspace = Workspace::new();
+    workspace.write_input(&long_file());
+    let mut first = workspace.start("--threads 1");
+    workspace.wait_for_lines(2, &mut first);
+    for options in ["", "--restart"] {
+        let output = workspace.study(options);
+        let message = error_text(&output);
+        assert_eq!(output.status.code(), Some(REFUSED));
+        assert!(message.contains("another study is writing to the directory `results`"), "{message}");
+    }
+    assert!(first.try_wait().expect("the process is ours").is_none(), "the first one goes on");
+    first.kill().expect("the process is ours");
+    first.wait().expect("the process is ours");
+    // The lock has gone with the process.
+    workspace.write_input(FILE);
+    workspace.ends_as_undisturbed("--restart");
+}
+
+#[test]
+fn what_a_killed_process_has_left_is_removed() {
+    let workspace = Workspace::new();
+    workspace.write_journal(b"");
+    fs::write(workspace.result(".runs.csv.bristle-a1B2c3"), "half").expect("the file can be written");
+    workspace.ends_as_undisturbed("");
+}
+
+#[test]
+fn progress_and_summary_are_for_programs_too() {
+    let workspace = Workspace::new();
+    let begin = Instant::now();
+    let output = workspace.ends_as_undisturbed("--json");
+    let seconds = begin.elapsed().as_secs_f64();
+    let text = String::from_utf8(output.stdout.clone()).expect("UTF-8");
+    let events: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect(line)).collect();
+    let (summary, progress) = events.split_last().expect("a summary");
+    assert!(progress.len() >= 2 && progress.len() as f64 <= 10.0 * seconds + 2.0, "{text}");
+    let mut last = 0;
+    for event in progress {
+        let keys: Vec<&String> = event.as_object().expect("an object").keys().collect();
+        assert_eq!(keys.len(), 6, "{event}");
+        assert_eq!(event["event"], "progress");
+        assert_eq!(event["total"], CASES);
+        let count = |key: &str| event[key].as_u64().expect("a count");
+        assert!(count("done") >= last && count("failures") <= count("done"));
+        last = count("done");
+        for key in ["rate", "seconds_left"] {
+            let known = event[key].as_f64().is_some_and(|number| number >= 0.0);
+            assert!(known || event[key].is_null(), "{event}");
+        }
+    }
+    assert_eq!(progress[0]["done"], 0);
+    assert_eq!(progress[0]["rate"], Value::Null);
+    assert_eq!(last as usize, CASES);
+    assert_eq!(summary["event"], "summary");
+    assert_eq!(summary["cases"], CASES);
+    assert_eq!(summary["failures"], FAILURES);
+    assert_eq!(summary["resumed"], 0);
+    let tables: &[&str] =
+        if cfg!(feature = "parquet") { &["results/runs.csv", "results/runs.parquet"] } else { &["results/runs.csv"] };
+    let files = [tables, &["results/study.json", "results/report.html"]].concat();
+    assert_eq!(summary["files"], serde_json::json!(files));
+    assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
+    // The tables are left out; what went wrong is told.
+    let message = error_text(&output);
+    assert!(message.starts_with("error: 90 cases failed"), "{message}");
+
+    let output = workspace.ends_as_undisturbed("--json");
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let summary: Value = serde_json::from_str(text.lines().last().expect("a summary")).expect("JSON");
+    assert_eq!((&summary["resumed"], &summary["failures"]), (&Value::from(CASES), &Value::from(FAILURES)));
+}
+
+#[test]
+fn a_reader_that_leaves_does_not_stop_a_study() {
+    let workspace = Workspace::new();
+    let mut child = workspace.start("--json");
+    let mut stdout = child.stdout.take().expect("a pipe");
+    stdout.read_exact(&mut [0; 10]).expect("the first object comes");
+    drop(stdout);
+    let output = child.wait_with_output().expect("the process is ours");
+    assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+    assert!(workspace.read("runs.csv") == UNDISTURBED.0);
+}
+
+#[test]
+fn the_log_is_there_for_those_who_ask() {
+    let workspace = Workspace::new();
+    let log = |filter: &str| {
+        let output = workspace.command("--restart").env("RUST_LOG", filter).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(FAILED_CASES));
+        assert!(output.stdout.is_empty());
+        error_text(&output)
+    };
+    let debug = log("debug");
+    assert_eq!(debug.matches("DEBUG bristle_study::study: case done case=").count(), CASES - FAILURES);
+    assert_eq!(debug.matches("WARN bristle_study::study: case failed case=").count(), FAILURES);
+    assert!(debug.contains("INFO bristle_study::study: study started cases=180 to_simulate=180 threads="), "{debug}");
+    assert!(debug.contains("DEBUG bristle::journal_file: journal opened"), "{debug}");
+    let warnings = log("bristle=warn");
+    assert!(warnings.contains("WARN bristle_study::study") && !warnings.contains("INFO"), "{warnings}");
+    assert!(!log("").contains("bristle_study::study"));
+    let wrong = log("bristle=loudly");
+    assert!(wrong.contains("note: RUST_LOG is `bristle=loudly` and has no effect"), "{wrong}");
+
+    // What is dropped of a journal is in the log, too.
+    let journal = workspace.journal();
+    workspace.write_journal(&journal[..journal.len() - 1]);
+    let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
+    assert!(error_text(&output).contains("WARN bristle::journal_file: the end of the journal was cut off"));
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+
+    #[test]
+    fn an_interrupt_tells_how_to_go_on() {
+        // A shell's background jobs are not to be interrupted, and nor is what they start.
+        let ignored = Command::new("sh").args(["-c", "kill -INT $$"]).status().expect("there is a shell").success();
+        if ignored {
+            println!("left out: interrupts are ignored here");
+            return;
+        }
+        let workspace = Workspace::new();
+        workspace.write_input(&long_file());
+        let mut child = workspace.start("--threads 2");
+        workspace.wait_for_lines(5, &mut child);
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(kill.expect("`kill` is there").success());
+        let output = child.wait_with_output().expect("the process is ours");
+        let message = error_text(&output);
+        assert_eq!(output.status.code(), Some(INTERRUPTED), "{message}");
+        let study = parse(&long_file());
+        let contents = Journal::new(&study).read(&study, workspace.journal().as_slice()).expect("a whole journal");
+        let done = contents.results.iter().flatten().count();
+        assert_eq!(contents.torn, 0, "no line is cut off");
+        let (total, expected) =
+            (study.case_count(), "are in `results/journal.jsonl`; the same command goes on from there");
+        assert!(message.contains(&format!("stopped: {done} of {total} cases {expected}")), "{message}");
+    }
+
+    /// Writing fails where a file would become longer than the shell lets it, as it would on a full disk.
+    #[test]
+    fn a_file_that_cannot_grow_loses_nothing() {
+        let workspace = Workspace::new();
+        // A block has 512 bytes, or 1024 in some shells. The signal that comes with the error would end the program.
+        let limited = |blocks: u32| {
+            let before = format!("trap '' XFSZ\nulimit -f {blocks}");
+            workspace.command_after(&before).output().expect("there is a shell")
+        };
+        let stops = |blocks: u32, file: &str| {
+            let output = limited(blocks);
+            let message = error_text(&output);
+            assert_eq!(output.status.code(), Some(REFUSED), "{message}");
+            assert!(message.contains("error: cannot write `") && !message.contains(".bristle-"), "{message}");
+            assert!(message.contains(&format!("results/{file}`: File too large")), "{message}");
+            let contents = workspace.contents().expect("the journal is whole");
+            assert_eq!(contents.torn, 0, "no line is cut off");
+            let done = contents.results.iter().flatten().count();
+            (message, done)
+        };
+        // Not even the header fits.
+        let (_, done) = stops(1, "journal.jsonl");
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
+        assert_eq!((workspace.journal().len(), done), (0, 0));
+        // Some cases do.
+        let (message, done) = stops(30, "journal.jsonl");
+        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
+        assert!(0 < done && done < CASES);
+        assert!(message.contains(&format!("{done} of 180 cases are in the journal")), "{message}");
+        assert!(message.contains("the same command goes on"), "{message}");
+        workspace.ends_as_undisturbed("");
+        // All do, but the table of results does not: the one before stays.
+        fs::write(workspace.result("runs.csv"), "the one before").expect("the file can be written");
+        let (message, done) = stops(2, "runs.csv");
+        assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
+        assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the one before"));
+        assert_eq!(workspace.files(), RESULTS);
+        workspace.ends_as_undisturbed("");
+    }
+
+    /// Runs a script as root of a name space of its own, where it may mount; none where the system does not let it.
+    fn with_mounts(workspace: &Workspace, script: &str) -> Option<Output> {
+        let unshare = |script: &str| {
+            let mut command = Command::new("unshare");
+            command.args(["--map-root-user", "--mount", "sh", "-e", "-c", script, env!("CARGO_BIN_EXE_bristle")]);
+            workspace.set_up(command).output()
+        };
+        fs::create_dir_all(workspace.path().join("results")).expect("the directory can be made");
+        if !unshare("mount -t tmpfs none results").is_ok_and(|output| output.status.success()) {
+            println!("left out: this system lets nobody mount");
+            return None;
+        }
+        Some(unshare(script).expect("it has just run"))
+    }
+
+    #[test]
+    fn a_full_disk_loses_nothing() {
+        let workspace = Workspace::new();
+        let script = "
+            mount -t tmpfs -o size=40k none results
+            \"$0\" study case.toml --out results || echo status $?
+            ls -A results
+            cp results/journal.jsonl first.jsonl
+            mount -o remount,size=64m results
+            \"$0\" study case.toml --out results || echo status $?
+            ls -A results
+            cp results/runs.csv runs.csv";
+        let Some(output) = with_mounts(&workspace, script) else { return };
+        let message = error_text(&output);
+        let said = String::from_utf8(output.stdout).expect("UTF-8");
+        assert_eq!(said, format!("status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n", RESULTS.join("\n")), "{message}");
+        assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
+        assert!(message.contains("cases are in the journal: once there is room"), "{message}");
+        workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
+        let contents = workspace.contents().expect("the journal is whole");
+        let done = contents.results.iter().flatten().count();
+        assert!(contents.torn == 0 && 0 < done && done < CASES, "{message}");
+        assert!(message.contains(&format!("{done} of 180 cases are in `results/journal.jsonl`")), "{message}");
+        assert!(fs::read_to_string(workspace.path().join("runs.csv")).expect("runs.csv") == UNDISTURBED.0);
+    }
+
+    #[test]
+    fn a_read_only_directory_is_refused() {
+        let workspace = Workspace::new();
+        workspace.ends_as_undisturbed("");
+        let before = (workspace.journal(), workspace.read("runs.csv"));
+        let script = "
+            mount --bind results results
+            mount -o remount,ro,bind results
+            for option in --json --restart; do
+                \"$0\" study case.toml --out results $option || echo status $?
+            done";
+        let Some(output) = with_mounts(&workspace, script) else { return };
+        let message = error_text(&output);
+        assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), "status 2\nstatus 2\n", "{message}");
+        let expected = "error: cannot write to the directory `results`: Read-only file system";
+        assert_eq!(message.matches(expected).count(), 2, "{message}");
+        assert!((workspace.journal(), workspace.read("runs.csv")) == before);
+        assert_eq!(workspace.files(), RESULTS);
+    }
+}

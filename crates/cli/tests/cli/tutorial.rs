@@ -1,0 +1,112 @@
+//! The commands of docs/tutorial.md, one after the other in an empty directory, as its reader gives them. What the page says
+//! that they print is held against what they print.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use tempfile::TempDir;
+
+const TUTORIAL: &str = include_str!("../../../../docs/tutorial.md");
+
+/// What stands for lines that the page leaves out.
+const LEFT_OUT: &str = "…";
+
+/// A block of the page that is not prose.
+#[derive(Debug)]
+struct Block<'t> {
+    /// What is in it: `sh`, `toml` or `text`.
+    language: &'t str,
+    text: &'t str,
+    /// The prose since the block before.
+    before: &'t str,
+}
+
+fn blocks(page: &'static str) -> Vec<Block<'static>> {
+    let mut blocks = Vec::new();
+    let mut rest = page;
+    while let Some((before, fenced)) = rest.split_once("```") {
+        let (language, fenced) = fenced.split_once('\n').expect("a block has lines");
+        let (text, after) = fenced.split_once("```").expect("a block ends");
+        blocks.push(Block { language, text, before });
+        rest = after;
+    }
+    blocks
+}
+
+/// The name in the sentence "Save this as `name`" before a block.
+fn file_name(before: &str) -> &str {
+    // Lines may break anywhere in the sentence.
+    let (_, name) = before.rsplit_once("this as `").expect("the page says what to save a file as");
+    name.split_once('`').expect("a name in backticks").0
+}
+
+/// Runs a command of the page in `directory`, and returns what it prints, for data and for people.
+fn run(command: &str, directory: &Path) -> String {
+    let mut words = command.split(' ');
+    assert_eq!(words.next(), Some("bristle"), "{command}");
+    let output = Command::new(env!("CARGO_BIN_EXE_bristle")).current_dir(directory).args(words).output();
+    let output = output.expect("the program starts");
+    let [data, text] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
+    assert!(output.status.success(), "{command}: {text}");
+    text + &data
+}
+
+/// Expects the lines of a block to stand in what was printed, in their order, one below the other unless some are left out.
+fn is_printed(block: &str, printed: &str) {
+    let mut rest: Vec<&str> = printed.lines().collect();
+    for part in block.split(&format!("{LEFT_OUT}\n")) {
+        let lines: Vec<&str> = part.lines().collect();
+        let found = rest.windows(lines.len()).position(|window| window == lines);
+        let start = found.unwrap_or_else(|| panic!("this is not printed:\n{part}\nbut\n{printed}"));
+        rest.drain(..start + lines.len());
+    }
+}
+
+#[test]
+fn the_tutorial_does_what_it_says() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
+    for Block { language, text, before } in blocks(TUTORIAL) {
+        match language {
+            // What is under test is installed already; `.ci/run` gives this command.
+            "sh" if text.starts_with("cargo install ") => assert_eq!(text.lines().count(), 1),
+            "sh" => {
+                for command in text.lines() {
+                    printed = run(command, directory.path());
+                    commands += 1;
+                }
+            }
+            "toml" => fs::write(directory.path().join(file_name(before)), text).expect("the file can be written"),
+            "text" => {
+                is_printed(text, &printed);
+                compared += 1;
+            }
+            other => panic!("a block of {other}"),
+        }
+    }
+    assert_eq!((commands, compared), (7, 4), "the page has another number of commands or outputs");
+
+    // What the page tells the reader to open.
+    for name in [
+        "contact/figures/history.png",
+        "contact/metrics.json",
+        "results/report.html",
+        "results/runs.csv",
+        "sure/figures/scatter_over_velocity.png",
+        "sure/figures/sobol_over_velocity.png",
+        "for-the-report/figures/tool_force_map.svg",
+    ] {
+        assert!(directory.path().join(name).is_file(), "{name}");
+    }
+    let metrics = fs::read_to_string(directory.path().join("contact/metrics.json")).expect("metrics");
+    let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
+    for (name, told, unit) in [
+        ("contact_time_ratio", 0.80, 0.01),
+        ("contact_normal_impulse_n_s", 2.5e-3, 0.1e-3),
+        ("tool_contact_normal_force_n", 234.0, 1.0),
+    ] {
+        let value = metrics[name].as_f64().expect(name);
+        assert!((value - told).abs() <= 0.5 * unit, "{name} is {value}, and the page says {told}");
+    }
+}

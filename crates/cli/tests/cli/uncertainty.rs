@@ -1,0 +1,185 @@
+//! Studies whose filaments scatter: sampled tools are passes like any other, and their forces obey known mechanics.
+
+use std::fs;
+
+use bristle::simulation::simulate;
+use bristle_report::figures::study_figures;
+use bristle_report::tables::study_tables;
+use bristle_study::document::Document;
+use bristle_study::results::write_runs;
+use bristle_study::results::{read_runs, read_study, study_text};
+use bristle_study::study::{CaseResult, CaseSummary, Study, run_study};
+use bristle_study::uncertainty::Scatter;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 8
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-4
+
+[study]
+brushing_velocity_m_s = [1.0, 20.0]
+penetration_depth_m = [2.0e-3]
+";
+const UNCERTAINTY: &str = "
+[uncertainty]
+diameter_std_m = 0.02e-3
+youngs_modulus_std_pa = 0.2e9
+samples = 64
+";
+
+fn study(text: &str) -> Study {
+    Document::parse(text, "case.toml").and_then(|document| document.study()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn summaries(study: &Study) -> Vec<CaseSummary> {
+    run_study(study, None, || {}).expect("threads").into_iter().map(|result| result.expect("a pass")).collect()
+}
+
+#[test]
+fn tools_of_a_study_are_simulated_as_alone() {
+    let study = study(&format!("{FILE}{UNCERTAINTY}"));
+    for (case, summary) in summaries(&study).iter().enumerate() {
+        let settings = study.settings(case);
+        let scatter = Scatter::of(&settings).expect("filaments scatter");
+        let impulse = |tool| {
+            let settings = scatter.settings(tool).expect("it reaches the workpiece");
+            simulate(&settings).map(|simulation| simulation.metrics.contact_normal_impulse_n_s).ok()
+        };
+        let impulses: Vec<Option<f64>> = (0..scatter.count()).map(impulse).collect();
+        assert_eq!(summary.scatter, scatter.reduce(&impulses));
+        assert_eq!(summary.metrics, simulate(&settings).expect("a pass").metrics);
+    }
+}
+
+#[test]
+fn cases_without_scatter_stand_beside_others() {
+    let file = FILE.replace("segments = 8", "segments = 2").replace("1e-4", "1e-2");
+    let study = study(&format!("{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"));
+    let summaries = summaries(&study);
+    assert_eq!(
+        summaries.iter().map(|summary| summary.scatter.is_some()).collect::<Vec<_>>(),
+        [false, false, true, true]
+    );
+    let results: Vec<CaseResult> = summaries.into_iter().map(Ok).collect();
+    let tables = study_tables(&study, &results);
+    assert!(!tables.contains("failed") && tables.lines().nth(1).is_some_and(|line| line.ends_with('–')), "{tables}");
+    let pictures = study_figures(&study, &results, &[]).pictures;
+    let scatter = pictures.iter().filter(|picture| picture.name.starts_with("scatter_"));
+    let names: Vec<&str> = scatter.map(|picture| picture.name.as_str()).collect();
+    assert_eq!(names, ["scatter_over_velocity", "scatter_over_diameter_std_m"]);
+    assert!(pictures.iter().all(|picture| !picture.canvas.svg().contains("95 % of the tools with N<tspan")));
+
+    // To the bytes of the file and back.
+    let mut runs = Vec::new();
+    write_runs(&mut runs, &study, &results).expect("a table");
+    let runs = String::from_utf8(runs).expect("text");
+    let saved = read_study(&study_text(&study, runs.as_bytes(), false), "study.json").expect("a study");
+    let read = read_runs(&runs, "runs.csv", &saved).expect("results");
+    let scatters = |results: &[CaseResult]| {
+        results.iter().map(|result| result.as_ref().expect("a pass").scatter.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(scatters(&read), scatters(&results));
+}
+
+#[test]
+fn one_input_alone_is_what_the_scatter_comes_from() {
+    for hold in ["process", "machine"] {
+        let file = FILE.replace("[tool]", "[tool]\nfilament_count_uncertainty = 0.0").replace("2.0e-3", "0.5e-3");
+        let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
+        for summary in summaries(&study(&format!("{file}{uncertainty}"))) {
+            let shares = summary.scatter.expect("filaments scatter").sobol_indices();
+            assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..] == [0.0; 4], "{shares:?}");
+        }
+    }
+}
+
+#[test]
+fn the_nominal_case_is_the_same_without_scatter() {
+    let (with, without) = (summaries(&study(&format!("{FILE}{UNCERTAINTY}"))), summaries(&study(FILE)));
+    for (mut with, without) in with.into_iter().zip(without) {
+        assert!(with.scatter.take().is_some());
+        assert_eq!(with, without);
+    }
+}
+
+/// A filament that is bent slowly is a spring: its force is proportional to `E I`, and so to `E d⁴`.
+#[test]
+fn a_slow_filament_scatters_as_a_spring() {
+    let file = FILE.replace("[1.0, 20.0]", "[1.0]");
+    let study = study(&format!("{file}{}", UNCERTAINTY.replace("samples = 64", "samples = 256")));
+    let summary = summaries(&study).remove(0);
+    let scatter = summary.scatter.expect("filaments scatter");
+    // Moments of E/E_0 and of (d/d_0)⁴ from those of normal distributions, then of the product with N_f.
+    let (e, d, n) = (0.2 / 3.0, 0.02 / 1.18, 600.0 / 10_500.0);
+    let mean_d4 = 1.0 + 6.0 * d * d + 3.0 * f64::powi(d, 4);
+    let second_d4 = 1.0 + 28.0 * d * d + 210.0 * f64::powi(d, 4) + 420.0 * f64::powi(d, 6) + 105.0 * f64::powi(d, 8);
+    let second = (1.0 + e * e) * second_d4 * (1.0 + n * n);
+    let variance = second - mean_d4 * mean_d4;
+    let expected = [
+        (scatter.tool_force_mean_n / summary.metrics.tool_contact_normal_force_n, mean_d4, 0.001),
+        (scatter.tool_force_std_n / scatter.tool_force_mean_n, variance.sqrt() / mean_d4, 0.005),
+        (scatter.sobol_diameter, (second_d4 - mean_d4 * mean_d4) / variance, 0.01),
+        (scatter.sobol_youngs_modulus, e * e * mean_d4 * mean_d4 / variance, 0.01),
+        (scatter.sobol_filament_count, n * n * mean_d4 * mean_d4 / variance, 0.01),
+    ];
+    for (found, expected, tolerance) in expected {
+        assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
+    }
+    assert_eq!((scatter.sobol_length, scatter.sobol_damping_ratio), (0.0, 0.0));
+}
+
+#[test]
+fn a_study_with_scatter_goes_on_from_its_journal_and_is_drawn_again() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let path = |name: &str| directory.path().join(name);
+    let text = format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n");
+    fs::write(path("case.toml"), text).expect("the file can be written");
+    let measured = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n20.0,2.0e-3,250,20\n";
+    fs::write(path("forces.csv"), measured).expect("the file can be written");
+    let run = |arguments: &str| {
+        let output = bristle(directory.path(), arguments).output().expect("the program starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stderr).expect("messages are UTF-8")
+    };
+    let read = |name: &str| fs::read(path(name)).expect(name);
+    let told = run("study case.toml --out whole");
+    for part in ["95 % of the tools", "The scatter of F_n,w comes from: "] {
+        assert!(told.contains(part), "{told}");
+    }
+    let comparison = String::from_utf8(read("whole/measured_comparison.csv")).expect("text");
+    assert!(comparison.contains(",simulated_lower_95_n,simulated_upper_95_n,"), "{comparison}");
+
+    // The journal of a study that was stopped after its first case.
+    let journal = String::from_utf8(read("whole/journal.jsonl")).expect("text");
+    let begun: String = journal.split_inclusive('\n').take(2).collect();
+    fs::create_dir(path("resumed")).expect("a directory");
+    fs::write(path("resumed/journal.jsonl"), begun).expect("the file can be written");
+    assert!(run("study case.toml --out resumed --threads 1").contains("1 of 2 cases"));
+    for name in [
+        "runs.csv",
+        "study.json",
+        "report.html",
+        "figures/scatter_over_velocity.svg",
+        "figures/sobol_over_velocity.svg",
+    ] {
+        assert!(read(&format!("whole/{name}")) == read(&format!("resumed/{name}")), "{name} is another one");
+    }
+    run("plot whole --out again");
+    for name in ["scatter_over_velocity.png", "sobol_over_velocity.png", "measured_over_velocity.png"] {
+        assert!(
+            read(&format!("whole/figures/{name}")) == read(&format!("again/figures/{name}")),
+            "{name} is another one"
+        );
+    }
+}

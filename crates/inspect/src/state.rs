@@ -1,0 +1,148 @@
+//! Reads a state of the filament, as `bristle evaluate` takes it, from JSON.
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::evaluation::State;
+use bristle::equations::find_pole;
+use bristle::model::parameters::MAX_SEGMENTS;
+
+/// How errors call what concerns no single key.
+const WHOLE: &str = "state";
+
+/// The ways in which a state can be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StateError {
+    /// The text is no JSON, or a key is unknown, missing, or of a wrong type.
+    #[error(
+        "`{key}` at line {line}, column {column}: {message}\n   = help: a state is {{\"base_angle\": β, \"base_rate\": ω, \
+         \"base_acceleration\": β̈, \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
+    )]
+    Unreadable {
+        /// Path of the key.
+        key: String,
+        /// Line, counted from 1.
+        line: usize,
+        /// Column, counted from 1.
+        column: usize,
+        /// What the parser says.
+        message: String,
+    },
+    /// The coordinates do not make whole segments, or too many.
+    #[error("`q` has {length} numbers, but must have two for each segment (φ and θ), of 1 to {MAX_SEGMENTS} segments")]
+    SegmentCount {
+        /// Length of `q`.
+        length: usize,
+    },
+    /// Coordinates and rates differ in number.
+    #[error("`v` has {v} numbers, but must have as many as `q`, which has {q}")]
+    Lengths {
+        /// Length of `q`.
+        q: usize,
+        /// Length of `v`.
+        v: usize,
+    },
+    /// A segment is parallel to the tool axis.
+    #[error(
+        "`q[{index}]` = {polar_angle:?}: segment {segment} stands at a pole (sin φ = 0), where its azimuth has no meaning; \
+         turn it away from the tool axis"
+    )]
+    Pole {
+        /// Number of the segment, counted from 1.
+        segment: usize,
+        /// Position of its polar angle in `q`.
+        index: usize,
+        /// The polar angle, in rad.
+        polar_angle: f64,
+    },
+}
+
+/// The file's form of a [`State`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateFile {
+    base_angle: f64,
+    base_rate: f64,
+    base_acceleration: f64,
+    gravity: [f64; 3],
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+/// Reads and checks a state.
+///
+/// JSON has no NaN and no infinity, and a number too large for `f64` is an error: every number of a state is finite.
+pub fn parse_state(text: &str) -> Result<State, StateError> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let unreadable = |key: String, error: &serde_json::Error| {
+        let message = error.to_string();
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        StateError::Unreadable {
+            key,
+            line: error.line(),
+            column: error.column(),
+            message: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
+        }
+    };
+    let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        // Outside of any key the path is a mark only.
+        let path = match error.path().to_string().as_str() {
+            "." | "?" => WHOLE.to_owned(),
+            path => path.to_owned(),
+        };
+        unreadable(path, error.inner())
+    })?;
+    deserializer.end().map_err(|error| unreadable(WHOLE.to_owned(), &error))?;
+    let StateFile { base_angle, base_rate, base_acceleration, gravity, q, v } = file;
+    if q.is_empty() || q.len() % 2 != 0 || q.len() > 2 * MAX_SEGMENTS {
+        return Err(StateError::SegmentCount { length: q.len() });
+    }
+    if v.len() != q.len() {
+        return Err(StateError::Lengths { q: q.len(), v: v.len() });
+    }
+    if let Some(segment) = find_pole(q.as_chunks().0) {
+        return Err(StateError::Pole { segment: segment + 1, index: 2 * segment, polar_angle: q[2 * segment] });
+    }
+    Ok(State { base_angle, base_rate, base_acceleration, gravity, q, v })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(q: &str, v: &str) -> String {
+        format!(
+            r#"{{"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0], "q": {q}, "v": {v}}}"#
+        )
+    }
+
+    #[test]
+    fn a_good_state_is_read() {
+        let state = parse_state(&state("[1.5, -1.5, 1.6, -1.4]", "[0, 50, 0, 50]")).expect("the state is right");
+        assert_eq!(state.base_rate, 50.0);
+        assert_eq!(state.q, [1.5, -1.5, 1.6, -1.4]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let cases = [
+            (state("[1.5, \"a\"]", "[0, 0]"), "`q[1]`"),
+            (state("[1.5, 1e999]", "[0, 0]"), "`q[1]`"),
+            (state("[1.5, NaN]", "[0, 0]"), "`q[1]`"),
+            (state("[1.5, 0]", "[0, 0]").replace("\"v\"", "\"w\""), "`w`"),
+            (state("[1.5, 0]", "[0, 0]").replace("\"v\"", "\"q\""), "`q`"),
+            (state("[1.5, 0]", "[0, 0]").replace(", \"v\": [0, 0]", ""), "`v`"),
+            (state("[1.5, 0]", "[0, 0]").replace("-1.5", "null"), "`base_angle`"),
+            (state("[1.5, 0]", "[0, 0]") + "x", "trailing"),
+            (state("[]", "[]"), "`q` has 0"),
+            (state("[1.5]", "[0]"), "`q` has 1"),
+            (state("[1.5, 0]", "[0]"), "`v` has 1"),
+            (state("[1.5, 0, 3.141592653589793, 0]", "[0, 0, 0, 0]"), "segment 2"),
+            (String::new(), "line 1"),
+        ];
+        for (text, expected) in cases {
+            let message = parse_state(&text).expect_err(&text).to_string();
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+    }
+}

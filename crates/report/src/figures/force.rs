@@ -1,0 +1,201 @@
+//! The tool force with what is known of its uncertainty: bands, measured points, and what the scatter comes from.
+
+use super::{Family, Picture, Sides, View, selection};
+use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::scale::Axis;
+use bristle_study::measured::{Measurement, Simulated, same, tool_force};
+use bristle_study::slices::spread;
+use bristle_study::slices::{Slice, equation};
+use bristle_study::text::number::short;
+use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
+
+/// Most curves beside measured points, each of which has a band.
+const MAX_MEASURED: usize = 4;
+/// Most curves with bands of filaments that scatter, which are wide.
+const MAX_SCATTERED: usize = 3;
+
+/// Simulated forces with their bands.
+struct Banded {
+    curves: Vec<Curve>,
+    /// Whether some forces are not known.
+    has_gaps: bool,
+}
+
+impl View<'_> {
+    /// The tool's force where filaments scatter; none where it does not vary along this side.
+    pub(super) fn scatter(&self, family: Family) -> Option<Picture> {
+        let sides @ Sides { over, of, .. } = &self.sides(family);
+        if !over.varies() {
+            return None;
+        }
+        let levels: Vec<f64> =
+            spread(of.values.len(), MAX_SCATTERED).into_iter().map(|index| of.values[index]).collect();
+        let Banded { curves, has_gaps } = self.banded(sides, &levels, "");
+        if curves.iter().all(|curve| curve.look != Look::Band || curve.points.is_empty()) {
+            return None;
+        }
+        let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let diagram = Diagram {
+            title: "Contact normal force of the tool, with filaments that scatter".to_owned(),
+            subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
+            x: Axis::linear(over.label()),
+            y: Axis::from_zero("F_n,w in N"),
+            curves,
+        };
+        let name = format!("scatter_over_{}{}", over.word(), self.slice.suffix());
+        Some(Picture { name, canvas: diagram.draw() })
+    }
+
+    /// First-order Sobol indices along the first side, at the middle value of the other.
+    pub(super) fn sobol(&self) -> Option<Picture> {
+        let Slice { x, y, .. } = self.slice;
+        if !x.varies() {
+            return None;
+        }
+        let row = (y.values.len() - 1) / 2;
+        let indices = |column: usize| {
+            let summary = self.results[self.slice.case(column, row)].as_ref().ok()?;
+            let scatter = summary.scatter.as_ref()?;
+            (scatter.tool_force_std_n > 0.0).then(|| scatter.sobol_indices())
+        };
+        let known: Vec<Option<[f64; INPUTS.len()]>> = (0..x.values.len()).map(indices).collect();
+        let mut curves = Vec::new();
+        let mut add = |name: &str, index: &dyn Fn(&[f64; INPUTS.len()]) -> f64| {
+            let points = x.shown().into_iter().zip(&known);
+            let points: Vec<(f64, f64)> =
+                points.map(|(at, known)| (at, known.as_ref().map_or(f64::NAN, index))).collect();
+            curves.push(Curve::new(name, Look::Joined, points));
+        };
+        for (position, Input { symbol, name, .. }) in INPUTS.iter().enumerate() {
+            if known.iter().flatten().any(|indices| indices[position] > 0.0) {
+                add(&format!("{name} {symbol}"), &|indices| indices[position]);
+            }
+        }
+        add("not attributed", &|indices| (1.0 - indices.iter().sum::<f64>()).max(0.0));
+        if known.iter().all(Option::is_none) {
+            return None;
+        }
+        let at = equation(y.parameter, y.values[row]);
+        let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
+        let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
+        let diagram = Diagram {
+            title: "What the scatter of the tool force comes from".to_owned(),
+            subtitle: self.subtitle([at, deviations]),
+            x: Axis::linear(x.label()),
+            y: Axis::from_zero("first-order Sobol index"),
+            curves,
+        };
+        let name = format!("sobol_over_{}{}", x.word(), self.slice.suffix());
+        Some(Picture { name, canvas: diagram.draw() })
+    }
+
+    /// The tool's force beside measured points; none where the study has no curve.
+    pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> Option<Picture> {
+        let sides @ Sides { over, of, .. } = &self.sides(family);
+        if !over.varies() {
+            return None;
+        }
+        let place = |point: &Measurement| match family {
+            Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
+            Family::OverY => (point.penetration_depth_m, point.brushing_velocity_m_s),
+        };
+        // The values at which something was measured, and the study can say something.
+        let (least, largest) = (of.values[0], of.values[of.values.len() - 1]);
+        let within = |value: f64| (least <= value && value <= largest) || same(value, least) || same(value, largest);
+        let mut levels: Vec<f64> = measured.iter().map(|point| place(point).1).filter(|&value| within(value)).collect();
+        levels.sort_by(f64::total_cmp);
+        levels.dedup_by(|next, first| same(*next, *first));
+        if levels.is_empty() {
+            return None;
+        }
+        let total = levels.len();
+        let levels: Vec<f64> = spread(total, MAX_MEASURED).into_iter().map(|index| levels[index]).collect();
+        let Banded { mut curves, has_gaps } = self.banded(sides, &levels, "simulated, ");
+        for (index, &level) in levels.iter().enumerate() {
+            let name = equation(of.parameter, level);
+            let points: Vec<&Measurement> = measured.iter().filter(|point| same(place(point).1, level)).collect();
+            let at = |point: &Measurement, force: f64| (place(point).0 * over.factor(), force);
+            let ends = points
+                .iter()
+                .flat_map(|point| [at(point, point.force_n - point.std_n), at(point, point.force_n + point.std_n)]);
+            curves.push(Curve::new("", Look::Bars, ends.collect()).with_pen(index));
+            let points = points.iter().map(|point| at(point, point.force_n)).collect();
+            curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
+        }
+        let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
+        let diagram = Diagram {
+            title: "Contact normal force of the tool, simulated and measured".to_owned(),
+            subtitle: self.subtitle([
+                format!("{}; bars: ± standard deviation", self.band_text()),
+                selection,
+                gaps(has_gaps),
+            ]),
+            x: Axis::linear(over.label()),
+            y: Axis::from_zero("F_n,w in N"),
+            curves,
+        };
+        let name = format!("measured_over_{}{}", over.word(), self.slice.suffix());
+        Some(Picture { name, canvas: diagram.draw() })
+    }
+
+    /// What the bands are.
+    fn band_text(&self) -> String {
+        let Slice { x, y, .. } = self.slice;
+        let cases = (0..y.values.len()).flat_map(|row| (0..x.values.len()).map(move |column| (column, row)));
+        let mut all = cases.map(|(column, row)| self.study.settings(self.slice.case(column, row)));
+        // Where deviations are swept, some may be zero.
+        if let Some(settings) = all.find(scatters) {
+            return format!("band: 95 % of the tools with {}", scatter_text(&settings));
+        }
+        let settings = self.study.settings(self.slice.case(0, 0));
+        let [count, spread] = [settings.tool.filament_count, settings.tool.filament_count_uncertainty].map(short);
+        format!("band: N_f = {count} ± {spread} (standard deviation)")
+    }
+
+    /// Curves with bands for some values of a side.
+    fn banded(&self, &Sides { family, over, of }: &Sides<'_>, levels: &[f64], prefix: &str) -> Banded {
+        let force = |at: f64, level: f64| {
+            let [x, y] = if family == Family::OverX { [at, level] } else { [level, at] };
+            tool_force(self.study, self.results, self.slice, x, y).ok()
+        };
+        let mut banded = Banded { curves: Vec::new(), has_gaps: false };
+        for (index, &level) in levels.iter().enumerate() {
+            let mut line = Vec::new();
+            // Outlines between gaps: the upper edge forwards, then the lower one backwards.
+            let mut band = (Vec::new(), Vec::new());
+            let mut bands = Vec::new();
+            for &at in &over.values {
+                let simulated = force(at, level);
+                banded.has_gaps |= simulated.is_none();
+                let at = at * over.factor();
+                line.push((at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
+                match simulated.and_then(|simulated| self.band(simulated)) {
+                    Some([lower, upper]) => {
+                        band.0.push((at, upper));
+                        band.1.push((at, lower));
+                    }
+                    None => bands.push(std::mem::take(&mut band)),
+                }
+            }
+            bands.push(band);
+            for (mut upper, lower) in bands {
+                upper.extend(lower.into_iter().rev());
+                banded.curves.push(Curve::new("", Look::Band, upper).with_pen(index));
+            }
+            let name = format!("{prefix}{}", equation(of.parameter, level));
+            banded.curves.push(Curve::new(name, Look::Line, line).with_pen(index));
+        }
+        banded
+    }
+
+    /// The band of a force: that of the sampled tools where filaments scatter, else that of the number of filaments.
+    fn band(&self, simulated: Simulated) -> Option<[f64; 2]> {
+        let Simulated { force_n, uncertainty_n, band_n } = simulated;
+        if self.study.scatters() { band_n } else { Some([force_n - uncertainty_n, force_n + uncertainty_n]) }
+    }
+}
+
+/// What gaps are, if there are any.
+fn gaps(has_gaps: bool) -> String {
+    if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() }
+}

@@ -1,0 +1,493 @@
+//! The pictures of results: a study's metrics over its settings, measured forces beside them, one contact over time.
+//!
+//! Results in, named figures out. They show what Uhlmann and Hoyer (2021) show in their figures 3 to 7.
+
+use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of};
+use crate::drawing::map::{self, Map};
+use crate::drawing::pens::pen;
+use crate::drawing::scale::{Axis, Scale};
+use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Pass, Sample};
+use bristle_study::measured::{Measurement, relative_uncertainty};
+use bristle_study::slices::spread;
+use bristle_study::slices::{Side, Slice, equation, process_slices, telling_slices};
+use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
+use bristle_study::text::number::{labels, short};
+
+mod force;
+
+/// Most values of the further sweeps for which pictures are drawn.
+const MAX_SLICES: usize = 4;
+/// Most curves of a family.
+const MAX_CURVES: usize = 7;
+/// Most cells of a map along a side; more could not be seen.
+const MAX_CELLS: usize = 200;
+
+/// A picture with the name of its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Name without ending.
+    pub name: String,
+    /// What it shows, to be written as SVG or PNG.
+    pub canvas: Canvas,
+}
+
+/// The pictures of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pictures {
+    /// In the order of the paper.
+    pub pictures: Vec<Picture>,
+    /// What is not drawn, and why; empty if all is.
+    pub note: String,
+}
+
+/// A metric as the pictures show it.
+struct Quantity {
+    /// Beginning of file names.
+    name: &'static str,
+    title: &'static str,
+    /// Symbol and unit.
+    label: &'static str,
+    /// From SI to this unit.
+    factor: f64,
+    value: fn(&Metrics) -> f64,
+    /// What the colours of a map range over, where it is not the values.
+    range: Option<[f64; 2]>,
+    /// A level whose line a map shows, and what that parts.
+    level: Option<(f64, &'static str)>,
+    /// Over which sides of a map there are families of curves too.
+    families: &'static [Family],
+    /// Whether the number of filaments is in it.
+    is_of_tool: bool,
+}
+
+/// A family of curves beside a map.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Family {
+    OverX,
+    OverY,
+}
+
+/// The paper's figures 4a, 4b, 5, 6a and 6b.
+const QUANTITIES: [Quantity; 5] = [
+    Quantity {
+        name: "tip_deflection",
+        title: "Largest tip deflection",
+        label: "s_n,max in mm",
+        factor: 1e3,
+        value: |metrics| metrics.max_tip_deflection_m,
+        range: None,
+        level: None,
+        families: &[Family::OverX],
+        is_of_tool: false,
+    },
+    Quantity {
+        name: "contact_time",
+        title: "Contact time",
+        label: "t_c in ms",
+        factor: 1e3,
+        value: |metrics| metrics.contact_time_s,
+        range: None,
+        level: None,
+        families: &[Family::OverX],
+        is_of_tool: false,
+    },
+    Quantity {
+        name: "contact_time_ratio",
+        title: "Contact time ratio",
+        label: "ε_tc",
+        factor: 1.0,
+        value: |metrics| metrics.contact_time_ratio,
+        range: Some([0.0, 1.0]),
+        level: Some((0.5, "line: ε_tc = ½ between sweeping (above) and striking (below)")),
+        families: &[],
+        is_of_tool: false,
+    },
+    Quantity {
+        name: "impulse",
+        title: "Contact normal impulse of a filament",
+        label: "p_n in mN s",
+        factor: 1e3,
+        value: |metrics| metrics.contact_normal_impulse_n_s,
+        range: None,
+        level: None,
+        families: &[Family::OverX, Family::OverY],
+        is_of_tool: false,
+    },
+    Quantity {
+        name: "tool_force",
+        title: "Contact normal force of the tool",
+        label: "F_n,w in N",
+        factor: 1.0,
+        value: |metrics| metrics.tool_contact_normal_force_n,
+        range: None,
+        level: None,
+        families: &[Family::OverX, Family::OverY],
+        is_of_tool: true,
+    },
+];
+
+/// The pictures of a study.
+///
+/// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
+/// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
+/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; of other studies, each metric over the setting that
+/// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each
+/// of their values, but not for more than four, with the value at the end of the name.
+pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
+    let slices = telling_slices(study, MAX_SLICES);
+    let mut pictures = Vec::new();
+    for slice in &slices.chosen {
+        let view = View { study, results, slice };
+        let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
+        for quantity in &QUANTITIES {
+            if is_map {
+                pictures.push(view.map(quantity));
+            }
+            let families = if is_map { quantity.families } else { &[Family::OverX] };
+            for family in families {
+                pictures.push(view.curves(quantity, *family));
+            }
+        }
+    }
+    if study.scatters() {
+        for slice in &slices.chosen {
+            let view = View { study, results, slice };
+            pictures.extend(view.scatter(Family::OverX));
+            pictures.extend(view.scatter(Family::OverY));
+            pictures.extend(view.sobol());
+        }
+    }
+    let mut note = String::new();
+    if slices.total == 0 {
+        note = "one case alone has no figures; `bristle simulate` draws its course over time".to_owned();
+    } else if slices.chosen.len() < slices.total {
+        note = format!("for {} of {} values of the further sweeps", slices.chosen.len(), slices.total);
+    }
+    if !measured.is_empty() {
+        for slice in &process_slices(study, MAX_SLICES).chosen {
+            let view = View { study, results, slice };
+            for family in [Family::OverX, Family::OverY] {
+                pictures.extend(view.measured(measured, family));
+            }
+        }
+    }
+    Pictures { pictures, note }
+}
+
+/// Whether a picture of this name is one that [`study_figures`] can make.
+#[must_use]
+pub fn is_of_study(name: &str) -> bool {
+    let rest = |beginning: &str| name.strip_prefix(beginning);
+    let of_quantity = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
+    let beginnings = ["measured_over_", "scatter_over_", "sobol_over_"];
+    beginnings.iter().any(|beginning| rest(beginning).is_some())
+        || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
+}
+
+/// A side that a picture runs along, and one of whose values it has curves.
+struct Sides<'a> {
+    family: Family,
+    over: &'a Side,
+    of: &'a Side,
+}
+
+/// A slice with what was simulated there.
+struct View<'a> {
+    study: &'a Study,
+    results: &'a [CaseResult],
+    slice: &'a Slice,
+}
+
+impl View<'_> {
+    /// A metric in its unit at positions of the slice's sides; none where the case failed.
+    fn value(&self, quantity: &Quantity, x: usize, y: usize) -> Option<f64> {
+        let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
+        Some(quantity.factor * (quantity.value)(&summary.metrics))
+    }
+
+    /// The sides of the slice as a family of curves takes them.
+    fn sides(&self, family: Family) -> Sides<'_> {
+        let Slice { x, y, .. } = self.slice;
+        match family {
+            Family::OverX => Sides { family, over: x, of: y },
+            Family::OverY => Sides { family, over: y, of: x },
+        }
+    }
+
+    /// Parts of a subtitle with what all pictures of the slice share.
+    fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
+        let all = std::iter::once(self.slice.condition()).chain(parts);
+        all.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// `N_f` with its uncertainty, where one quantity has it.
+    fn uncertainty(&self, quantity: &Quantity) -> String {
+        let case = self.slice.case(0, 0);
+        let relative = relative_uncertainty(self.study, case);
+        let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
+        if !quantity.is_of_tool || relative == 0.0 || varies {
+            return String::new();
+        }
+        let tool = self.study.settings(case).tool;
+        let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
+        format!("N_f = {count} ± {spread}: all values ± {:.1} %", 100.0 * relative)
+    }
+
+    /// A note if some of `shown` values are none.
+    fn failures(&self, shown: impl Iterator<Item = Option<f64>>, mark: &str) -> String {
+        match shown.filter(Option::is_none).count() {
+            0 => String::new(),
+            1 => format!("{mark}: one simulation failed"),
+            failed => format!("{mark}: {failed} simulations failed"),
+        }
+    }
+
+    fn map(&self, quantity: &Quantity) -> Picture {
+        let Slice { x, y, .. } = self.slice;
+        let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
+        let side = |side: &Side, shown: &[usize]| {
+            let all = side.shown();
+            let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
+            map::Side { label: side.label(), labels: labels(values.iter().copied()), values }
+        };
+        let values: Vec<Option<f64>> = rows
+            .iter()
+            .flat_map(|&row| columns.iter().map(move |&column| (column, row)))
+            .map(|(column, row)| self.value(quantity, column, row))
+            .collect();
+        let all = x.values.len() * y.values.len();
+        let selection = selection(values.len(), all, "cases");
+        let known = || values.iter().flatten();
+        let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
+        let level = quantity.level.filter(|(level, _)| crossed(*level));
+        let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
+        let failures = self.failures(values.iter().copied(), "hatched");
+        let subtitle = self.subtitle([meaning, self.uncertainty(quantity), selection, failures]);
+        let map = Map {
+            title: format!("{} {}", quantity.title, quantity.label),
+            subtitle,
+            x: side(x, &columns),
+            y: side(y, &rows),
+            label: quantity.label.to_owned(),
+            values,
+            range: quantity.range,
+            level: level.map(|(level, _)| level),
+        };
+        Picture { name: format!("{}_map{}", quantity.name, self.slice.suffix()), canvas: map.draw() }
+    }
+
+    fn curves(&self, quantity: &Quantity, family: Family) -> Picture {
+        let Sides { over, of, .. } = self.sides(family);
+        let value = |along: usize, member: usize| match family {
+            Family::OverX => self.value(quantity, along, member),
+            Family::OverY => self.value(quantity, member, along),
+        };
+        let members = spread(of.values.len(), MAX_CURVES);
+        let shown = over.shown();
+        let curve = |&member: &usize| {
+            let points = shown.iter().enumerate().map(|(along, &at)| (at, value(along, member).unwrap_or(f64::NAN)));
+            Curve::new(equation(of.parameter, of.values[member]), Look::Joined, points.collect())
+        };
+        let curves: Vec<Curve> = members.iter().map(curve).collect();
+        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
+        let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
+        let diagram = Diagram {
+            title: format!("{} {}", quantity.title, quantity.label),
+            subtitle: self.subtitle([self.uncertainty(quantity), selection, failures]),
+            x: Axis::linear(over.label()),
+            y: Axis::from_zero(quantity.label),
+            curves,
+        };
+        let name = format!("{}_over_{}{}", quantity.name, over.word(), self.slice.suffix());
+        Picture { name, canvas: diagram.draw() }
+    }
+}
+
+/// How many of all values are shown, if not all.
+fn selection(shown: usize, total: usize, what: &str) -> String {
+    if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
+}
+
+/// Size of the picture of a history, and of its panels, in pixels.
+const HISTORY: (i32, i32) = (760, 528);
+const HISTORY_TOP: i32 = 68;
+const PANEL: i32 = 190;
+const BETWEEN: i32 = 26;
+/// Colour of the times in contact.
+const CONTACT: Color = Color(225, 232, 240);
+
+/// The picture of one contact over time: force and tip deflection (the paper's Fig. 3), named `history`.
+pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
+    let milliseconds = |time: f64| 1e3 * time;
+    let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
+    let times = || history.iter().map(|sample| milliseconds(sample.time_s));
+    let x = Scale::exact(Axis::linear("time t in ms"), times());
+    let forces: Vec<(f64, f64)> = times().zip(history.iter().map(|sample| sample.contact_normal_force_n)).collect();
+    let deflections: Vec<(f64, f64)> =
+        times().zip(history.iter().map(|sample| 1e3 * sample.tip_deflection_m)).collect();
+    let panels = [("F_n in N", &forces, VERMILION), ("s_n in mm", &deflections, BLUE)].map(|(label, points, color)| {
+        (Scale::new(Axis::from_zero(label), points.iter().map(|(_, y)| *y)), points, color)
+    });
+    let left = panels.iter().map(|(scale, ..)| left_of(scale)).max().unwrap_or(0);
+    let right = HISTORY.0 - 24;
+    let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
+    let settings = settings
+        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
+    let mut canvas = Canvas::new(HISTORY);
+    let title = format!("One contact: {}", settings.join(", "));
+    let subtitle = "shaded: in contact; dashed: nominal entry and exit of the undeformed filament";
+    heading(&mut canvas, left, &title, subtitle);
+    for (row, (scale, points, color)) in (0..).zip(&panels) {
+        let top = HISTORY_TOP + row * (PANEL + BETWEEN);
+        let frame = [left, top, right, top + PANEL];
+        draw_contact(&mut canvas, &x, &forces, frame);
+        let last = row + 1 == panels.len() as i32;
+        let mut x = x.clone();
+        if !last {
+            x.axis.label = "".into();
+            x.ticks.iter_mut().for_each(|(_, label)| label.clear());
+        }
+        draw_axes(&mut canvas, [&x, scale], frame);
+        for (time, name) in [(entry, "entry"), (exit, "exit")] {
+            if (0.0..=1.0).contains(&x.part(time)) {
+                let at = x.place(time, left, right);
+                let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
+                line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + PANEL))]);
+                if row == 0 {
+                    canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
+                }
+            }
+        }
+        let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + PANEL, top)));
+        let mut line: Vec<Point> = places.collect();
+        line.dedup();
+        canvas.line(line, stroke(*color, 14));
+    }
+    Picture { name: "history".to_owned(), canvas }
+}
+
+/// Marks the times with a force.
+fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, top, right, bottom]: [i32; 4]) {
+    let mut marked: Vec<(i32, i32)> = Vec::new();
+    for pair in forces.windows(2).filter(|pair| pair.iter().any(|(_, force)| *force > 0.0)) {
+        let [from, to] = [pair[0].0, pair[1].0].map(|time| x.place(time, left, right));
+        match marked.last_mut() {
+            // Also over gaps of less than half a pixel.
+            Some((_, end)) if from - *end <= fine(1) / 2 => *end = to,
+            _ => marked.push((from, to)),
+        }
+    }
+    for (from, to) in marked {
+        canvas.rectangle([(from, fine(top)), (to, fine(bottom))], CONTACT);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::simulation::simulate_with_history;
+    use bristle_study::document::Document;
+    use bristle_study::study::run_study;
+
+    fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
+        let text = format!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = 2\nlength_m = 0.040\n\
+             diameter_m = 1.18e-3\n[solver]\nrelative_tolerance = 1e-2\n[process]\nbrushing_velocity_m_s = 10.0\n\
+             penetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
+        );
+        let study = Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study");
+        let results = run_study(&study, None, || {}).expect("threads");
+        (study, results)
+    }
+
+    fn names(pictures: &Pictures) -> Vec<&str> {
+        pictures.pictures.iter().map(|picture| picture.name.as_str()).collect()
+    }
+
+    #[test]
+    fn odd_grids_are_drawn_without_what_is_no_number() {
+        let sweeps = [
+            "brushing_velocity_m_s = [10.0]",
+            "brushing_velocity_m_s = [10.0, 10.0]\npenetration_depth_m = [1e-3]",
+            "brushing_velocity_m_s = [20.0, 10.0, 11.0]\npenetration_depth_m = [3e-3, 1e-3]",
+            "penetration_depth_m = [1e-3, 2e-3]\n\"filament.segments\" = [1, 2, 3]",
+            "\"tool.filament_count\" = [0.0, 10.0]\n\"filament.segments\" = [1, 2]\n\"contact.exponent\" = [1.0, 1.5]",
+        ];
+        let point = |velocity: f64, depth: f64| Measurement {
+            brushing_velocity_m_s: velocity,
+            penetration_depth_m: depth,
+            force_n: -1.0,
+            std_n: 0.0,
+        };
+        let measured = [point(10.0, 1e-3), point(10.5, 1.5e-3), point(1e9, 1e-9)];
+        for sweeps in sweeps {
+            let (study, mut results) = study(sweeps);
+            // As simulated, with one failed case, and with failed cases only.
+            for failed in [0, 1, results.len()] {
+                results.iter_mut().take(failed).for_each(|result| *result = Err("failed".to_owned()));
+                let pictures = study_figures(&study, &results, &measured);
+                let again = study_figures(&study, &results, &measured);
+                assert_eq!(pictures, again);
+                for Picture { name, canvas } in &pictures.pictures {
+                    let svg = canvas.svg();
+                    assert!(is_of_study(name), "{name}");
+                    assert!(
+                        svg.trim_end().ends_with("</svg>") && !svg.contains("NaN") && !svg.contains("inf"),
+                        "{name}"
+                    );
+                }
+                let mut names = names(&pictures);
+                names.sort_unstable();
+                names.dedup();
+                assert_eq!(names.len(), pictures.pictures.len());
+            }
+        }
+    }
+
+    #[test]
+    fn one_case_has_no_picture() {
+        let (study, results) = study("brushing_velocity_m_s = [10.0]");
+        let pictures = study_figures(&study, &results, &[]);
+        assert!(pictures.pictures.is_empty() && !pictures.note.is_empty());
+    }
+
+    #[test]
+    fn what_is_left_out_is_said() {
+        let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
+        let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
+        let (study, results) = study(&sweeps);
+        let pictures = study_figures(&study, &results, &[]);
+        assert_eq!(pictures.pictures.len(), 11);
+        let find = |name: &str| {
+            let picture = pictures.pictures.iter().find(|picture| picture.name == name);
+            picture.expect(name).canvas.svg()
+        };
+        assert!(find("impulse_over_depth").contains("7 of 9 values of v<tspan"));
+        assert!(!find("impulse_over_velocity").contains("values of"));
+        assert!(find("tool_force_map").contains("> = 10500 ± 600: all values ± 5.7 %"));
+    }
+
+    #[test]
+    fn only_pictures_of_studies_are_taken_for_them() {
+        assert!(is_of_study("impulse_map_segments_3") && is_of_study("measured_over_depth"));
+        assert!(!is_of_study("history") && !is_of_study("impulse") && !is_of_study("my_impulse_map"));
+    }
+
+    #[test]
+    fn histories_of_any_length_are_drawn() {
+        let (study, _) = study("brushing_velocity_m_s = [10.0]");
+        let settings = study.settings(0);
+        for samples in [2, 3, 300] {
+            let history = simulate_with_history(&settings, samples).expect("a pass").history;
+            let svg = history_figure(&settings, &history).canvas.svg();
+            assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
+        }
+        assert!(history_figure(&settings, &[]).canvas.svg().contains("One contact"));
+    }
+}

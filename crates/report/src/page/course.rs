@@ -1,0 +1,286 @@
+//! The course of a contact over time, as the page draws it: curves, and the filament's shapes.
+//!
+//! A study keeps no courses, so the cases that the page shows one of are simulated once more. Each is packed as soon as it
+//! is there, into two bytes a number.
+
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::{io, thread};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Serialize;
+
+use super::Selection;
+use bristle::model::metrics::NominalContact;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Case, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use bristle::workpiece::Workpiece;
+use bristle_study::study::{CaseResult, Study};
+
+/// Most cases of a study whose courses are shown.
+pub const MAX_COURSES: usize = 120;
+
+/// What is read off each pass: enough for curves 600 pixels wide, and for motion without jumps.
+const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false };
+/// Most points of a shape; of longer chains a selection is drawn.
+const MAX_POINTS: usize = 26;
+
+/// The course of one case.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Course {
+    /// Number of the case in its study, counted from 0.
+    #[serde(skip)]
+    case: usize,
+    /// Duration of the pass, and times of nominal entry and exit, in s.
+    end: f64,
+    entry: f64,
+    exit: f64,
+    /// Radii `r_g` and `R` in m, and height of the tool's axis above the workpiece in m.
+    body_radius: f64,
+    tool_radius: f64,
+    axis_height: f64,
+    /// Number of samples of the curves.
+    samples: usize,
+    /// Between two samples, the mean and the largest of `F_n` in N.
+    mean_force: Packed,
+    peak_force: Packed,
+    /// `s_n` in m.
+    deflection: Packed,
+    /// Energies in J.
+    kinetic: Packed,
+    potential: Packed,
+    dissipated: Packed,
+    /// Number of shapes, and of points of each.
+    shapes: usize,
+    points: usize,
+    /// Points from root to tip, shape by shape: along the surface, and above it, in m.
+    along: Packed,
+    above: Packed,
+}
+
+impl Course {
+    /// Number of the case in its study, counted from 0.
+    #[must_use]
+    pub fn case(&self) -> usize {
+        self.case
+    }
+
+    fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
+        let pass = Pass::new(settings);
+        let [entry, exit, end] = pass.times();
+        let surface = pass.workpiece().surface([0.0; 3], 0.0);
+        // Seen along the tool's axis, with the workpiece below: what of the normal is across the axis points up.
+        let [x, y, _] = surface.normal;
+        let across = x.hypot(y);
+        let axis_height = surface.gap / across;
+        let along = |[r_x, r_y, _]: [f64; 3]| (y * r_x - x * r_y) / across;
+        let above = |[r_x, r_y, _]: [f64; 3]| (x * r_x + y * r_y) / across + axis_height;
+        let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
+        let drawn: Vec<usize> = super::spread(points, points.min(MAX_POINTS)).collect();
+        let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
+            let points = |shape: &Shape| drawn.iter().map(|&node| coordinate(shape.nodes_m[node])).collect::<Vec<_>>();
+            Packed::new(&simulation.shapes.iter().flat_map(points).collect::<Vec<_>>())
+        };
+        let history = &simulation.history;
+        let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        Self {
+            case,
+            end,
+            entry,
+            exit,
+            body_radius: settings.tool.body_radius_m,
+            tool_radius: NominalContact::of(settings).tool_radius,
+            axis_height,
+            samples: history.len(),
+            mean_force: Packed::new(&mean_forces(history)),
+            peak_force: curve(|sample| sample.peak_contact_normal_force_n),
+            deflection: curve(|sample| sample.tip_deflection_m),
+            kinetic: curve(|sample| sample.kinetic_energy_j),
+            potential: curve(|sample| sample.potential_energy_j),
+            dissipated: curve(|sample| sample.dissipated_energy_j),
+            shapes: simulation.shapes.len(),
+            points: drawn.len(),
+            along: coordinates(&along),
+            above: coordinates(&above),
+        }
+    }
+}
+
+/// The mean of `F_n` in N since the sample before. Unlike values at the samples it misses no impact, and its integral is
+/// `p_n`.
+fn mean_forces(history: &[Sample]) -> Vec<f64> {
+    let mean = |pair: &[Sample]| {
+        let rise = pair[1].contact_normal_impulse_n_s - pair[0].contact_normal_impulse_n_s;
+        (rise / (pair[1].time_s - pair[0].time_s)).max(0.0)
+    };
+    std::iter::once(0.0).chain(history.windows(2).map(mean)).collect()
+}
+
+/// Numbers as multiples of a 65535th of their range, above the smallest: too fine a step to be seen in a drawing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Packed {
+    least: f64,
+    step: f64,
+    /// Unsigned numbers of 16 bits, the low byte first, in base 64.
+    words: String,
+}
+
+impl Packed {
+    /// `values` are finite.
+    fn new(values: &[f64]) -> Self {
+        let least = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
+        let largest = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
+        // Divided first, so that no range overflows.
+        let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
+        // Conversion to an integer is to the nearest bound, and to zero where the step is zero.
+        let word = |value: &f64| (value / step - least / step).round() as u16;
+        let bytes: Vec<u8> = values.iter().map(word).flat_map(u16::to_le_bytes).collect();
+        Self { least, step, words: STANDARD.encode(bytes) }
+    }
+}
+
+/// Simulates the cases of `study` that the page shows a course of, at most [`MAX_COURSES`], evenly spread over the grid.
+///
+/// Cases that have failed by `results`, or do now, have no course. Without a number there are as many threads as cores;
+/// it changes nothing.
+///
+/// # Errors
+/// If the threads cannot be started.
+pub fn record(study: &Study, results: &[CaseResult], threads: Option<NonZeroUsize>) -> io::Result<Vec<Course>> {
+    let mut queue: Vec<(Kind, f64, usize)> = Selection::with_course(study)
+        .cases
+        .into_iter()
+        .filter(|&case| results[case].is_ok())
+        .map(|case| {
+            let settings = study.settings(case);
+            let [_, _, duration] = Pass::new(&settings).times();
+            (Kind::of(&settings), duration, case)
+        })
+        .collect();
+    // Taken from the end: kind by kind, and the longest passes first, so that threads end at the same time.
+    queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
+    let count = queue.len();
+    let (queue, courses) = (Mutex::new(queue), Mutex::new(Vec::with_capacity(count)));
+    let work = || {
+        let take = |kind: Option<Kind>| {
+            let mut queue = queue.lock().expect("nothing panics with the queue in hand");
+            let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
+            Some(Case { number, settings: study.settings(number) })
+        };
+        sample_side_by_side(SAMPLING, take, |number, result| {
+            if let Ok(simulation) = result {
+                let course = Course::new(number, &study.settings(number), &simulation);
+                courses.lock().expect("nothing panics with the courses in hand").push(course);
+            }
+        });
+    };
+    let threads = match threads {
+        Some(threads) => threads.get(),
+        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads.min(count) {
+            thread::Builder::new().spawn_scoped(scope, work)?;
+        }
+        work();
+        Ok::<_, io::Error>(())
+    })?;
+    let mut courses = courses.into_inner().expect("nothing panics with the courses in hand");
+    courses.sort_unstable_by_key(Course::case);
+    Ok(courses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::model::parameters::Parameter;
+    use bristle::simulation::{simulate, simulate_with};
+    use bristle_study::document::Document;
+    use bristle_study::study::{Sweep, VELOCITY, run_study};
+
+    fn settings() -> Settings {
+        let text = include_str!("../../../../examples/zirconia.toml");
+        Document::parse(text, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
+    }
+
+    /// In this contact the filament bounces, and samples alone would miss most of it.
+    #[test]
+    fn forces_of_intervals_miss_nothing() {
+        let settings = settings();
+        let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
+        let history = &simulation.history;
+        assert_eq!((history.len(), simulation.shapes.len()), (SAMPLING.samples, SAMPLING.shapes));
+        let impulse: f64 = mean_forces(history)
+            .iter()
+            .skip(1)
+            .zip(history.windows(2))
+            .map(|(f, w)| f * (w[1].time_s - w[0].time_s))
+            .sum();
+        let peak = history.iter().map(|sample| sample.peak_contact_normal_force_n).fold(0.0, f64::max);
+        let metrics = &simulation.metrics;
+        // A sum of 300 terms, each with a difference of two integrals.
+        assert!((impulse / metrics.contact_normal_impulse_n_s - 1.0).abs() < 1e-12);
+        // The search for maxima resolves a millionth of a step; the force is level there.
+        assert!((peak / metrics.peak_contact_normal_force_n - 1.0).abs() < 1e-6);
+        let alone = simulate(&settings).expect("the pass ends").metrics;
+        assert!((metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn shapes_hang_on_the_body_and_keep_their_length() {
+        let mut settings = settings();
+        settings.workpiece.normal = [1.0, 2.0, 0.5];
+        let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
+        for shape in &simulation.shapes {
+            let [x, y, z] = shape.nodes_m[0];
+            assert!((x.hypot(y) - settings.tool.body_radius_m).abs() < 1e-12 && z == 0.0);
+            assert_eq!(shape.nodes_m.len(), settings.filament.segments + 1);
+            for pair in shape.nodes_m.windows(2) {
+                let length = (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>().sqrt();
+                // Nodes are interpolated each for itself, which a step at the default tolerance bends a little.
+                assert!((length / (0.040 / 25.0) - 1.0).abs() < 1e-2, "{length}");
+            }
+        }
+        let course = Course::new(0, &settings, &simulation);
+        assert_eq!((course.shapes, course.points), (SAMPLING.shapes, 26));
+        // Above the workpiece, but for what the contact gives way, and a step of packing.
+        assert!(course.above.least > -1e-3, "{}", course.above.least);
+        assert!(course.above.least < 1e-4, "{}", course.above.least);
+    }
+
+    #[test]
+    fn courses_are_those_of_the_passes_alone() {
+        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
+        let study =
+            Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
+        let results = run_study(&study, None, || {}).expect("the threads start");
+        let courses = record(&study, &results, None).expect("the threads start");
+        let alone = (0..3).map(|case| {
+            let settings = study.settings(case);
+            Course::new(case, &settings, &simulate_with(&settings, SAMPLING).expect("the pass ends"))
+        });
+        assert!(courses == alone.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn packed_numbers_come_back_to_half_a_step() {
+        let values: Vec<f64> = (0..1000).map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i)).collect();
+        let Packed { least, step, words } = Packed::new(&values);
+        let bytes = STANDARD.decode(words).expect("base 64");
+        assert_eq!(bytes.len(), 2 * values.len());
+        for (pair, value) in bytes.chunks(2).zip(values) {
+            let word = u16::from_le_bytes([pair[0], pair[1]]);
+            // Half a step, and rounding.
+            assert!((least + step * f64::from(word) - value).abs() <= 0.500_001 * step);
+        }
+    }
+
+    #[test]
+    fn a_constant_and_nothing_can_be_packed() {
+        let constant = Packed::new(&[2.5, 2.5]);
+        assert_eq!((constant.least, constant.step, constant.words.as_str()), (2.5, 0.0, "AAAAAA=="));
+        let nothing = Packed::new(&[]);
+        assert_eq!((nothing.least, nothing.step, nothing.words.as_str()), (0.0, 0.0, ""));
+    }
+}

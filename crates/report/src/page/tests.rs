@@ -1,0 +1,225 @@
+use std::num::NonZeroUsize;
+use std::ops::Range;
+
+use serde_json::Value;
+
+use super::*;
+use crate::testing::brush;
+use bristle::integrate::Statistics;
+use bristle::model::metrics::Metrics;
+use bristle_study::document::Document;
+use bristle_study::study::Sweep;
+use bristle_study::uncertainty::ForceScatter;
+
+const FILE: &str = concat!(
+    brush!(4),
+    "
+    [process]
+    brushing_velocity_m_s = 10.0
+    penetration_depth_m = 1.0e-3
+    [solver]
+    relative_tolerance = 1e-3
+    "
+);
+
+fn study(axes: &[(&'static str, usize, Range<f64>)]) -> Study {
+    let base = Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right");
+    let axis = |(path, count, range): &(&'static str, usize, Range<f64>)| {
+        let step = (range.end - range.start) / *count as f64;
+        let values = (0..*count).map(|i| range.start + i as f64 * step).collect();
+        Sweep::list(Parameter::find(path).expect("the setting exists"), values).expect("the values are right")
+    };
+    Study::new(base, axes.iter().map(axis).collect()).expect("the study is right")
+}
+
+fn grid(velocities: usize, depths: usize) -> Study {
+    study(&[
+        (bristle_study::study::VELOCITY, velocities, 10.0..30.0),
+        (bristle_study::study::DEPTH, depths, 1e-3..5e-3),
+    ])
+}
+
+/// Results with numbers of as many digits as real ones have.
+fn made_up(count: usize) -> Vec<CaseResult> {
+    let number = |case: usize| 1.0 / (7.0 + case as f64);
+    let metrics = |case| Metrics {
+        contact_angle_rad: number(case),
+        nominal_contact_length_m: number(case),
+        nominal_contact_time_s: number(case),
+        contact_time_s: number(case),
+        contact_length_m: number(case),
+        contact_time_ratio: number(case),
+        contact_count: case % 7,
+        contact_normal_impulse_n_s: number(case),
+        equivalent_contact_normal_force_n: number(case),
+        peak_contact_normal_force_n: number(case),
+        max_tip_deflection_m: number(case),
+        tool_contact_normal_force_n: number(case),
+    };
+    let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
+    let scatter = |case| ForceScatter {
+        tool_force_mean_n: number(case),
+        tool_force_std_n: number(case),
+        tool_force_lower_95_n: number(case),
+        tool_force_upper_95_n: number(case),
+        sobol_length: number(case),
+        sobol_diameter: number(case),
+        sobol_youngs_modulus: number(case),
+        sobol_damping_ratio: number(case),
+        sobol_filament_count: number(case),
+        failed_samples: case % 7,
+    };
+    (0..count)
+        .map(|case| Ok(CaseSummary { metrics: metrics(case), statistics, scatter: Some(scatter(case)) }))
+        .collect()
+}
+
+/// The data that stand in a page, as a browser reads them.
+fn data_in(page: &str) -> Value {
+    let (_, after) = page.split_once("<script type=\"application/json\" id=\"data\">").expect("the block starts");
+    let (json, _) = after.split_once("</script>").expect("the block ends");
+    serde_json::from_str(json).expect("the block is JSON")
+}
+
+#[test]
+fn hostile_text_stays_text() {
+    let name = "</script><script>alert(1)</script><!-- & {{script}} \"";
+    let error = "</SCRIPT> <!-- stopped \u{2028}";
+    let study = grid(1, 1);
+    let results = [Err(error.to_owned())];
+    let page = page(name, &study, &results, &[]);
+    assert_eq!(page.matches("</script>").count(), 2, "the block of data and the program end, nothing else");
+    assert!(!page.to_lowercase().contains("<!-- "));
+    assert!(page.contains("<title>&lt;/script&gt;"));
+    let data = data_in(&page);
+    assert_eq!(data["name"], name);
+    assert_eq!(data["errors"][0][1], error);
+}
+
+#[test]
+fn texts_are_put_in_once() {
+    assert_eq!(fill("a {{x}} b {{y}}", &[("x", "{{y}}"), ("y", "2")]), "a {{y}} b 2");
+}
+
+#[test]
+fn a_page_holds_all_that_it_uses() {
+    let text = page("study.toml", &grid(2, 2), &made_up(4), &[]);
+    for outside in ["http://", "https://", "src=", "@import", "url("] {
+        // The namespace of SVG is a name, not an address that anyone asks for.
+        assert_eq!(text.replace("http://www.w3.org/2000/svg", "").matches(outside).count(), 0, "{outside}");
+    }
+    assert!(text.contains(equations::FINGERPRINT));
+}
+
+#[test]
+fn the_same_study_gives_the_same_bytes() {
+    let study = grid(3, 2);
+    let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    let pages = [1, 2].map(|threads| {
+        let courses = record(&study, &results, NonZeroUsize::new(threads)).expect("the threads start");
+        assert_eq!(courses.len(), 6);
+        page("study.toml", &study, &results, &courses)
+    });
+    assert!(pages[0] == pages[1]);
+}
+
+#[test]
+fn failed_cases_are_shown_as_such() {
+    let study = grid(3, 2);
+    let mut results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    results[4] = Err("it stopped".to_owned());
+    let courses = record(&study, &results, None).expect("the threads start");
+    let data = data_in(&page("study.toml", &study, &results, &courses));
+    assert_eq!(data["failed"], 1);
+    assert_eq!(data["errors"], json!([[4, "it stopped"]]));
+    for quantity in data["quantities"].as_array().expect("a list") {
+        let values = quantity["values"].as_array().expect("a list");
+        let missing: Vec<usize> = (0..6).filter(|&case| values[case].is_null()).collect();
+        assert_eq!(missing, [4], "{}", quantity["key"]);
+    }
+    let cases: Vec<u64> =
+        data["courses"].as_array().expect("a list").iter().filter_map(|course| course[0].as_u64()).collect();
+    assert_eq!(cases, [0, 1, 2, 3, 5]);
+}
+
+/// Issue: the page of 10 000 cases stays below 10 MB. Courses are those of filaments of the paper's 25 segments.
+#[test]
+fn large_studies_stay_small_pages() {
+    let study = study(&[
+        (bristle_study::study::VELOCITY, 100, 10.0..30.0),
+        (bristle_study::study::DEPTH, 100, 1e-3..5e-3),
+        ("filament.segments", 1, 25.0..26.0),
+        ("solver.relative_tolerance", 1, 1e-2..2e-2),
+    ]);
+    let results = made_up(study.case_count());
+    let courses = record(&study, &results, None).expect("the threads start");
+    assert!((100..=MAX_COURSES).contains(&courses.len()));
+    let page = page("study.toml", &study, &results, &courses);
+    assert!(page.len() < 10_000_000, "{} bytes", page.len());
+    assert_eq!(data_in(&page)["quantities"][0]["values"].as_array().map(Vec::len), Some(10_000));
+}
+
+#[test]
+fn of_a_larger_study_a_page_shows_a_selection() {
+    let study = grid(400, 300);
+    let shown = Selection::shown(&study);
+    assert!((15_000..=MAX_CASES_SHOWN).contains(&shown.cases.len()));
+    assert_eq!((shown.cases[0], *shown.cases.last().expect("there are cases")), (0, study.case_count() - 1));
+    let with_course = Selection::with_course(&study);
+    assert!((100..=MAX_COURSES).contains(&with_course.cases.len()));
+    assert!(with_course.cases.iter().all(|case| shown.cases.binary_search(case).is_ok()));
+    let lengths: Vec<usize> = with_course.positions.iter().map(Vec::len).collect();
+    assert!(lengths.iter().all(|length| (10..=12).contains(length)), "{lengths:?}");
+}
+
+#[test]
+fn small_studies_are_shown_whole() {
+    let study = grid(12, 10);
+    assert_eq!(Selection::shown(&study).cases, (0..120).collect::<Vec<_>>());
+    assert_eq!(Selection::with_course(&study).cases, (0..120).collect::<Vec<_>>());
+    assert_eq!(spread(5, 1).collect::<Vec<_>>(), [2]);
+}
+
+#[test]
+fn everything_has_a_legend() {
+    let base = grid(1, 1).settings(0);
+    let base = serde_json::to_value(base).expect("settings are JSON");
+    let keys = |value: &Value| value.as_object().map(|object| object.keys().cloned().collect::<Vec<_>>());
+    let mut paths: Vec<String> = Vec::new();
+    for section in keys(&base).expect("sections") {
+        let keys = keys(&base[&section]).expect("settings");
+        paths.extend(keys.into_iter().map(|key| format!("{section}.{key}")));
+    }
+    paths.sort();
+    let mut known = legend::SETTINGS.map(|setting| setting.path);
+    known.sort_unstable();
+    assert_eq!(paths, known);
+
+    let CaseSummary { metrics, statistics, scatter } = made_up(1).remove(0).expect("it is made up");
+    let fields = |value: Value| {
+        keys(&value).map(|mut keys| {
+            keys.sort();
+            keys
+        })
+    };
+    let mut known = QUANTITIES.map(|quantity| quantity.key.to_owned());
+    known.sort();
+    assert_eq!(fields(serde_json::to_value(metrics).expect("metrics are JSON")).as_deref(), Some(&known[..]));
+    let mut known = SCATTER.map(|quantity| quantity.key.to_owned());
+    known.sort();
+    assert_eq!(fields(serde_json::to_value(scatter).expect("figures are JSON")).as_deref(), Some(&known[..]));
+    let mut known = STATISTICS.map(|count| count.key.to_owned());
+    known.sort();
+    assert_eq!(fields(serde_json::to_value(statistics).expect("statistics are JSON")).as_deref(), Some(&known[..]));
+}
+
+#[test]
+fn the_uncertainty_is_that_of_the_number_of_filaments() {
+    let study = grid(1, 1);
+    let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    let data = data_in(&page("study.toml", &study, &results, &[]));
+    let force = results[0].as_ref().expect("the case is solved").metrics.tool_contact_normal_force_n;
+    let uncertainty = data["force_uncertainty"][0].as_f64().expect("a number");
+    // To the six digits that the page has.
+    assert!((uncertainty / (force * 600.0 / 10_500.0) - 1.0).abs() < 1e-5);
+}

@@ -1,0 +1,148 @@
+//! The tables that a study prints, made for a terminal 100 columns wide.
+
+use bristle::model::parameters::Parameter;
+use bristle_study::slices::spread;
+use bristle_study::study::{CaseResult, DEPTH, Study, Sweep, VELOCITY};
+use bristle_study::text::layout::{aligned, wrap};
+use bristle_study::text::number::{labels, short};
+use bristle_study::text::quantity::{Quantity, Readable};
+use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
+
+/// Most columns of numbers that fit beside the row's heading.
+const MAX_COLUMNS: usize = 12;
+/// Most rows of a table.
+const MAX_ROWS: usize = 20;
+/// Most rows of a list.
+const MAX_LISTED: usize = 40;
+/// Width of a row's heading.
+const ROW_HEADING: usize = 10;
+/// Width of a number's column.
+const CELL: usize = 7;
+
+/// The results of a study for people: a table for each quantity where velocity and depth alone are swept, else a list.
+///
+/// Where filaments scatter, the band of the tool force is among them, and a line says what the scatter comes from.
+#[must_use]
+pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
+    let band = study.scatters().then(Quantity::band);
+    let columns: Vec<Readable> =
+        Quantity::headlines().chain(band).map(|quantity| Readable::new(quantity, results)).collect();
+    let is_grid = study.sweeps().iter().all(|axis| [VELOCITY, DEPTH].contains(&axis.parameter().path));
+    let mut text = if is_grid {
+        columns.iter().map(|column| table(study, column)).collect::<Vec<_>>().join("\n")
+    } else {
+        list(study, &columns)
+    };
+    if study.scatters() {
+        text.push_str(&origin_of_scatter(study, results));
+    }
+    text
+}
+
+/// What the scatter of the tool force comes from, and which tools are left out.
+fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
+    let mut text = String::new();
+    let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
+    let varying: Vec<[f64; INPUTS.len()]> =
+        known.iter().filter(|scatter| scatter.tool_force_std_n > 0.0).map(|scatter| scatter.sobol_indices()).collect();
+    if !varying.is_empty() {
+        let mean = |index: usize| varying.iter().map(|indices| indices[index]).sum::<f64>() / varying.len() as f64;
+        let shares = INPUTS.iter().enumerate().map(|(index, input)| (input.name, mean(index)));
+        let mut shares: Vec<(&str, f64)> = shares.filter(|(_, mean)| *mean > 0.0).collect();
+        shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        let rest = 1.0 - shares.iter().map(|(_, share)| share).sum::<f64>();
+        let rest = (rest >= 0.005).then_some(("not attributed to one of them", rest));
+        let shares: Vec<String> =
+            shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+        let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
+        wrap(&mut text, "", &format!("The scatter of F_n,w comes from: {}{mean}", shares.join(", ")));
+    }
+    let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
+    if failed > 0 {
+        text.push_str(&format!("{failed} sampled tools are left out, as their simulations failed\n"));
+    }
+    let without = |(case, result): &(usize, &CaseResult)| {
+        result.as_ref().is_ok_and(|summary| summary.scatter.is_none()) && scatters(&study.settings(*case))
+    };
+    let without = results.iter().enumerate().filter(without).count();
+    if without > 0 {
+        let cases = if without == 1 { "case has" } else { "cases have" };
+        text.push_str(&format!(
+            "{without} {cases} no band, as the simulations of most of their sampled tools failed\n"
+        ));
+    }
+    text
+}
+
+/// A quantity over velocity (to the right) and depth (upwards, as in a diagram).
+fn table(study: &Study, column: &Readable) -> String {
+    let velocities = values_or_fixed(study, VELOCITY);
+    let depths = values_or_fixed(study, DEPTH);
+    let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
+    let shown_depths = spread(depths.len(), MAX_ROWS);
+
+    let row = |heading: &str, cells: Vec<String>| {
+        let cells: String = cells.iter().map(|cell| format!("{cell:>CELL$}")).collect();
+        format!("{heading:>ROW_HEADING$} │{cells}\n")
+    };
+    let mut text = format!("{}: {}", column.heading(""), column.quantity.name);
+    if shown_velocities.len() * shown_depths.len() < study.case_count() {
+        text.push_str(" (a selection of the cases)");
+    }
+    text.push('\n');
+    text.push_str(&row("a_e in mm", vec![" v_b in m/s".to_owned()]));
+    let shown = shown_velocities.iter().map(|&index| velocities[index]);
+    text.push_str(&row("", labels(shown)));
+    let rule = "─".repeat(CELL * shown_velocities.len());
+    text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
+    let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
+    for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
+        let cells = shown_velocities.iter().map(|velocity| column.texts(depth * velocities.len() + velocity));
+        let cells: Vec<Vec<String>> = cells.map(Iterator::collect).collect();
+        for part in 0..column.part_count() {
+            let heading = if part == 0 { label } else { "" };
+            text.push_str(&row(heading, cells.iter().map(|parts| parts[part].clone()).collect()));
+        }
+    }
+    text
+}
+
+/// All quantities, a row a case.
+fn list(study: &Study, columns: &[Readable]) -> String {
+    let (axis_headings, factors): (Vec<&str>, Vec<f64>) = study.sweeps().iter().map(axis_heading).unzip();
+    let axis_headings = axis_headings.into_iter().map(str::to_owned);
+    let headings = axis_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
+    let mut rows: Vec<Vec<String>> = vec![headings.collect()];
+    let listed = study.case_count().min(MAX_LISTED);
+    for case in 0..listed {
+        let values = study.values(case).zip(&factors);
+        let values = values.map(|(value, factor)| short(value * factor));
+        let metrics = columns.iter().map(|column| column.in_one_line(case));
+        rows.push(values.chain(metrics).collect());
+    }
+    let mut text = aligned(&rows).join("\n") + "\n";
+    if listed < study.case_count() {
+        text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
+    }
+    text
+}
+
+/// A swept setting's heading, and the factor that turns its values into the unit of the heading.
+///
+/// Velocity and depth go by their symbols, other settings by their keys, which contain the unit.
+fn axis_heading(axis: &Sweep) -> (&'static str, f64) {
+    match axis.parameter().path {
+        VELOCITY => ("v_b in m/s", 1.0),
+        DEPTH => ("a_e in mm", 1e3),
+        _ => (axis.parameter().key(), 1.0),
+    }
+}
+
+/// The values of a swept setting, or the only value of one that is not swept.
+fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
+    let axis = study.sweeps().iter().find(|axis| axis.parameter().path == path);
+    match axis {
+        Some(axis) => axis.values().to_vec(),
+        None => Parameter::find(path).map(|parameter| parameter.get(&study.settings(0))).into_iter().collect(),
+    }
+}

@@ -1,0 +1,284 @@
+//! The filament of one pass for ParaView: a file of points for each time, the workpiece, and the list of both.
+//!
+//! Shapes enter, files of VTK's XML formats leave: PolyData (`.vtp`) and a collection (`.pvd`). Numbers stand in them in base 64,
+//! so that they are read back to the bit, in two thirds of the bytes that their digits take.
+
+use std::fmt::Write;
+use std::iter;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use bristle::equations::linear::{add, dot, scale, sub};
+use bristle::model::settings::Settings;
+use bristle::simulation::{Pass, Shape};
+use bristle::tool::ClampMotion;
+use bristle::workpiece::Workpiece;
+
+/// Most shapes of a pass: their numbers in names of files have four digits.
+pub const MAX_SHAPES: usize = 10_000;
+
+const COLLECTION: &str = "contact.pvd";
+const WORKPIECE: &str = "workpiece.vtp";
+
+/// What all files begin with; the header of a block of numbers is its length in bytes.
+const HEADING: &str = "<?xml version=\"1.0\"?>\n";
+const ATTRIBUTES: &str = "version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"";
+
+/// The attribute of numbers at points and cells.
+const COMPONENTS: &str = "NumberOfComponents";
+
+/// How far the drawn part of the workpiece goes beyond the filament, as a share of what it spans.
+const MARGIN: f64 = 0.1;
+
+/// Names of the files for `shapes` shapes.
+pub fn file_names(shapes: usize) -> impl Iterator<Item = String> {
+    (0..shapes).map(filament_name).chain([WORKPIECE.to_owned(), COLLECTION.to_owned()])
+}
+
+/// Whether a file of this name may belong to a run, of whatever number of shapes.
+pub fn is_file_name(name: &str) -> bool {
+    let number = name.strip_prefix("filament_").and_then(|name| name.strip_suffix(".vtp"));
+    number.is_some_and(|number| number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit()))
+        || [WORKPIECE, COLLECTION].contains(&name)
+}
+
+fn filament_name(shape: usize) -> String {
+    format!("filament_{shape:04}.vtp")
+}
+
+/// Names and texts of the files, the collection last; `shapes` are those of the pass that `settings` state, with their loads.
+pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
+    let pass = Pass::new(settings);
+    let plane = workpiece(&pass, shapes, settings.tool.width_m);
+    let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
+    let filaments = shapes.iter().enumerate().map(filament);
+    filaments
+        .chain([(WORKPIECE.to_owned(), plane)])
+        .chain(iter::once_with(|| (COLLECTION.to_owned(), collection(shapes))))
+}
+
+/// The filament at one time: a line through its nodes.
+fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
+    let segment = settings.filament.length_m / settings.filament.segments as f64;
+    let contact_radius = settings.contact.radius_m;
+    let nodes = &shape.nodes_m;
+    let surfaces = nodes.iter().map(|&node| pass.workpiece().surface(node, shape.time_s));
+    let arc: Vec<f64> = (0..nodes.len()).map(|k| k as f64 * segment).collect();
+    let gaps: Vec<f64> = surfaces.clone().map(|surface| surface.gap - contact_radius).collect();
+    let normal_forces: Vec<f64> = shape.forces.iter().map(|force| force.normal).collect();
+    let forces: Vec<[f64; 3]> = iter::zip(&shape.forces, surfaces)
+        .map(|(force, surface)| add(scale(force.normal, surface.normal), force.tangential))
+        .collect();
+    // The joint at the root is that with the clamp; at the tip there is none.
+    let clamp = pass.tool().at(shape.time_s).direction;
+    let directions: Vec<[f64; 3]> =
+        iter::once(clamp).chain(nodes.windows(2).map(|pair| sub(pair[1], pair[0]))).collect();
+    let angles: Vec<f64> = directions.windows(2).map(|pair| angle(pair[0], pair[1])).chain([0.0]).collect();
+    let data = [
+        reals("arc_length_m", COMPONENTS, 1, &arc),
+        reals("velocity_m_s", COMPONENTS, 3, shape.velocities_m_s.as_flattened()),
+        reals("contact_normal_force_n", COMPONENTS, 1, &normal_forces),
+        reals("contact_force_n", COMPONENTS, 3, forces.as_flattened()),
+        reals("gap_m", COMPONENTS, 1, &gaps),
+        reals("joint_angle_rad", COMPONENTS, 1, &angles),
+    ];
+    poly_data(nodes, "Lines", &data.concat(), &reals("TimeValue", "NumberOfTuples", 1, &[shape.time_s]))
+}
+
+fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+/// The angle between two directions in rad.
+fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let normal = cross(a, b);
+    dot(normal, normal).sqrt().atan2(dot(a, b))
+}
+
+/// The part of the workpiece's plane below the filament's way, as wide as the tool: a rectangle.
+///
+/// What the plane feeds, it feeds along itself, so that it is the same at all times.
+fn workpiece(pass: &Pass, shapes: &[Shape], width: f64) -> String {
+    let surface = pass.workpiece().surface([0.0; 3], 0.0);
+    let [x, y, _] = surface.normal;
+    let steepness = x.hypot(y);
+    // At z = 0, where the filament is until it touches.
+    let below_axis = scale(-surface.gap / steepness.powi(2), [x, y, 0.0]);
+    let along = scale(1.0 / steepness, [y, -x, 0.0]);
+    let across = cross(surface.normal, along);
+    let places = shapes.iter().flat_map(|shape| &shape.nodes_m).map(|&node| dot(along, node));
+    let (low, high) = places.fold((0.0_f64, 0.0_f64), |(low, high), place| (low.min(place), high.max(place)));
+    let margin = MARGIN * (high - low);
+    let corner = |place: f64, side: f64| add(below_axis, add(scale(place, along), scale(side, across)));
+    let (low, high, side) = (low - margin, high + margin, width / 2.0);
+    poly_data(&[corner(low, -side), corner(high, -side), corner(high, side), corner(low, side)], "Polys", "", "")
+}
+
+/// Points in m, one cell of all of them, `data` at the points and `fields` of the whole.
+fn poly_data(points: &[[f64; 3]], cell: &str, data: &str, fields: &str) -> String {
+    let count = points.len();
+    let counts: String = ["Verts", "Lines", "Strips", "Polys"]
+        .map(|kind| format!(" NumberOf{kind}=\"{}\"", u8::from(kind == cell)))
+        .concat();
+    let coordinates = reals("Points", COMPONENTS, 3, points.as_flattened());
+    let connectivity = array("Int64", "connectivity", COMPONENTS, 1, (0..count as i64).flat_map(i64::to_le_bytes));
+    let offsets = array("Int64", "offsets", COMPONENTS, 1, (count as i64).to_le_bytes());
+    format!(
+        "{HEADING}<VTKFile type=\"PolyData\" {ATTRIBUTES}>\n<PolyData>\n<FieldData>\n{fields}</FieldData>\n\
+         <Piece NumberOfPoints=\"{count}\"{counts}>\n<PointData>\n{data}</PointData>\n<Points>\n{coordinates}</Points>\n\
+         <{cell}>\n{connectivity}{offsets}</{cell}>\n</Piece>\n</PolyData>\n</VTKFile>\n"
+    )
+}
+
+fn reals(name: &str, size: &str, number: usize, values: &[f64]) -> String {
+    array("Float64", name, size, number, values.iter().flat_map(|value| value.to_le_bytes()))
+}
+
+/// Numbers in base 64, behind their length in bytes; `size` is the attribute that says how many belong together.
+fn array(kind: &str, name: &str, size: &str, number: usize, bytes: impl IntoIterator<Item = u8>) -> String {
+    let bytes: Vec<u8> = bytes.into_iter().collect();
+    let block = STANDARD.encode([&(bytes.len() as u64).to_le_bytes(), bytes.as_slice()].concat());
+    format!("<DataArray type=\"{kind}\" Name=\"{name}\" {size}=\"{number}\" format=\"binary\">{block}</DataArray>\n")
+}
+
+/// All files with their times in s: the filament is part 0, the workpiece part 1.
+fn collection(shapes: &[Shape]) -> String {
+    let mut text = format!("{HEADING}<VTKFile type=\"Collection\" {ATTRIBUTES}>\n<Collection>\n");
+    for (k, shape) in shapes.iter().enumerate() {
+        for (part, name, file) in [(0, "filament", filament_name(k)), (1, "workpiece", WORKPIECE.to_owned())] {
+            let time = shape.time_s;
+            let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>");
+        }
+    }
+    text.push_str("</Collection>\n</VTKFile>\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::simulation::{Sampling, Simulation, simulate_with};
+    use bristle_study::document::Document;
+
+    const SHAPES: usize = 101;
+
+    fn contact() -> (Settings, Simulation) {
+        let text = include_str!("../../../examples/zirconia.toml");
+        let settings = Document::parse(text, "zirconia.toml").and_then(|document| document.settings());
+        let mut settings = settings.expect("the example is right");
+        settings.workpiece.normal = [1.0, 2.0, 0.5];
+        settings.contact.friction_coefficient = 0.2;
+        settings.contact.radius_m = 0.05e-3;
+        let simulation = simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true });
+        (settings, simulation.expect("the pass ends"))
+    }
+
+    /// The numbers of an array.
+    fn numbers(text: &str, name: &str) -> Vec<f64> {
+        let (_, rest) = text.split_once(&format!("Name=\"{name}\"")).expect(name);
+        let (_, rest) = rest.split_once('>').expect("the end of a tag");
+        let (block, _) = rest.split_once('<').expect("another tag");
+        let bytes = STANDARD.decode(block).expect("base 64");
+        let (length, bytes) = bytes.split_first_chunk().expect("a header");
+        assert_eq!(u64::from_le_bytes(*length), bytes.len() as u64);
+        bytes.chunks(8).map(|chunk| f64::from_le_bytes(chunk.try_into().expect("eight bytes"))).collect()
+    }
+
+    fn vectors(text: &str, name: &str) -> Vec<[f64; 3]> {
+        numbers(text, name).chunks(3).map(|chunk| chunk.try_into().expect("three components")).collect()
+    }
+
+    fn length(vector: [f64; 3]) -> f64 {
+        dot(vector, vector).sqrt()
+    }
+
+    #[test]
+    fn nodes_are_those_of_the_pass() {
+        let (settings, simulation) = contact();
+        let segment = settings.filament.length_m / settings.filament.segments as f64;
+        let normal = Pass::new(&settings).workpiece().surface([0.0; 3], 0.0).normal;
+        let mut touches = false;
+        for ((_, text), sample) in iter::zip(files(&settings, &simulation.shapes), &simulation.history) {
+            let nodes = vectors(&text, "Points");
+            assert_eq!(nodes.len(), settings.filament.segments + 1);
+            assert_eq!(numbers(&text, "TimeValue"), [sample.time_s]);
+            assert_eq!(nodes[nodes.len() - 1], [sample.tip_x_m, sample.tip_y_m, sample.tip_z_m]);
+            let (sin, cos) = sample.base_angle_rad.sin_cos();
+            // Rounding of sine and cosine.
+            assert!(length(sub(nodes[0], scale(settings.tool.body_radius_m, [cos, sin, 0.0]))) < 1e-15);
+            for pair in nodes.windows(2) {
+                // Nodes are interpolated each for itself; that error is below the solver's tolerance of 1e-6.
+                assert!((length(sub(pair[1], pair[0])) / segment - 1.0).abs() < 1e-6);
+            }
+            let normal_forces = numbers(&text, "contact_normal_force_n");
+            let forces = vectors(&text, "contact_force_n");
+            let sum = forces.iter().fold([0.0; 3], |sum, &force| add(sum, force));
+            let friction = length(sub(sum, scale(dot(sum, normal), normal)));
+            // Sums of some terms, each rounded.
+            let near = |found: f64, expected: f64| (found - expected).abs() <= 1e-12 * sample.contact_normal_force_n;
+            assert!(near(normal_forces.iter().sum(), sample.contact_normal_force_n));
+            assert!(near(dot(sum, normal), sample.contact_normal_force_n));
+            assert!(near(friction, sample.contact_tangential_force_n));
+            let gaps = numbers(&text, "gap_m");
+            assert!(iter::zip(&gaps, &normal_forces).all(|(gap, force)| (*gap < 0.0) == (*force > 0.0)));
+            touches |= sample.contact_tangential_force_n > 0.0;
+        }
+        assert!(touches, "there is no contact to look at");
+    }
+
+    #[test]
+    fn the_filament_starts_straight_and_turns_with_the_body() {
+        let (settings, simulation) = contact();
+        let (_, text) = files(&settings, &simulation.shapes).next().expect("a shape");
+        let nodes = vectors(&text, "Points");
+        let rate = Pass::new(&settings).tool().rate;
+        let [gaps, arc, angles] = ["gap_m", "arc_length_m", "joint_angle_rad"].map(|name| numbers(&text, name));
+        for (k, (node, velocity)) in iter::zip(&nodes, vectors(&text, "velocity_m_s")).enumerate() {
+            let radius = settings.tool.body_radius_m + arc[k];
+            // Rounding of lengths of a tenth of a metre, and of speeds of ten m/s.
+            assert!(length(sub(*node, scale(radius / length(nodes[0]), nodes[0]))) < 1e-15);
+            assert!(length(sub(velocity, scale(rate, [-node[1], node[0], 0.0]))) < 1e-13);
+            assert!(angles[k] < 1e-12 && gaps[k] > 0.0);
+        }
+        assert_eq!(arc[settings.filament.segments], settings.filament.length_m);
+    }
+
+    #[test]
+    fn the_workpiece_lies_below_the_filament() {
+        let (settings, simulation) = contact();
+        let (_, text) = files(&settings, &simulation.shapes).nth(SHAPES).expect("the workpiece");
+        let corners = vectors(&text, "Points");
+        let pass = Pass::new(&settings);
+        for &corner in &corners {
+            assert!(pass.workpiece().surface(corner, 0.0).gap.abs() < 1e-15);
+        }
+        assert!((length(sub(corners[3], corners[0])) / settings.tool.width_m - 1.0).abs() < 1e-12);
+        let along = sub(corners[1], corners[0]);
+        for node in simulation.shapes.iter().flat_map(|shape| &shape.nodes_m) {
+            let place = dot(sub(*node, corners[0]), along) / dot(along, along);
+            assert!(place > 0.05 && place < 0.95, "{place}");
+        }
+    }
+
+    #[test]
+    fn the_collection_lists_every_file_at_every_time() {
+        let (settings, simulation) = contact();
+        let (names, texts): (Vec<String>, Vec<String>) = files(&settings, &simulation.shapes).unzip();
+        assert_eq!(names, file_names(SHAPES).collect::<Vec<_>>());
+        assert!(names.iter().all(|name| is_file_name(name)));
+        assert!(
+            ["filament_00001.vtp", "filament_x000.vtp", "filament.vtp", "own.pvd"]
+                .iter()
+                .all(|name| !is_file_name(name))
+        );
+        let entry = |part: usize, name: &str, file: &str, time: f64| {
+            format!("<DataSet timestep=\"{time:?}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>")
+        };
+        let expected = iter::zip(&names, &simulation.history).flat_map(|(name, sample)| {
+            [entry(0, "filament", name, sample.time_s), entry(1, "workpiece", "workpiece.vtp", sample.time_s)]
+        });
+        let listed = texts[SHAPES + 1].lines().filter(|line| line.starts_with("<DataSet"));
+        assert!(listed.eq(expected));
+    }
+}

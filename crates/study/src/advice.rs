@@ -1,0 +1,627 @@
+//! What a study advises: where the tool force is high, and at what velocity, depth and contact time ratio.
+//!
+//! The results of a study enter; sentences leave, each with the cases that it comes from, by their rows in `runs.csv`, so that
+//! it can be checked. Nothing is interpolated: what is advised has been simulated.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
+use std::ops::Range;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::measured::relative_uncertainty;
+use crate::slices::{Slice, process_slices};
+use crate::study::{CaseResult, CaseSummary, Study};
+use crate::text::layout::{aligned, wrap};
+use crate::text::number::{labels, short};
+use crate::text::quantity::Readable;
+
+/// Contact time ratio `ε_tc` above which a filament sweeps, and up to which it strikes.
+const TIER: f64 = 0.5;
+/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53; other, lower ones at
+/// 0.75 and more, and in a finer grid at 0.24, where filaments strike.
+const ALONG_TIER: Range<f64> = 0.3..0.6;
+
+/// By how much, relatively, the force must fall behind a local maximum: less is within what the number of segments changes.
+const LEAST_FALL: f64 = 0.005;
+
+/// What the results have to keep to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Limits {
+    /// Highest brushing velocity `v_b` in m/s.
+    pub max_velocity_m_s: Option<f64>,
+    /// Lowest contact time ratio `ε_tc`, for filaments that sweep.
+    pub min_ratio: Option<f64>,
+    /// Highest contact time ratio `ε_tc`, for filaments that strike.
+    pub max_ratio: Option<f64>,
+}
+
+/// Why there is no advice.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum AdviceError {
+    /// There is nothing to compare.
+    #[error(
+        "the study has one brushing velocity and one penetration depth, and advice compares forces over these\n   = help: \
+         sweep one of them below [study]"
+    )]
+    NothingVaries,
+    /// No contact time ratio keeps to the limits.
+    #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
+    Ratios {
+        /// The lower limit.
+        min_ratio: f64,
+        /// The upper limit.
+        max_ratio: f64,
+    },
+}
+
+/// Advice from a study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Advice {
+    /// What was asked for.
+    pub limits: Limits,
+    /// One for each combination of what is swept beside velocity and depth.
+    pub sections: Vec<Section>,
+    #[serde(skip)]
+    forces: Readable,
+}
+
+/// Advice from the cases that differ in velocity and depth only.
+#[derive(Clone, Debug, Serialize)]
+pub struct Section {
+    /// Path and value of what else is swept.
+    pub settings: BTreeMap<&'static str, f64>,
+    /// The advice, topic by topic.
+    pub advice: Vec<Sentence>,
+    /// What there is no advice on, and why.
+    pub notes: Vec<String>,
+    #[serde(skip)]
+    slice: Slice,
+}
+
+/// One piece of advice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sentence {
+    /// What it is about.
+    pub topic: Topic,
+    /// The case that it is about.
+    #[serde(flatten)]
+    pub cell: Cited,
+    /// What it says.
+    pub sentence: String,
+    /// Rows of the other cases that it speaks of.
+    pub other_rows: Vec<usize>,
+}
+
+/// What a piece of advice is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    /// The highest force of all.
+    Highest,
+    /// The highest force within [`Limits`].
+    WithinLimits,
+    /// The highest force at each brushing velocity.
+    AtVelocity,
+    /// The highest force at each penetration depth.
+    AtDepth,
+    /// The most force per brushing velocity.
+    PerVelocity,
+    /// The most force per penetration depth.
+    PerDepth,
+    /// A local maximum over the velocity along the tier.
+    Tier,
+}
+
+/// A case that advice cites.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cited {
+    /// Row of `runs.csv`, counted from 1 below the heading.
+    pub row: usize,
+    /// `v_b` in m/s.
+    pub brushing_velocity_m_s: f64,
+    /// `a_e` in m.
+    pub penetration_depth_m: f64,
+    /// `F_n,w` in N.
+    pub tool_contact_normal_force_n: f64,
+    /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
+    pub uncertainty_n: f64,
+    /// Lower end of the band of `F_n,w` in N that 95 % of the sampled tools lie in, where filaments scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_lower_95_n: Option<f64>,
+    /// Upper end of the band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_upper_95_n: Option<f64>,
+    /// `ε_tc`.
+    pub contact_time_ratio: f64,
+    /// Positions of velocity and depth along the sides of the slice.
+    #[serde(skip)]
+    position: [usize; 2],
+}
+
+/// What the results of a study advise. Of equal forces the first counts, at the lowest depth and then velocity.
+///
+/// # Errors
+/// If the study has one velocity and one depth, or the limits contradict each other.
+pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<Advice, AdviceError> {
+    if let (Some(min_ratio), Some(max_ratio)) = (limits.min_ratio, limits.max_ratio)
+        && min_ratio > max_ratio
+    {
+        return Err(AdviceError::Ratios { min_ratio, max_ratio });
+    }
+    let slices = process_slices(study, usize::MAX).chosen;
+    if slices.iter().all(|slice| !slice.x.varies() && !slice.y.varies()) {
+        return Err(AdviceError::NothingVaries);
+    }
+    let forces = Readable::tool_forces(results);
+    let section = |slice: Slice| {
+        let cells = cells(study, results, &slice);
+        let (advice, notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
+        let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
+        Section { settings, advice, notes, slice }
+    };
+    let sections = slices.into_iter().map(section).collect();
+    Ok(Advice { limits, sections, forces })
+}
+
+/// The cases of a slice, by depth and then by velocity; none where a case failed.
+fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
+    let relative = relative_uncertainty(study, slice.case(0, 0));
+    let cell = |x: usize, y: usize| {
+        let case = slice.case(x, y);
+        let CaseSummary { metrics, scatter, .. } = results[case].as_ref().ok()?;
+        Some(Cited {
+            row: case + 1,
+            brushing_velocity_m_s: slice.x.values[x],
+            penetration_depth_m: slice.y.values[y],
+            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
+            uncertainty_n: relative * metrics.tool_contact_normal_force_n,
+            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
+            contact_time_ratio: metrics.contact_time_ratio,
+            position: [x, y],
+        })
+    };
+    (0..slice.y.values.len()).map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect()).collect()
+}
+
+/// What the sentences of a section are made from.
+struct Adviser<'a> {
+    slice: &'a Slice,
+    forces: &'a Readable,
+    cells: &'a [Vec<Option<Cited>>],
+}
+
+impl Adviser<'_> {
+    /// The sentences, and the notes.
+    fn advise(&self, limits: Limits) -> (Vec<Sentence>, Vec<String>) {
+        let cells: Vec<&Cited> = self.cells.iter().flatten().flatten().collect();
+        let (mut advice, mut notes) = (Vec::new(), Vec::new());
+        let failures = self.cells.iter().map(Vec::len).sum::<usize>() - cells.len();
+        if cells.is_empty() {
+            notes.push(format!("All {} failed.", counted(failures)));
+            return (advice, notes);
+        }
+        if failures > 0 {
+            let are = if failures == 1 { "is" } else { "are" };
+            notes.push(format!("{failures} of {} cases failed and {are} left out.", failures + cells.len()));
+        }
+        let Some(top) = highest(&cells, force).filter(|cell| force(cell) > 0.0) else {
+            notes.push("No case has a contact normal force.".to_owned());
+            return (advice, notes);
+        };
+        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), motion(top));
+        advice.push(about(Topic::Highest, top, sentence, &[]));
+
+        if limits != Limits::default() {
+            let within: Vec<&Cited> = cells.iter().copied().filter(|cell| limits.keep(cell)).collect();
+            match highest(&within, force) {
+                Some(top) => {
+                    let count = counted(within.len());
+                    let sentence = format!("The highest of {count} with {limits}; it {}.", motion(top));
+                    advice.push(about(Topic::WithinLimits, top, sentence, &[]));
+                }
+                None => notes.push(format!("No case has {limits}.")),
+            }
+        }
+        let (velocities, depths) = (self.slice.x.varies(), self.slice.y.varies());
+        if velocities && depths {
+            let column = |x: usize| self.cells.iter().filter_map(|row| row[x].as_ref()).collect::<Vec<_>>();
+            let columns = (0..self.slice.x.values.len()).map(column);
+            advice.extend(columns.filter_map(|cells| self.best(Topic::AtVelocity, &cells)));
+            let rows = self.cells.iter().map(|row| row.iter().flatten().collect::<Vec<_>>());
+            advice.extend(rows.filter_map(|cells| self.best(Topic::AtDepth, &cells)));
+        }
+        if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.brushing_velocity_m_s) {
+            let share = self.share(top, top.brushing_velocity_m_s);
+            let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
+            advice.push(about(Topic::PerVelocity, top, sentence, &[]));
+        }
+        if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.penetration_depth_m) {
+            let share = self.share(top, 1e3 * top.penetration_depth_m);
+            let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
+            advice.push(about(Topic::PerDepth, top, sentence, &[]));
+        }
+        if velocities {
+            let mut without = Vec::new();
+            for (row, &at) in self.cells.iter().zip(&self.slice.y.values) {
+                match self.along_tier(row) {
+                    Some(sentence) => advice.push(sentence),
+                    None => without.push(short(1e3 * at)),
+                }
+            }
+            if !without.is_empty() {
+                let Range { start, end } = ALONG_TIER;
+                let depths = without.join(", ");
+                notes.push(format!(
+                    "At a_e = {depths} mm no local maximum lies along the tier, between ε_tc = {start} and {end}."
+                ));
+            }
+        }
+        (advice, notes)
+    }
+
+    /// The highest force of some cases beside the least; none where there is nothing to compare, or no force.
+    fn best(&self, topic: Topic, cells: &[&Cited]) -> Option<Sentence> {
+        let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
+        let least = highest(cells, |cell| -force(cell))?;
+        if force(least) == force(top) {
+            return Some(about(topic, top, format!("It {}; all others have the same.", motion(top)), &[]));
+        }
+        let place = if topic == Topic::AtVelocity { depth(least) } else { velocity(least) };
+        let sentence =
+            format!("It {}; the least is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
+        Some(about(topic, top, sentence, &[least]))
+    }
+
+    /// The local maximum of the force over the velocity that lies along the tier: of several the one nearest to it.
+    fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
+        let distance = |cell: &Cited| (cell.contact_time_ratio - TIER).abs();
+        let peaks = row.windows(3).filter_map(|cells| match cells {
+            [Some(before), Some(peak), Some(after)] => {
+                let falls = force(after) < (1.0 - LEAST_FALL) * force(peak);
+                (force(peak) > force(before) && falls).then_some(peak)
+            }
+            _ => None,
+        });
+        let along = peaks.filter(|peak| ALONG_TIER.contains(&peak.contact_time_ratio));
+        let peak = along.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let faster = &row[peak.position[0] + 1..];
+        let solved: Vec<&Cited> = faster.iter().flatten().collect();
+        let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
+        let least = highest(&solved[..below], |cell| -force(cell))?;
+        let falls = format!("Faster, it falls to {} at {} (row {})", self.newtons(least), velocity(least), least.row);
+        Some(match solved.get(below) {
+            Some(more) => {
+                let sentence = format!("{falls}, and is higher again at {} (row {}).", velocity(more), more.row);
+                about(Topic::Tier, peak, sentence, &[least, more])
+            }
+            None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
+            None => about(Topic::Tier, peak, format!("{falls}; no faster case has more."), &[least]),
+        })
+    }
+
+    /// The force of a case, as it stands in the tables.
+    fn newtons(&self, cell: &Cited) -> String {
+        format!("{} {}", self.forces.text(cell.row - 1), self.forces.unit())
+    }
+
+    /// The force of a case over something.
+    fn share(&self, cell: &Cited, divisor: f64) -> String {
+        format!("{} {}", short(self.forces.factor() * force(cell) / divisor), self.forces.unit())
+    }
+}
+
+impl Cited {
+    /// The band of the force, where filaments scatter.
+    fn band(&self) -> Option<[f64; 2]> {
+        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
+    }
+}
+
+fn about(topic: Topic, cell: &Cited, sentence: String, others: &[&Cited]) -> Sentence {
+    Sentence { topic, cell: cell.clone(), sentence, other_rows: others.iter().map(|cell| cell.row).collect() }
+}
+
+fn force(cell: &Cited) -> f64 {
+    cell.tool_contact_normal_force_n
+}
+
+fn velocity(cell: &Cited) -> String {
+    format!("{} m/s", short(cell.brushing_velocity_m_s))
+}
+
+fn depth(cell: &Cited) -> String {
+    format!("{} mm", short(1e3 * cell.penetration_depth_m))
+}
+
+/// The first of the cells at which a value is highest.
+fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a Cited> {
+    cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
+}
+
+fn motion(cell: &Cited) -> &'static str {
+    if cell.contact_time_ratio > TIER { "sweeps" } else { "strikes" }
+}
+
+fn counted(cases: usize) -> String {
+    if cases == 1 { "one case".to_owned() } else { format!("{cases} cases") }
+}
+
+impl Limits {
+    fn keep(&self, cell: &Cited) -> bool {
+        self.max_velocity_m_s.is_none_or(|limit| cell.brushing_velocity_m_s <= limit)
+            && self.min_ratio.is_none_or(|limit| cell.contact_time_ratio >= limit)
+            && self.max_ratio.is_none_or(|limit| cell.contact_time_ratio <= limit)
+    }
+}
+
+impl Display for Limits {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let parts = [
+            self.max_velocity_m_s.map(|limit| format!("v_b ≤ {limit} m/s")),
+            self.min_ratio.map(|limit| format!("ε_tc ≥ {limit}")),
+            self.max_ratio.map(|limit| format!("ε_tc ≤ {limit}")),
+        ];
+        formatter.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
+    }
+}
+
+impl Topic {
+    fn heading(self) -> &'static str {
+        match self {
+            Self::Highest => "Highest force F_n,w of the tool",
+            Self::WithinLimits => "Highest force within the limits",
+            Self::AtVelocity => "Highest force at each brushing velocity",
+            Self::AtDepth => "Highest force at each penetration depth",
+            Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
+            Self::PerDepth => "Most force per penetration depth",
+            Self::Tier => {
+                "Local maxima over the velocity along the tier, the line ε_tc = ½ between sweeping and striking"
+            }
+        }
+    }
+}
+
+impl Advice {
+    /// The advice for a terminal 100 columns wide: a table, with a sentence each.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for section in &self.sections {
+            self.write_section(&mut text, section);
+            text.push('\n');
+        }
+        let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
+        let mut legend = "Rows are those of runs.csv below its heading.".to_owned();
+        if cells().any(|cell| cell.band().is_none() && cell.uncertainty_n > 0.0) {
+            legend
+                .push_str(" ± comes from the uncertainty of the number of filaments, which changes all forces alike.");
+        }
+        if cells().any(|cell| cell.band().is_some()) {
+            legend.push_str(" In brackets stands the band that 95 % of the sampled tools lie in.");
+        }
+        legend.push_str(
+            " * marks an end of the study, beyond which there may be more. A filament sweeps where ε_tc is above ½, and \
+             strikes elsewhere.",
+        );
+        wrap(&mut text, "", &legend);
+        text
+    }
+
+    fn write_section(&self, text: &mut String, section: &Section) {
+        let Section { slice, advice, notes, .. } = section;
+        let condition = slice.condition();
+        if !condition.is_empty() {
+            wrap(text, "", &format!("With {condition}"));
+        }
+        let sides = [&slice.x, &slice.y];
+        let labels = sides.map(|side| labels(side.shown().into_iter()));
+        let mut rows = vec![["row", "v_b ", "a_e ", "F_n,w", "ε_tc"], ["", "m/s ", "mm ", self.forces.unit(), ""]]
+            .into_iter()
+            .map(|heading| heading.map(str::to_owned).to_vec())
+            .collect::<Vec<_>>();
+        for Sentence { topic, cell, .. } in advice {
+            let [velocity, depth] = [0, 1].map(|side| {
+                let at = cell.position[side];
+                let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
+                let is_end = at == 0 || at + 1 == sides[side].values.len();
+                format!("{}{}", labels[side][at], if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
+            });
+            let force = match cell.band() {
+                Some(band) => self.forces.text_with_band(cell.row - 1, band),
+                None => self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n),
+            };
+            rows.push(vec![cell.row.to_string(), velocity, depth, force, format!("{:.3}", cell.contact_time_ratio)]);
+        }
+        let mut lines = aligned(&rows).into_iter();
+        if !advice.is_empty() {
+            lines.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
+        }
+        let mut topic = None;
+        for (line, sentence) in lines.zip(advice) {
+            if topic.replace(sentence.topic) != Some(sentence.topic) {
+                text.push_str(&format!("{}\n", sentence.topic.heading()));
+            }
+            wrap(text, &format!("{line}  "), &sentence.sentence);
+        }
+        notes.iter().for_each(|note| wrap(text, "", note));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use bristle::integrate::Statistics;
+    use bristle::model::metrics::{ContactRecord, Metrics, NominalContact};
+
+    fn study(sweeps: &str) -> Study {
+        let text = format!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\nfilament_count_uncertainty = 100\n\
+             [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
+             penetration_depth_m = 1e-3\n[study]\n{sweeps}"
+        );
+        Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
+    }
+
+    /// Results with these forces in N and contact time ratios; none is a case that has failed.
+    fn results(study: &Study, cases: &[Option<(f64, f64)>]) -> Vec<CaseResult> {
+        let nominal = NominalContact::of(&study.settings(0));
+        let result = |case: &Option<(f64, f64)>| {
+            let (force, ratio) = case.ok_or("failed")?;
+            let metrics = Metrics {
+                tool_contact_normal_force_n: force,
+                contact_time_ratio: ratio,
+                ..Metrics::new(&nominal, &ContactRecord::default(), 1.0)
+            };
+            Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None })
+        };
+        assert_eq!(cases.len(), study.case_count());
+        cases.iter().map(result).collect()
+    }
+
+    /// Two depths and four velocities, none in ascending order. Along the tier there is a maximum at 1 mm and 10 m/s.
+    const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
+    const CASES: [Option<(f64, f64)>; 8] = [
+        Some((290.0, 0.7)),
+        Some((240.0, 0.95)),
+        Some((235.0, 0.8)),
+        Some((230.0, 0.9)),
+        Some((300.0, 0.25)),
+        Some((150.0, 0.9)),
+        Some((160.0, 0.3)),
+        Some((200.0, 0.52)),
+    ];
+
+    fn section(sweeps: &str, cases: &[Option<(f64, f64)>], limits: Limits) -> Section {
+        let study = study(sweeps);
+        advise(&study, &results(&study, cases), limits).expect("advice").sections.remove(0)
+    }
+
+    fn rows(section: &Section, topic: Topic) -> Vec<usize> {
+        section.advice.iter().filter(|about| about.topic == topic).map(|about| about.cell.row).collect()
+    }
+
+    #[test]
+    fn the_right_cases_are_cited() {
+        let section = section(SWEEPS, &CASES, Limits::default());
+        assert_eq!(rows(&section, Topic::Highest), [5]);
+        assert_eq!(rows(&section, Topic::AtVelocity), [2, 4, 3, 5]);
+        assert_eq!(rows(&section, Topic::AtDepth), [5, 1]);
+        assert_eq!(rows(&section, Topic::PerVelocity), [2], "48 N for each m/s");
+        assert_eq!(rows(&section, Topic::PerDepth), [5], "300 N for each mm");
+        assert_eq!(rows(&section, Topic::Tier), [8]);
+        assert_eq!(rows(&section, Topic::WithinLimits), [0; 0]);
+        assert_eq!(section.notes, ["At a_e = 2 mm no local maximum lies along the tier, between ε_tc = 0.3 and 0.6."]);
+        let cell = &section.advice[0].cell;
+        assert_eq!((cell.brushing_velocity_m_s, cell.penetration_depth_m), (20.0, 1e-3));
+        assert!((cell.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, as that of the filaments");
+    }
+
+    #[test]
+    fn limits_are_kept_to() {
+        let within = |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
+            let section = section(SWEEPS, &CASES, Limits { max_velocity_m_s, min_ratio, max_ratio });
+            (rows(&section, Topic::WithinLimits), section.notes)
+        };
+        assert_eq!(within(Some(15.0), None, None).0, [2]);
+        assert_eq!(within(None, Some(0.7), None).0, [1], "the limit itself is within");
+        assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
+        let unmet = within(Some(4.0), Some(0.5), Some(0.6));
+        assert_eq!(unmet.0, [0; 0]);
+        assert_eq!(unmet.1[0], "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6.");
+
+        let study = study(SWEEPS);
+        let limits = Limits { min_ratio: Some(0.6), max_ratio: Some(0.5), ..Limits::default() };
+        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
+        assert_eq!(error, AdviceError::Ratios { min_ratio: 0.6, max_ratio: 0.5 });
+    }
+
+    /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
+    fn tier(cases: &[Option<(f64, f64)>]) -> Option<(f64, String, Vec<usize>)> {
+        let velocities: Vec<usize> = (1..=cases.len()).collect();
+        let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
+        let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
+        assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("At a_e = ")));
+        about.map(|about| (about.cell.brushing_velocity_m_s, about.sentence, about.other_rows))
+    }
+
+    #[test]
+    fn a_maximum_along_the_tier_says_what_is_gained_by_more_velocity() {
+        let slow = [(100.0, 0.9), (110.0, 0.8), (105.0, 0.7), (150.0, 0.55)];
+        let row = |fast: &[(f64, f64)]| slow.iter().chain(fast).copied().map(Some).collect::<Vec<_>>();
+        let (velocity, sentence, others) = tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
+        assert_eq!(velocity, 4.0);
+        assert_eq!(sentence, "Faster, it falls to 130.0 N at 6 m/s (row 6), and is higher again at 7 m/s (row 7).");
+        assert_eq!(others, [6, 7]);
+        let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
+        assert_eq!(sentence, "Faster, it falls to 140.0 N at 5 m/s (row 5); no faster case has more.");
+        assert_eq!(others, [5]);
+        // Of two the one nearer to the line, though the other one is higher.
+        let two = tier(&row(&[(140.0, 0.4), (160.0, 0.35), (155.0, 0.3)])).expect("a maximum");
+        assert_eq!(two.0, 4.0);
+        // Far from the line, at an end, or level, there is none.
+        assert_eq!(tier(&row(&[])), None);
+        assert_eq!(tier(&row(&[(150.0, 0.4), (120.0, 0.3)])), None);
+        // Beside a case that failed nobody knows.
+        let mut failed = row(&[(140.0, 0.4), (130.0, 0.3)]);
+        failed[4] = None;
+        assert_eq!(tier(&failed), None);
+    }
+
+    #[test]
+    fn cases_that_failed_or_have_no_force_are_no_advice() {
+        let mut cases = CASES;
+        cases[4] = None;
+        cases[1] = Some((0.0, 0.0));
+        cases[5] = Some((0.0, 0.0));
+        let advice = section(SWEEPS, &cases, Limits::default());
+        assert_eq!(rows(&advice, Topic::Highest), [1]);
+        assert_eq!(rows(&advice, Topic::AtVelocity), [4, 3], "nothing at 5 m/s, nothing to compare at 20 m/s");
+        assert_eq!(advice.notes[0], "1 of 8 cases failed and is left out.");
+
+        let none = section(SWEEPS, &[Some((0.0, 0.0)); 8], Limits::default());
+        assert_eq!((none.advice.len(), none.notes), (0, vec!["No case has a contact normal force.".to_owned()]));
+        let failed = section(SWEEPS, &[None; 8], Limits::default());
+        assert_eq!((failed.advice.len(), &failed.notes[..]), (0, &["All 8 cases failed.".to_owned()][..]));
+    }
+
+    #[test]
+    fn of_equal_forces_the_first_is_cited() {
+        let level = section(SWEEPS, &[Some((100.0, 0.9)); 8], Limits::default());
+        assert_eq!(rows(&level, Topic::Highest), [6], "at 5 m/s and 1 mm");
+        assert_eq!(rows(&level, Topic::AtVelocity), [6, 8, 7, 5]);
+        assert_eq!(rows(&level, Topic::AtDepth), [6, 2]);
+    }
+
+    #[test]
+    fn advice_is_on_what_varies() {
+        let topics = |sweeps: &str| {
+            let section = section(sweeps, &[Some((100.0, 0.9)), Some((110.0, 0.9))], Limits::default());
+            section.advice.into_iter().map(|about| about.topic).collect::<Vec<_>>()
+        };
+        assert_eq!(topics("brushing_velocity_m_s = [5.0, 10.0]"), [Topic::Highest, Topic::PerVelocity]);
+        assert_eq!(topics("penetration_depth_m = [1e-3, 2e-3]"), [Topic::Highest, Topic::PerDepth]);
+        let study = study("\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]");
+        let error = advise(&study, &results(&study, &[Some((1.0, 1.0)); 2]), Limits::default());
+        assert_eq!(error.expect_err("nothing to compare"), AdviceError::NothingVaries);
+    }
+
+    #[test]
+    fn each_further_setting_has_its_section_and_its_uncertainty() {
+        let study = study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
+        let cases = [Some((10.0, 0.9)), Some((20.0, 0.9)), Some((40.0, 0.9)), Some((20.0, 0.9))];
+        let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
+        let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.uncertainty_n);
+        assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
+        let settings = |section: &Section| section.settings["tool.filament_count"];
+        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [1000.0, 2000.0]);
+        let text = advice.text();
+        assert!(
+            text.contains("With filament_count = 1000\n") && text.contains("With filament_count = 2000\n"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,373 @@
+//! Reads an input file: TOML text in, checked [`Settings`] and [`Study`] out.
+//!
+//! The TOML tree keeps the place of every key and value, so that each error can point at what it speaks of.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use crate::input_error::{InputError, Problem, Source};
+use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
+use crate::uncertainty::check;
+use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
+use bristle::model::settings::Settings;
+
+/// The section that states the sweeps.
+const STUDY: &str = "study";
+/// The section that names measured forces; all others are sections of [`Settings`].
+const MEASURED: &str = "measured";
+/// Its one key, and what that may be.
+const FILE: &str = "file";
+const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
+
+/// What an entry of `[study]` may be.
+const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
+
+/// An input file whose TOML and whose sweeps are read.
+#[derive(Debug)]
+pub struct Document<'t> {
+    source: Source<'t>,
+    /// The sections of [`Settings`].
+    table: DeTable<'t>,
+    /// Place of the heading of `[study]`.
+    study_span: Range<usize>,
+    sweeps: Vec<LocatedSweep>,
+    /// The file of measured forces.
+    measured_file: Option<String>,
+}
+
+/// One entry of `[study]`.
+#[derive(Debug)]
+struct LocatedSweep {
+    axis: Sweep,
+    /// Place of the entry's value.
+    span: Range<usize>,
+}
+
+/// A value to put in place of what the file states.
+struct Override<'a> {
+    parameter: &'static Parameter,
+    /// The value as TOML.
+    text: &'a str,
+    /// The place that an error about the value points at.
+    span: Range<usize>,
+}
+
+/// The long form of a sweep.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a list or a range")]
+struct SweepRange {
+    start: f64,
+    stop: f64,
+    step: f64,
+}
+
+impl<'t> Document<'t> {
+    /// Reads a file's text. The name is the one that errors call the file by.
+    pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
+        let mut document = Self {
+            source: Source { name, text },
+            table: DeTable::new(),
+            study_span: 0..0,
+            sweeps: Vec::new(),
+            measured_file: None,
+        };
+        document.study_span = document.end();
+        let root = DeTable::parse(text).map_err(|error| {
+            let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
+            let advice = "an input file has sections like [filament] and lines like length_m = 0.040";
+            document.error(problem, error.span().unwrap_or(document.end()), advice)
+        })?;
+        document.table = root.into_inner();
+        for (name, section) in &document.table {
+            if !section.get_ref().is_table() {
+                return Err(document.not_a_section(name, section));
+            }
+        }
+        if let Some(study) = document.table.remove(STUDY) {
+            document.study_span = study.span();
+            if let DeValue::Table(entries) = study.get_ref() {
+                document.sweeps = document.read_sweeps(entries)?;
+            }
+        }
+        if let Some(measured) = document.table.remove(MEASURED)
+            && let DeValue::Table(entries) = measured.get_ref()
+        {
+            document.measured_file = Some(document.read_measured(entries, measured.span())?);
+        }
+        Ok(document)
+    }
+
+    /// The settings that the file states, whatever it sweeps.
+    pub fn settings(&self) -> Result<Settings, InputError> {
+        self.build(&[]).map(|(settings, _)| settings)
+    }
+
+    /// The settings for evaluating a state without contact, for which the file need not state velocity and depth.
+    pub fn settings_without_process(&self) -> Result<Settings, InputError> {
+        // Nothing that is evaluated depends on the two: any value will do that no check refuses.
+        const ANY: &str = "1e-300";
+        let absent = |path| Parameter::find(path).filter(|parameter| find(&self.table, parameter.path).is_none());
+        let overrides: Vec<Override<'_>> = [VELOCITY, DEPTH]
+            .into_iter()
+            .filter_map(absent)
+            .map(|parameter| Override { parameter, text: ANY, span: self.end() })
+            .collect();
+        self.build(&overrides).map(|(settings, _)| settings)
+    }
+
+    /// The file of measured forces that the file names, as it names it: relative to its own directory.
+    #[must_use]
+    pub fn measured_file(&self) -> Option<&str> {
+        self.measured_file.as_deref()
+    }
+
+    /// The study that the file states, all of whose cases are checked.
+    pub fn study(&self) -> Result<Study, InputError> {
+        if self.sweeps.is_empty() {
+            let problem = Problem::Missing {
+                key: STUDY.to_owned(),
+                allowed: "a section that sweeps at least one setting".to_owned(),
+            };
+            let advice = "add for example `[study]` and below it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
+            return Err(self.error(problem, self.study_span.clone(), advice));
+        }
+        // The first value of each sweep fills in what the file leaves to the study.
+        let first_values: Vec<String> =
+            self.sweeps.iter().map(|LocatedSweep { axis, .. }| axis.parameter().format(axis.values()[0])).collect();
+        let overrides: Vec<Override<'_>> = self
+            .sweeps
+            .iter()
+            .zip(&first_values)
+            .map(|(sweep, text)| Override { parameter: sweep.axis.parameter(), text, span: sweep.span.clone() })
+            .collect();
+        let (base, table) = self.build(&overrides)?;
+        let axes = self.sweeps.iter().map(|sweep| sweep.axis.clone()).collect();
+        Study::new(base, axes).map_err(|error| {
+            let span = match &error {
+                StudyError::SweptTwice { path } => place(&table, path),
+                StudyError::Case { violation, .. } => place(&table, violation.path),
+                StudyError::TooManyCases | StudyError::TooManyTools => None,
+            };
+            self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
+        })
+    }
+
+    /// Reads and checks the settings with some values replaced. The tree that comes with them has the place of each.
+    fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<(Settings, DeTable<'a>), InputError> {
+        let mut table: DeTable<'a> = self.table.clone();
+        for Override { parameter, text, span } in overrides {
+            let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
+            let section = table
+                .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
+                .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
+            if let DeValue::Table(section) = section.get_mut() {
+                // Replaced as a whole: an insertion alone would keep the old key's place.
+                section.remove(parameter.key());
+                section.insert(
+                    Spanned::new(span.clone(), Cow::Borrowed(parameter.key())),
+                    Spanned::new(span.clone(), value.into_inner()),
+                );
+            }
+        }
+        let root = Spanned::new(self.end(), table.clone());
+        let settings =
+            Settings::deserialize(Deserializer::from(root)).map_err(|error| self.unreadable(&table, &error))?;
+        check(&settings).map_err(|violation| {
+            let span = place(&table, violation.path).unwrap_or(self.end());
+            let Violation { path, value, allowed } = violation;
+            let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
+            self.error(problem, span, "")
+        })?;
+        Ok((settings, table))
+    }
+
+    /// Reads the entries of `[study]` in the file's order.
+    fn read_sweeps(&self, entries: &DeTable<'_>) -> Result<Vec<LocatedSweep>, InputError> {
+        let mut entries: Vec<_> = entries.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        entries
+            .into_iter()
+            .map(|(key, value)| {
+                let axis = self.read_axis(key, value)?;
+                Ok(LocatedSweep { axis, span: value.span() })
+            })
+            .collect()
+    }
+
+    /// Reads the entries of `[measured]`, whose heading stands at `span`.
+    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<String, InputError> {
+        if let Some((key, _)) = entries.iter().find(|(key, _)| key.get_ref() != FILE) {
+            let name = key.get_ref();
+            let problem = Problem::UnknownKey { key: format!("{MEASURED}.{name}"), expected: format!("`{FILE}`") };
+            return Err(self.error(problem, key.span(), &did_you_mean(name, std::iter::once(FILE))));
+        }
+        let key = format!("{MEASURED}.{FILE}");
+        let allowed = MEASURED_FILE.to_owned();
+        let Some(value) = entries.get(FILE) else {
+            let advice = format!("add `{FILE} = \"forces.csv\"` below [{MEASURED}]");
+            return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
+        };
+        match value.get_ref() {
+            DeValue::String(path) if !path.trim().is_empty() => Ok(path.to_string()),
+            _ => {
+                let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+                Err(self.error(problem, value.span(), ""))
+            }
+        }
+    }
+
+    fn read_axis(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
+        let name = key.get_ref().as_ref();
+        let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
+        let study_key = format!("{STUDY}.{name}");
+        let Some(parameter) = Parameter::find(path) else {
+            let problem = Problem::UnknownKey {
+                key: study_key,
+                expected: "the path of a scalar setting in quotes, such as \"filament.segments\"".to_owned(),
+            };
+            let paths = PARAMETERS.iter().map(|parameter| parameter.path);
+            return Err(self.error(problem, key.span(), &did_you_mean(name, paths)));
+        };
+        let unreadable = |error: toml::de::Error| {
+            let span = error.span().unwrap_or(value.span());
+            let problem = Problem::NotAllowed {
+                key: study_key.clone(),
+                value: self.source.quote(value.span()),
+                allowed: format!("{SWEEP} ({})", error.message()),
+            };
+            self.error(problem, span, "")
+        };
+        let axis = if value.get_ref().is_array() {
+            Sweep::list(parameter, read(value).map_err(unreadable)?)
+        } else {
+            let SweepRange { start, stop, step } = read(value).map_err(unreadable)?;
+            Sweep::range(parameter, start, stop, step)
+        };
+        axis.map_err(|error| {
+            let span = match (&error, value.get_ref()) {
+                (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
+                _ => value.span(),
+            };
+            let problem = Problem::Sweep { key: study_key, error };
+            self.error(problem, span, "")
+        })
+    }
+
+    /// The error about a top-level entry that is no section.
+    fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
+        let key = name.get_ref().to_string();
+        if is_section(&key) || key == STUDY || key == MEASURED {
+            let problem = Problem::NotAllowed {
+                value: self.source.quote(value.span()),
+                allowed: format!("a section, begun by a line [{key}]"),
+                key,
+            };
+            self.error(problem, value.span(), "")
+        } else {
+            let advice = "put it below the heading of its section, such as [filament]";
+            let problem = Problem::UnknownKey { key, expected: "sections only outside of sections".to_owned() };
+            self.error(problem, name.span(), advice)
+        }
+    }
+
+    /// The error about a tree that does not make settings: an unknown key, a value of a wrong type, or a missing key.
+    fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
+        let span = error.span().unwrap_or(self.end());
+        let unknown = |key: String, advice: String| {
+            let message = error.message();
+            let expected = message.split_once(", expected ").map_or(message, |(_, expected)| expected);
+            let expected = expected.to_owned();
+            self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
+        };
+        for (name, section) in table {
+            let name_span = name.span();
+            let name = name.get_ref().as_ref();
+            if !is_section(name) && name_span == span {
+                let sections = PARAMETERS.iter().map(Parameter::section);
+                return unknown(name.to_owned(), did_you_mean(name, sections));
+            }
+            for (key, value) in section.get_ref().as_table().into_iter().flatten() {
+                let path = format!("{name}.{}", key.get_ref());
+                if key.span() == span {
+                    let paths = PARAMETERS.iter().map(|parameter| parameter.path);
+                    return unknown(path.clone(), did_you_mean(&path, paths));
+                }
+                if value.span().start <= span.start && span.end <= value.span().end {
+                    let allowed = Parameter::find(&path)
+                        .map_or_else(|| format!("of another form ({})", error.message()), Parameter::allowed);
+                    let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
+                    return self.error(problem, span, "");
+                }
+            }
+        }
+        let missing = PARAMETERS.iter().find(|parameter| parameter.required && find(table, parameter.path).is_none());
+        let Some(missing) = missing else {
+            let message = error.message().to_owned();
+            return self.error(Problem::Unreadable { message }, span, "");
+        };
+        let problem = Problem::Missing { key: missing.path.to_owned(), allowed: missing.allowed() };
+        let mut advice = format!("add `{} = …` below [{}]", missing.key(), missing.section());
+        if missing.section() == "process" {
+            advice.push_str(", or let [study] sweep it and run `bristle study`");
+        }
+        self.error(problem, place(table, missing.path).unwrap_or(self.end()), &advice)
+    }
+
+    fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
+        InputError {
+            problem: Box::new(problem),
+            location: Box::new(self.source.location(span)),
+            advice: advice.to_owned(),
+        }
+    }
+
+    /// The place of what is not there: the end of the text.
+    fn end(&self) -> Range<usize> {
+        let end = self.source.text.trim_end().len();
+        end..end
+    }
+}
+
+/// Reads a part of the tree.
+fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<T, toml::de::Error> {
+    T::deserialize(ValueDeserializer::from(value.clone()))
+}
+
+fn is_section(name: &str) -> bool {
+    PARAMETERS.iter().any(|parameter| parameter.section() == name)
+}
+
+/// The value at a dotted path.
+fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValue<'t>>> {
+    let (section, key) = path.split_once('.')?;
+    table.get(section)?.get_ref().as_table()?.get(key)
+}
+
+/// The place of the value at a dotted path, or else of its section's heading.
+fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
+    let heading = || table.get(path.split_once('.')?.0);
+    find(table, path).or_else(heading).map(Spanned::span)
+}
+
+/// A hint at the path whose last part is closest to that of what was written, empty if none is close.
+///
+/// Comparing last parts also finds keys that stand in a wrong section.
+fn did_you_mean<'c>(written: &str, paths: impl Iterator<Item = &'c str>) -> String {
+    /// Similarity (Jaro and Winkler, 0 to 1) from which a name may be a misspelling of another.
+    const CLOSE: f64 = 0.85;
+    let last_part = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
+    let written = last_part(written);
+    // A section is no misspelling: it was written without quotes around a dotted path.
+    if PARAMETERS.iter().any(|parameter| parameter.section() == written) {
+        return format!("a dotted path needs quotes, as in \"{written}.…\"");
+    }
+    paths
+        .map(|path| (strsim::jaro_winkler(&written, &last_part(path)), path))
+        .max_by(|(left, _), (right, _)| left.total_cmp(right))
+        .filter(|(similarity, _)| *similarity >= CLOSE)
+        .map_or_else(String::new, |(_, path)| format!("did you mean `{path}`?"))
+}

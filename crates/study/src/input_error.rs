@@ -1,0 +1,199 @@
+//! Errors of an input file, each with the place in the file that it speaks of.
+
+use std::fmt::{self, Display};
+use std::ops::Range;
+
+use thiserror::Error;
+
+use crate::study::{StudyError, SweepError};
+
+/// Source lines longer than this are cut, so that a message stays readable.
+const LONGEST_LINE: usize = 100;
+
+/// What is wrong with an input file, where, and what to do about it.
+///
+/// Prints as several lines: the problem, then file, line and column with the line itself, then the advice.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{problem}\n{location}{}", advice_line(.advice))]
+pub struct InputError {
+    /// What is wrong.
+    pub problem: Box<Problem>,
+    /// Where it is wrong.
+    pub location: Box<Location>,
+    /// What to do, empty where the problem says it all.
+    pub advice: String,
+}
+
+fn advice_line(advice: &str) -> String {
+    if advice.is_empty() { String::new() } else { format!("\n   = help: {advice}") }
+}
+
+/// The ways in which an input file can be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Problem {
+    /// The text is no TOML, or cannot be made sense of.
+    #[error("cannot be read: {message}")]
+    Unreadable {
+        /// What the parser says.
+        message: String,
+    },
+    /// A key that no setting has.
+    #[error("unknown key `{key}`: expected {expected}")]
+    UnknownKey {
+        /// Dotted path of the key.
+        key: String,
+        /// What would be known here.
+        expected: String,
+    },
+    /// A key without which there is no simulation.
+    #[error("`{key}` is missing: it must be {allowed}")]
+    Missing {
+        /// Dotted path of the key.
+        key: String,
+        /// What the key may be.
+        allowed: String,
+    },
+    /// A value that the key cannot have.
+    #[error("`{key}` is {value}, but must be {allowed}")]
+    NotAllowed {
+        /// Dotted path of the key.
+        key: String,
+        /// The value found.
+        value: String,
+        /// What the key may be.
+        allowed: String,
+    },
+    /// A sweep that has no values, or wrong ones.
+    #[error("`{key}`: {error}")]
+    Sweep {
+        /// Dotted path of the key.
+        key: String,
+        /// What is wrong with the values.
+        error: SweepError,
+    },
+    /// Sweeps that do not make a study.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+}
+
+/// A place in an input file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// Name of the file.
+    pub file: String,
+    /// Line, counted from 1.
+    pub line: usize,
+    /// Column in characters, counted from 1.
+    pub column: usize,
+    /// The line itself, cut if long, without control characters.
+    excerpt: String,
+    /// Columns of `excerpt` to underline, counted from 0.
+    marked: Range<usize>,
+}
+
+impl Display for Location {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = self.line.to_string();
+        let margin = " ".repeat(number.len());
+        let indent = " ".repeat(self.marked.start);
+        let underline = "^".repeat(self.marked.len());
+        writeln!(formatter, "{margin} --> {}:{number}:{}", self.file, self.column)?;
+        writeln!(formatter, "{margin} |")?;
+        writeln!(formatter, "{number} | {}", self.excerpt)?;
+        write!(formatter, "{margin} | {indent}{underline}")
+    }
+}
+
+/// An input file's name and text, from which places are made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'t> {
+    pub(crate) name: &'t str,
+    pub(crate) text: &'t str,
+}
+
+impl Source<'_> {
+    /// The place at a range of bytes. A range outside the text counts as its end.
+    pub(crate) fn location(&self, span: Range<usize>) -> Location {
+        let start = self.char_boundary(span.start);
+        let end = self.char_boundary(span.end).max(start);
+        let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let line_end = self.text[start..].find('\n').map_or(self.text.len(), |newline| start + newline);
+        let columns_before = self.text[line_start..start].chars().count();
+        let columns_marked = self.text[start..end.min(line_end).max(start)].chars().count();
+
+        // A long line is shown from a little before the place.
+        let skipped = columns_before.saturating_sub(LONGEST_LINE / 2);
+        let excerpt: String = self.text[line_start..line_end]
+            .trim_end_matches('\r')
+            .chars()
+            .skip(skipped)
+            .take(LONGEST_LINE)
+            .map(|character| if character.is_control() { ' ' } else { character })
+            .collect();
+        let mark_start = columns_before - skipped;
+        let mark_end = (mark_start + columns_marked.max(1)).min(LONGEST_LINE);
+        Location {
+            file: self.name.to_owned(),
+            line: self.text[..line_start].matches('\n').count() + 1,
+            column: columns_before + 1,
+            excerpt,
+            marked: mark_start..mark_end,
+        }
+    }
+
+    /// The last start of a character, or end of the text, at or before a byte.
+    fn char_boundary(&self, byte: usize) -> usize {
+        let mut byte = byte.min(self.text.len());
+        while !self.text.is_char_boundary(byte) {
+            byte -= 1;
+        }
+        byte
+    }
+
+    /// The text at a range of bytes, cut if long, to be quoted in a message.
+    pub(crate) fn quote(&self, span: Range<usize>) -> String {
+        const LONGEST: usize = 40;
+        let text = self.text.get(span).unwrap_or_default();
+        let mut quoted: String =
+            text.chars().map(|character| if character.is_control() { ' ' } else { character }).take(LONGEST).collect();
+        if text.chars().nth(LONGEST).is_some() {
+            quoted.push('…');
+        }
+        quoted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_names_line_and_column_and_marks_the_text() {
+        let source = Source { name: "a.toml", text: "one = 1\nzwölf = 12\n" };
+        let location = source.location(17..19);
+        assert_eq!((location.line, location.column), (2, 9));
+        assert_eq!(location.to_string(), "  --> a.toml:2:9\n  |\n2 | zwölf = 12\n  |         ^^");
+    }
+
+    #[test]
+    fn places_at_the_edges_do_not_panic() {
+        for text in ["", "\n", "a", "ä\r\n", "x = \u{1b}[0m"] {
+            let source = Source { name: "", text };
+            for start in 0..12 {
+                for end in 0..12 {
+                    let _ = source.location(start..end).to_string();
+                    let _ = source.quote(start..end);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_the_place() {
+        let text = format!("x = [{}nan]", "1.0, ".repeat(1000));
+        let start = text.len() - 4;
+        let location = Source { name: "a", text: &text }.location(start..start + 3);
+        assert!(location.excerpt.chars().count() <= LONGEST_LINE);
+        assert_eq!(&location.excerpt[location.marked.clone()], "nan");
+    }
+}

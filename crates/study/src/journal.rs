@@ -1,0 +1,591 @@
+//! The journal of a study: the results so far as lines of text, from which a study that was stopped goes on.
+//!
+//! A study and its results enter, one by one as they come; lines leave, and the other way round. Whoever keeps the lines
+//! appends each as its case is done; nothing is ever changed in place, so that all that a crash can damage is the end.
+//!
+//! Every line is a JSON object. The first is the header: what made the results and of which settings they are. Each of the
+//! others is a case, numbered from 1:
+//!
+//! ```json
+//! {"case":7,"metrics":{"contact_time_s":0.001,…},"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
+//! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
+//! ```
+//!
+//! Where filaments scatter, `scatter` has the distribution of the tool force, beside `metrics`. `check` has the first 16
+//! digits of the SHA-256 of the header's check and of the line up to it, so that a line that is damaged, or belongs to
+//! another journal, is recognised. Numbers are written with the digits that read back as the same
+//! `f64`: a study that goes on ends with the bits of one that was never stopped.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, BufRead};
+
+use crate::digest::digest;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use thiserror::Error;
+
+use crate::study::{CaseResult, CaseSummary, Study, SweepText};
+use crate::uncertainty::ForceScatter;
+use bristle::equations::FINGERPRINT;
+use bristle::integrate::Statistics;
+use bristle::model::metrics::Metrics;
+use bristle::simulation::SOLVER_FINGERPRINT;
+
+/// The version of the format.
+pub const FORMAT: u32 = 1;
+
+/// How every header begins, whatever its format.
+const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
+/// Digits of a check: 64 bits let one damaged line in 10¹⁹ pass.
+const CHECK_DIGITS: usize = 16;
+/// A longer line is none that was written here.
+const MAX_LINE_BYTES: usize = 64 << 20;
+/// Most differences of settings that an error lists.
+const MAX_DIFFERENCES: usize = 6;
+
+/// What can be wrong with a journal.
+#[derive(Debug, Error)]
+pub enum JournalError {
+    /// It has no header.
+    #[error("it is no journal of a study")]
+    Foreign,
+    /// Its header is of another version of the format.
+    #[error("it is of another version of Bristle, in format {found}; this one has format {FORMAT}")]
+    Format {
+        /// The format's number.
+        found: u64,
+    },
+    /// Its results would not be those of this study.
+    #[error("it holds results of another study or program:{}", listed(.differences))]
+    Other {
+        /// What is different, a sentence each.
+        differences: Vec<String>,
+    },
+    /// A line is damaged that cannot be one whose writing was interrupted, as others were written after it.
+    #[error("line {line} is damaged")]
+    Damaged {
+        /// Number of the line, counted from 1.
+        line: u64,
+    },
+    /// It cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] io::Error),
+}
+
+fn listed(differences: &[String]) -> String {
+    let mut text: String = differences.iter().take(MAX_DIFFERENCES).map(|line| format!("\n  {line}")).collect();
+    if differences.len() > MAX_DIFFERENCES {
+        text += &format!("\n  and {} more", differences.len() - MAX_DIFFERENCES);
+    }
+    text
+}
+
+/// What a journal holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contents {
+    /// The result of each case, none where it is not in the journal.
+    pub results: Vec<Option<CaseResult>>,
+    /// Length in bytes of what is whole: after a crash, a journal is cut to it before lines are appended.
+    ///
+    /// Zero if there is no header yet.
+    pub intact: u64,
+    /// Length in bytes of the rest, whose writing was interrupted.
+    pub torn: u64,
+}
+
+/// Writes and reads the lines of one study's journal.
+#[derive(Clone, Debug)]
+pub struct Journal {
+    header: String,
+    /// The header's check, which goes into that of every line.
+    seed: String,
+    case_count: usize,
+}
+
+/// The first line.
+#[derive(Serialize, Deserialize)]
+struct Header<S> {
+    journal: String,
+    format: u32,
+    /// Version of Bristle.
+    version: String,
+    /// SHA-256 of the kernels' expressions.
+    equations: String,
+    /// SHA-256 of the code that solves them.
+    solver: String,
+    /// The settings that are not swept; of those that are, the first value.
+    settings: S,
+    sweeps: Vec<SweepText>,
+}
+
+/// Any other line.
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    /// Counted from 1.
+    case: usize,
+    #[serde(flatten)]
+    outcome: Outcome,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Outcome {
+    Simulated {
+        metrics: Metrics,
+        statistics: Statistics,
+        /// The one number of [`Statistics`] that is in no other file.
+        chart_changes: usize,
+        /// Where filaments scatter.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        scatter: Option<Box<ForceScatter>>,
+    },
+    Failed {
+        error: String,
+    },
+}
+
+impl Journal {
+    /// The journal of `study`, simulated by this build of Bristle.
+    #[must_use]
+    pub fn new(study: &Study) -> Self {
+        let header = Header {
+            journal: "bristle study".to_owned(),
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            equations: FINGERPRINT.to_owned(),
+            solver: SOLVER_FINGERPRINT.to_owned(),
+            settings: study.base(),
+            sweeps: study.sweep_texts(),
+        };
+        let header = sealed("", &header);
+        let seed = check_of(&header).to_owned();
+        Self { header, seed, case_count: study.case_count() }
+    }
+
+    /// The first line, with its end.
+    #[must_use]
+    pub fn header(&self) -> &str {
+        &self.header
+    }
+
+    /// The line of a case, counted from 0, with its end.
+    #[must_use]
+    pub fn entry(&self, case: usize, result: &CaseResult) -> String {
+        let outcome = match result {
+            Ok(CaseSummary { metrics, statistics, scatter }) => Outcome::Simulated {
+                metrics: metrics.clone(),
+                statistics: *statistics,
+                chart_changes: statistics.chart_changes,
+                scatter: scatter.clone().map(Box::new),
+            },
+            Err(error) => Outcome::Failed { error: error.clone() },
+        };
+        sealed(&self.seed, &Entry { case: case + 1, outcome })
+    }
+
+    /// Reads a journal of the study from its beginning.
+    ///
+    /// An end that is damaged was being written when the program or the machine stopped. It is left out, and its length
+    /// told.
+    ///
+    /// # Errors
+    /// If it is no journal, is one of another study or of another build, or is damaged before its end.
+    pub fn read(&self, study: &Study, mut input: impl BufRead) -> Result<Contents, JournalError> {
+        let mut contents = Contents { results: vec![None; self.case_count], intact: 0, torn: 0 };
+        let mut line = Vec::new();
+        let length = read_line(&mut input, &mut line)?;
+        if line != self.header.as_bytes() {
+            // What stands here if the program stopped while it wrote the header; nothing at all if before.
+            if !self.header.as_bytes().starts_with(&line) && line.iter().any(|&byte| byte != 0) {
+                return Err(unlike(study, &line));
+            }
+            contents.torn = length;
+            return Ok(contents);
+        }
+        contents.intact = length;
+        let mut damaged = None;
+        for number in 2.. {
+            let length = read_line(&mut input, &mut line)?;
+            if length == 0 {
+                break;
+            }
+            match (self.decode(&line), damaged) {
+                (Some((case, result)), None) => {
+                    contents.results[case] = Some(result);
+                    contents.intact += length;
+                }
+                (Some(_), Some(line)) => return Err(JournalError::Damaged { line }),
+                (None, _) => {
+                    damaged.get_or_insert(number);
+                    contents.torn += length;
+                }
+            }
+        }
+        Ok(contents)
+    }
+
+    /// The case of a line and its result, unless the line is damaged.
+    fn decode(&self, line: &[u8]) -> Option<(usize, CaseResult)> {
+        let line = str::from_utf8(line).ok()?;
+        let Entry { case, outcome } = unsealed(&self.seed, line)?;
+        let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
+        let result = match outcome {
+            Outcome::Simulated { metrics, statistics, chart_changes, scatter } => Ok(CaseSummary {
+                metrics,
+                statistics: Statistics { chart_changes, ..statistics },
+                scatter: scatter.map(|scatter| *scatter),
+            }),
+            Outcome::Failed { error } => Err(error),
+        };
+        Some((case, result))
+    }
+}
+
+/// An object as a line that ends with its check.
+fn sealed(seed: &str, object: &impl Serialize) -> String {
+    let mut line = serde_json::to_string(object).expect("all keys are texts");
+    // The check becomes the last key.
+    line.pop();
+    let check = check(seed, &line);
+    line + r#","check":""# + &check + "\"}\n"
+}
+
+/// The object of a line, unless its check is wrong.
+fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
+    let (object, check_here) = line.strip_suffix("\"}\n")?.rsplit_once(r#","check":""#)?;
+    if check_here != check(seed, object) {
+        return None;
+    }
+    serde_json::from_str(line).ok()
+}
+
+fn check(seed: &str, object: &str) -> String {
+    let mut digits = digest(format!("{seed}{object}").as_bytes());
+    digits.truncate(CHECK_DIGITS);
+    digits
+}
+
+/// The check of a sealed line.
+fn check_of(line: &str) -> &str {
+    let end = line.len() - "\"}\n".len();
+    &line[end - CHECK_DIGITS..end]
+}
+
+/// Reads up to and including the next line's end, and returns its length. Of a line that is too long the beginning is kept.
+fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
+    line.clear();
+    let mut length = 0;
+    loop {
+        let bytes = match input.fill_buf() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            bytes => bytes?,
+        };
+        let end = bytes.iter().position(|&byte| byte == b'\n');
+        let taken = end.map_or(bytes.len(), |end| end + 1);
+        let room = MAX_LINE_BYTES - line.len();
+        line.extend_from_slice(&bytes[..taken.min(room)]);
+        input.consume(taken);
+        length += taken as u64;
+        if end.is_some() || taken == 0 {
+            return Ok(length);
+        }
+    }
+}
+
+/// Why a first line is not the header that `study` has.
+fn unlike(study: &Study, line: &[u8]) -> JournalError {
+    let Some(rest) = str::from_utf8(line).ok().and_then(|line| line.strip_prefix(BEGINNING)) else {
+        return JournalError::Foreign;
+    };
+    // Before all else, as another format may have another check.
+    let digits = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
+    match rest[..digits].parse() {
+        Ok(found) if found != u64::from(FORMAT) => return JournalError::Format { found },
+        _ => {}
+    }
+    let line = format!("{BEGINNING}{rest}");
+    match unsealed::<Header<Value>>("", &line) {
+        Some(header) => JournalError::Other { differences: differences(study, &header) },
+        None => JournalError::Damaged { line: 1 },
+    }
+}
+
+/// In what a journal's header differs from that of `study`, as sentences.
+fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
+    let mut differences = Vec::new();
+    let programs = [
+        ("version", &there.version, env!("CARGO_PKG_VERSION")),
+        ("equations (SHA-256)", &there.equations, FINGERPRINT),
+        ("solver (SHA-256)", &there.solver, SOLVER_FINGERPRINT),
+    ];
+    for (what, there, here) in programs {
+        if there != here {
+            let [there, here] = [there, here].map(|text| text.get(..12).unwrap_or(text));
+            differences.push(format!("{what}: {there} there, {here} here"));
+        }
+    }
+    let here = study.sweep_texts();
+    let named = |sweeps: &[SweepText]| -> BTreeMap<String, Vec<f64>> {
+        sweeps.iter().map(|sweep| (sweep.setting.clone(), sweep.values.clone())).collect()
+    };
+    let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
+    let settings_here = leaves(&serde_json::to_value(study.base()).unwrap_or_default());
+    each_difference(&leaves(&there.settings), &settings_here, |path, there, here| {
+        // Of what is swept on both sides the base has only the first value.
+        if !(sweeps_there.contains_key(path) && sweeps_here.contains_key(path)) {
+            let text = |value: Option<&Value>| value.map_or("not stated".to_owned(), Value::to_string);
+            differences.push(format!("{path}: {} there, {} here", text(there), text(here)));
+        }
+    });
+    each_difference(&sweeps_there, &sweeps_here, |path, there, here| {
+        let [there, here] = [there, here].map(|values| match values.map(Vec::as_slice) {
+            None => "not swept".to_owned(),
+            Some([]) => "no value".to_owned(),
+            Some([only]) => format!("{only:?}"),
+            Some([first, .., last]) => {
+                format!("{} values from {first:?} to {last:?}", values.map_or(0, Vec::len))
+            }
+        });
+        let among = if there == here { ", others between" } else { "" };
+        differences.push(format!("sweep of {path}: {there} there, {here} here{among}"));
+    });
+    if differences.is_empty() {
+        differences.push("the sweeps come in another order".to_owned());
+    }
+    differences
+}
+
+/// Calls `different` for each key whose values are not the same.
+fn each_difference<V: PartialEq>(
+    there: &BTreeMap<String, V>,
+    here: &BTreeMap<String, V>,
+    mut different: impl FnMut(&str, Option<&V>, Option<&V>),
+) {
+    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    for key in keys {
+        let (there, here) = (there.get(key), here.get(key));
+        if there != here {
+            different(key, there, here);
+        }
+    }
+}
+
+/// The values within an object of objects, by dotted path.
+fn leaves(value: &Value) -> BTreeMap<String, Value> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![(String::new(), value)];
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                (path, value)
+            })),
+            value => {
+                found.insert(path, value.clone());
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::study::run_study;
+    use crate::testing::brush;
+
+    /// Six cases, of which the last three fail.
+    const FILE: &str = concat!(
+        brush!(3),
+        "
+        [solver]
+        relative_tolerance = 1e-3
+        [study]
+        brushing_velocity_m_s = [5.0, 10.0, 20.0]
+        penetration_depth_m = [1.0e-3]
+        \"contact.stiffness_n_m\" = [1e5, 1e300]
+        "
+    );
+
+    fn study(file: &str) -> Study {
+        Document::parse(file, "study").and_then(|document| document.study()).expect("the file is right")
+    }
+
+    fn results(study: &Study) -> Vec<CaseResult> {
+        run_study(study, None, || ()).expect("the threads start")
+    }
+
+    fn text(journal: &Journal, results: &[CaseResult]) -> String {
+        let entries = results.iter().enumerate().map(|(case, result)| journal.entry(case, result));
+        journal.header().to_owned() + &entries.collect::<String>()
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_to_the_bit() {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let mut results = results(&study);
+        // Numbers that are easily lost on the way.
+        if let Ok(summary) = &mut results[0] {
+            summary.statistics.chart_changes = 7;
+            summary.metrics.contact_time_s = 0.1 + 0.2;
+            summary.metrics.contact_length_m = f64::MIN_POSITIVE / 3.0;
+            summary.metrics.contact_time_ratio = -0.0;
+            summary.metrics.peak_contact_normal_force_n = f64::MAX;
+            summary.metrics.tool_contact_normal_force_n = 1.0;
+        }
+        assert!(results[2].is_ok() && results[3].is_err());
+        results[4] = Err("two\nlines, \"quotes\", µ and \",\"check\":\"".to_owned());
+        let text = text(&journal, &results);
+        assert_eq!(text.lines().count(), 7);
+        assert!(
+            text.lines().all(|line| serde_json::from_str::<Value>(line).is_ok_and(|line| line["check"].is_string()))
+        );
+        let contents = journal.read(&study, text.as_bytes()).expect("the journal is whole");
+        assert_eq!((contents.intact, contents.torn), (text.len() as u64, 0));
+        let read: Vec<CaseResult> = contents.results.into_iter().flatten().collect();
+        assert_eq!(read, results);
+        let bits =
+            |result: &CaseResult| result.as_ref().ok().map(|summary| summary.metrics.contact_time_ratio.to_bits());
+        assert_eq!(bits(&read[0]), bits(&results[0]));
+    }
+
+    #[test]
+    fn an_end_that_is_cut_off_anywhere_is_left_out() {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let text = text(&journal, &results(&study));
+        let lines: Vec<&str> = text.split_inclusive('\n').collect();
+        for length in 0..text.len() {
+            let contents = journal.read(&study, &text.as_bytes()[..length]).expect("the rest is whole");
+            let mut whole = 0;
+            let mut intact = 0;
+            while intact + lines[whole].len() <= length {
+                intact += lines[whole].len();
+                whole += 1;
+            }
+            assert_eq!((contents.intact, contents.torn), (intact as u64, (length - intact) as u64), "{length}");
+            let done = contents.results.iter().flatten().count();
+            assert_eq!(done, whole.saturating_sub(1), "{length}");
+        }
+    }
+
+    #[test]
+    fn an_end_that_never_came_to_the_disk_is_left_out() {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let text = text(&journal, &results(&study));
+        let begin = text.len() - 700;
+        let mut bytes = text.clone().into_bytes();
+        bytes[begin..].fill(0);
+        let contents = journal.read(&study, bytes.as_slice()).expect("the rest is whole");
+        assert_eq!(contents.intact + contents.torn, text.len() as u64);
+        assert!(contents.intact <= begin as u64);
+        assert!(contents.results.iter().flatten().count() > 0);
+        let zeros = vec![0; 5000];
+        let contents = journal.read(&study, zeros.as_slice()).expect("nothing has come to the disk");
+        assert_eq!((contents.intact, contents.torn), (0, 5000));
+    }
+
+    /// Any damage but at the end is an error with the line's number, and damage of the last line costs that line.
+    #[test]
+    fn every_changed_byte_is_noticed() {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let whole = text(&journal, &results(&study)[..4]);
+        let last = whole.trim_end().rfind('\n').expect("several lines") + 1;
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone().into_bytes();
+            bytes[at] ^= 1;
+            let line = whole[..at].matches('\n').count() as u64 + 1;
+            match journal.read(&study, bytes.as_slice()) {
+                Ok(contents) => {
+                    // The end of the line before joins the two to one.
+                    let lost = if at == last - 1 { 2 } else { 1 };
+                    assert!(at >= last - 1, "{at}");
+                    assert_eq!(contents.results.iter().flatten().count(), 4 - lost);
+                }
+                Err(JournalError::Damaged { line: found }) => assert_eq!(found, line, "{at}"),
+                Err(JournalError::Foreign) => assert!(at < BEGINNING.len(), "{at}"),
+                Err(JournalError::Format { .. }) => assert_eq!(at, BEGINNING.len()),
+                Err(error) => panic!("{at}: {error}"),
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_journal_is_told_from_one() {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let read = |text: &str| journal.read(&study, text.as_bytes());
+        for text in ["hello", "\n", "{}\n", "\u{feff}", "brushing_velocity_m_s,penetration_depth_m\n10.0,0.001\n"] {
+            assert!(matches!(read(text), Err(JournalError::Foreign)), "{text:?}");
+        }
+        let newer = journal.header().replacen("\"format\":1", "\"format\":27", 1);
+        assert!(matches!(read(&newer), Err(JournalError::Format { found: 27 })));
+    }
+
+    #[test]
+    fn lines_of_another_journal_are_not_taken() {
+        let (here, there) = (study(FILE), study(&FILE.replace("0.040", "0.041")));
+        let (journal, other) = (Journal::new(&here), Journal::new(&there));
+        let entry = other.entry(0, &Err("there".to_owned()));
+        let mixed = journal.header().to_owned() + &entry;
+        let contents = journal.read(&here, mixed.as_bytes()).expect("the end is left out");
+        assert_eq!(contents.torn, entry.len() as u64);
+        // A number that the study does not have, with a right check.
+        let beyond = journal.header().to_owned() + &journal.entry(6, &Err("there is no seventh case".to_owned()));
+        let contents = journal.read(&here, beyond.as_bytes()).expect("the end is left out");
+        assert!(contents.torn > 0 && contents.results.iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn other_settings_are_named() {
+        let here = study(FILE);
+        let differences = |file: &str| {
+            let there = Journal::new(&study(file));
+            match Journal::new(&here).read(&here, there.header().as_bytes()) {
+                Err(JournalError::Other { differences }) => differences.join("; "),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(differences(&FILE.replace("0.040", "0.041")), "filament.length_m: 0.041 there, 0.04 here");
+        assert_eq!(
+            differences(&FILE.replace("[5.0, 10.0, 20.0]", "[5.0, 11.0, 20.0]")),
+            "sweep of process.brushing_velocity_m_s: 3 values from 5.0 to 20.0 there, 3 values from 5.0 to 20.0 here, \
+             others between"
+        );
+        assert_eq!(
+            differences(&FILE.replace("[1.0e-3]", "[1.0e-3, 2.0e-3]")),
+            "sweep of process.penetration_depth_m: 2 values from 0.001 to 0.002 there, 0.001 here"
+        );
+        assert_eq!(
+            differences(&FILE.replace("\"contact.stiffness_n_m\"", "\"contact.damping_s_m\"")),
+            "contact.damping_s_m: 100000.0 there, 0.0 here; \
+             sweep of contact.damping_s_m: 2 values from 100000.0 to 1e300 there, not swept here; \
+             sweep of contact.stiffness_n_m: not swept there, 2 values from 100000.0 to 1e300 here"
+        );
+        let two = "\"filament.damping_ratio\" = [0.05]\n\"contact.exponent\" = [1.0]\n";
+        let other_way = "\"contact.exponent\" = [1.0]\n\"filament.damping_ratio\" = [0.05]\n";
+        let here = study(&format!("{FILE}\n{two}"));
+        let there = Journal::new(&study(&format!("{FILE}\n{other_way}")));
+        let error = Journal::new(&here).read(&here, there.header().as_bytes()).expect_err("the order is another");
+        assert!(error.to_string().contains("another order"), "{error}");
+    }
+
+    #[test]
+    fn another_build_is_named() {
+        let here = study(FILE);
+        let journal = Journal::new(&here);
+        let line = journal.header().split_once(",\"check\"").expect("a check").0;
+        for (what, value) in [("version", "\"9.9.9\""), ("equations", "\"abc\""), ("solver", "\"µµµµµµµµ\"")] {
+            let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
+            header[what] = serde_json::from_str(value).expect("JSON");
+            // As a header is written, in whatever order.
+            let typed: Header<Value> = serde_json::from_value(header).expect("a header");
+            let error = journal.read(&here, sealed("", &typed).as_bytes()).expect_err("another build");
+            assert!(error.to_string().contains(what), "{error}");
+        }
+    }
+}

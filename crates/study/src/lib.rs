@@ -1,0 +1,27 @@
+//! Studies: many simulations of Bristle over a grid of settings, read from an input file and run to saved results.
+//!
+//! The modules, in the order in which the data passes them:
+//!
+//! 1. [`document`], [`schema`], [`input_error`]: an input file, read and checked;
+//! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
+//! 3. [`uncertainty`]: sampled tools of a case, and the band that their forces fill;
+//! 4. [`journal`]: results as they come, from which a study that was stopped goes on;
+//! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
+//! 6. [`slices`], [`advice`]: what a study shows and advises.
+//!
+//! Nothing here touches a file or a terminal: text enters and text leaves.
+
+pub mod advice;
+pub mod digest;
+pub mod document;
+pub mod input_error;
+pub mod journal;
+pub mod measured;
+pub mod results;
+pub mod schema;
+pub mod slices;
+pub mod study;
+#[cfg(test)]
+mod testing;
+pub mod text;
+pub mod uncertainty;

@@ -1,0 +1,450 @@
+//! Measured tool forces beside simulated ones: a table of the user's in, deviations out.
+//!
+//! A force is compared where it was measured. Between the cases of a study the simulated force is interpolated, linearly in
+//! velocity and depth; outside of them there is none, and nothing is extrapolated.
+
+use std::io::{self, Write};
+
+use crate::results::{DataError, Source};
+use crate::slices::{Side, Slice, process_slices};
+use crate::study::{CaseResult, CaseSummary, Study};
+use crate::text::number::short;
+
+/// Columns of the table; others are skipped.
+pub const COLUMNS: [&str; 4] = ["brushing_velocity_m_s", "penetration_depth_m", "force_n", "std_n"];
+
+/// What to do about a table that cannot be used.
+const ADVICE: &str = "the table has the columns brushing_velocity_m_s,penetration_depth_m,force_n,std_n, \
+    separated by commas, with decimal points, and a row a point";
+
+/// Most slices of further sweeps that are compared.
+const MAX_SLICES: usize = 1000;
+/// Most slices, and points of each, that are printed.
+const MAX_PRINTED: (usize, usize) = (4, 40);
+/// Values nearer than this, relatively, are the same: a file may round otherwise than a sweep.
+const SAME: f64 = 1e-9;
+
+/// A measured force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Brushing velocity `v_b` in m/s.
+    pub brushing_velocity_m_s: f64,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth_m: f64,
+    /// Tool contact normal force `F_n,w` in N.
+    pub force_n: f64,
+    /// Its standard deviation in N.
+    pub std_n: f64,
+}
+
+/// Reads a table of measured forces as CSV; `name` is what errors call it.
+///
+/// # Errors
+/// If a column is missing, a cell is no number that it may be, a point stands there twice, or there is none.
+pub fn read_measured(text: &str, name: &str) -> Result<Vec<Measurement>, DataError> {
+    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+    let table = source.table(ADVICE)?;
+    let columns = table.columns(&COLUMNS)?;
+    let mut points: Vec<(u64, Measurement)> = Vec::new();
+    for row in table.rows() {
+        let mut numbers = [0.0; COLUMNS.len()];
+        for (index, number) in numbers.iter_mut().enumerate() {
+            let cell = row.get(columns[index]).unwrap_or_default();
+            let read: Option<f64> = cell.parse().ok().filter(|number: &f64| number.is_finite());
+            *number =
+                read.ok_or_else(|| table.wrong(row, columns[index], format!("`{cell}` is not a finite number")))?;
+            let allowed = match index {
+                0 | 1 => (*number > 0.0, "greater than 0"),
+                2 => (true, "finite"),
+                _ => (*number >= 0.0, "at least 0"),
+            };
+            if !allowed.0 {
+                let problem = format!("`{cell}` must be {}", allowed.1);
+                return Err(table.wrong(row, columns[index], problem));
+            }
+        }
+        let [brushing_velocity_m_s, penetration_depth_m, force_n, std_n] = numbers;
+        let point = Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n };
+        let same = |(_, other): &&(u64, Measurement)| {
+            same(other.brushing_velocity_m_s, brushing_velocity_m_s)
+                && same(other.penetration_depth_m, penetration_depth_m)
+        };
+        let line = table.line(row);
+        if let Some((first, _)) = points.iter().find(same) {
+            let problem = format!("the same velocity and depth as in line {first}");
+            return Err(table.wrong(row, columns[0], problem));
+        }
+        points.push((line, point));
+    }
+    if points.is_empty() {
+        return Err(source.error(1, None, "there is no point below the heading", ADVICE));
+    }
+    Ok(points.into_iter().map(|(_, point)| point).collect())
+}
+
+/// Whether two values are the same but for rounding.
+pub fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME * a.abs().max(b.abs())
+}
+
+/// A simulated tool force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Simulated {
+    /// `F_n,w` in N.
+    pub force_n: f64,
+    /// Its uncertainty in N, from that of the number of filaments.
+    pub uncertainty_n: f64,
+    /// The band in N that 95 % of the tools lie in, where filaments scatter.
+    pub band_n: Option<[f64; 2]>,
+}
+
+/// Why there is no simulated force at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// The study does not reach there.
+    Outside,
+    /// A simulation that it takes has failed.
+    Failed,
+}
+
+impl Missing {
+    /// As text.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Outside => "outside the study",
+            Self::Failed => "the simulation failed",
+        }
+    }
+}
+
+/// A measured force beside the simulated one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// What was measured.
+    pub measured: Measurement,
+    /// What is simulated there.
+    pub simulated: Result<Simulated, Missing>,
+}
+
+impl Point {
+    /// Simulated minus measured force in N, where there is one.
+    #[must_use]
+    pub fn difference_n(&self) -> Option<f64> {
+        self.simulated.ok().map(|simulated| simulated.force_n - self.measured.force_n)
+    }
+
+    /// Whether the simulated force lies within one standard deviation of the measured one.
+    #[must_use]
+    pub fn is_within(&self) -> Option<bool> {
+        self.difference_n().map(|difference| difference.abs() <= self.measured.std_n)
+    }
+}
+
+/// How far simulated forces are off measured ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Number of points compared.
+    pub count: usize,
+    /// Mean of simulated minus measured, in N.
+    pub bias_n: f64,
+    /// Root of the mean square of simulated minus measured, in N.
+    pub rmse_n: f64,
+    /// Number of points at which the simulated force lies within one standard deviation of the measured one.
+    pub within: usize,
+}
+
+/// Measured points beside the study, for one value each of the further sweeps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Path and value of the further sweeps.
+    pub fixed: Vec<(&'static str, f64)>,
+    /// What tells this comparison from the others; empty if it is the only one.
+    pub condition: String,
+    /// In the order of the file.
+    pub points: Vec<Point>,
+}
+
+impl Comparison {
+    /// Whether the simulated force has a band at some point.
+    fn has_bands(&self) -> bool {
+        self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.band_n.is_some())
+    }
+
+    /// Bias, RMSE and share inside; none if no point can be compared.
+    #[must_use]
+    pub fn deviation(&self) -> Option<Deviation> {
+        let differences: Vec<f64> = self.points.iter().filter_map(Point::difference_n).collect();
+        let count = differences.len();
+        if count == 0 {
+            return None;
+        }
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count as f64;
+        Some(Deviation {
+            count,
+            bias_n: mean(&mut differences.iter().copied()),
+            rmse_n: mean(&mut differences.iter().map(|difference| difference * difference)).sqrt(),
+            within: self.points.iter().filter(|point| point.is_within() == Some(true)).count(),
+        })
+    }
+}
+
+/// Holds measured forces beside those of a study: once for each combination of the settings that are swept beside velocity
+/// and depth, but not for more than 1000 of them, evenly spread.
+#[must_use]
+pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
+    let slices = process_slices(study, MAX_SLICES).chosen.into_iter();
+    slices
+        .map(|slice| Comparison {
+            fixed: slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect(),
+            condition: slice.condition(),
+            points: measured
+                .iter()
+                .map(|&measured| {
+                    let Measurement { brushing_velocity_m_s, penetration_depth_m, .. } = measured;
+                    let simulated = tool_force(study, results, &slice, brushing_velocity_m_s, penetration_depth_m);
+                    Point { measured, simulated }
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+/// Relative uncertainty of the tool force: that of the number of filaments.
+pub fn relative_uncertainty(study: &Study, case: usize) -> f64 {
+    let tool = study.settings(case).tool;
+    let ratio = tool.filament_count_uncertainty / tool.filament_count;
+    if ratio.is_finite() { ratio } else { 0.0 }
+}
+
+/// `F_n,w` in a slice of velocity and depth.
+pub fn tool_force(
+    study: &Study,
+    results: &[CaseResult],
+    slice: &Slice,
+    velocity: f64,
+    depth: f64,
+) -> Result<Simulated, Missing> {
+    let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, slice, [velocity, depth], value);
+    let force_n = at(&|summary| Some(summary.metrics.tool_contact_normal_force_n))?;
+    let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
+    Ok(Simulated {
+        force_n,
+        uncertainty_n: force_n.abs() * relative_uncertainty(study, slice.case(0, 0)),
+        band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
+    })
+}
+
+/// A value of the cases of a slice, linear between them along each side.
+fn interpolate(
+    results: &[CaseResult],
+    slice: &Slice,
+    [x, y]: [f64; 2],
+    value: impl Fn(&CaseSummary) -> Option<f64>,
+) -> Result<f64, Missing> {
+    let across = weights(&slice.x, x).ok_or(Missing::Outside)?;
+    let up = weights(&slice.y, y).ok_or(Missing::Outside)?;
+    let mut sum = 0.0;
+    for &(row, part_up) in up.iter().filter(|(_, part)| *part != 0.0) {
+        for &(column, part_across) in across.iter().filter(|(_, part)| *part != 0.0) {
+            let summary = results[slice.case(column, row)].as_ref().map_err(|_| Missing::Failed)?;
+            sum += part_up * part_across * value(summary).ok_or(Missing::Failed)?;
+        }
+    }
+    Ok(sum)
+}
+
+/// Positions of the two values around `at`, with their parts; none outside.
+fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
+    let values = &side.values;
+    if let Some(position) = values.iter().position(|&value| same(value, at)) {
+        return Some([(position, 1.0), (position, 0.0)]);
+    }
+    let above = values.iter().position(|&value| value > at)?;
+    let below = above.checked_sub(1)?;
+    let part = (at - values[below]) / (values[above] - values[below]);
+    Some([(below, 1.0 - part), (above, part)])
+}
+
+/// The deviations for people.
+#[must_use]
+pub fn comparison_table(comparisons: &[Comparison]) -> String {
+    let mut text = String::new();
+    for comparison in comparisons.iter().take(MAX_PRINTED.0) {
+        text.push_str("F_n,w in N: simulated beside measured");
+        if !comparison.condition.is_empty() {
+            text.push_str(&format!(", {}", comparison.condition));
+        }
+        let beside = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
+        text.push_str(&format!(
+            "\n  v_b in m/s  a_e in mm      measured ± std  {beside:>18}  difference  within std\n"
+        ));
+        for point @ Point { measured, simulated } in comparison.points.iter().take(MAX_PRINTED.1) {
+            let pair = |value: f64, spread: f64| format!("{value:.1} ± {spread:.1}");
+            let velocity = short(measured.brushing_velocity_m_s);
+            let depth = short(1e3 * measured.penetration_depth_m);
+            let left = pair(measured.force_n, measured.std_n);
+            let right = match simulated {
+                Ok(Simulated { force_n, uncertainty_n, band_n }) => {
+                    let within = if point.is_within() == Some(true) { "yes" } else { "no" };
+                    let simulated = match band_n {
+                        Some([lower, upper]) => format!("{force_n:.1} [{lower:.0} … {upper:.0}]"),
+                        None => pair(*force_n, *uncertainty_n),
+                    };
+                    format!("{simulated:>18}  {:>+10.1}  {within:>10}", force_n - measured.force_n)
+                }
+                Err(missing) => missing.name().to_owned(),
+            };
+            text.push_str(&format!("  {velocity:>10}  {depth:>9}  {left:>18}  {right}\n"));
+        }
+        if comparison.points.len() > MAX_PRINTED.1 {
+            text.push_str(&format!("  … and {} more points\n", comparison.points.len() - MAX_PRINTED.1));
+        }
+        text.push_str(&match comparison.deviation() {
+            Some(Deviation { count, bias_n, rmse_n, within }) => format!(
+                "  {count} of {} points compared: bias {bias_n:+.1} N, RMSE {rmse_n:.1} N, within ± std {within} ({:.0} %)\n",
+                comparison.points.len(),
+                100.0 * within as f64 / count as f64
+            ),
+            None => "  no point can be compared\n".to_owned(),
+        });
+    }
+    if comparisons.len() > MAX_PRINTED.0 {
+        text.push_str(&format!("… and {} more comparisons\n", comparisons.len() - MAX_PRINTED.0));
+    }
+    text
+}
+
+/// Writes `measured_comparison.csv`: a heading, then a row a point.
+pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    let further = comparisons.first().map_or(&[][..], |comparison| &comparison.fixed);
+    let bands = if comparisons.iter().any(Comparison::has_bands) {
+        &["simulated_lower_95_n", "simulated_upper_95_n"][..]
+    } else {
+        &[]
+    };
+    let names = [
+        "brushing_velocity_m_s",
+        "penetration_depth_m",
+        "measured_force_n",
+        "measured_std_n",
+        "simulated_force_n",
+        "simulated_uncertainty_n",
+    ];
+    let further = further.iter().map(|(path, _)| *path);
+    let verdict = ["difference_n", "within_std", "status"];
+    writer.write_record(further.chain(names).chain(bands.iter().copied()).chain(verdict))?;
+    for comparison in comparisons {
+        for point in &comparison.points {
+            let Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n } = point.measured;
+            let number = |number: f64| format!("{number:?}");
+            let mut row: Vec<String> = comparison.fixed.iter().map(|(_, value)| number(*value)).collect();
+            row.extend([brushing_velocity_m_s, penetration_depth_m, force_n, std_n].map(number));
+            let simulated = point.simulated.ok();
+            let optional = |value: Option<f64>| value.map_or_else(String::new, number);
+            row.push(optional(simulated.map(|simulated| simulated.force_n)));
+            row.push(optional(simulated.map(|simulated| simulated.uncertainty_n)));
+            let band = simulated.and_then(|simulated| simulated.band_n);
+            row.extend((0..bands.len()).map(|end| optional(band.map(|band| band[end]))));
+            row.push(optional(point.difference_n()));
+            let within = point.is_within().map(|within| if within { "yes" } else { "no" });
+            row.push(within.unwrap_or_default().to_owned());
+            row.push(point.simulated.map_or_else(Missing::name, |_| "ok").to_owned());
+            writer.write_record(&row)?;
+        }
+    }
+    writer.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::study::{CaseSummary, DEPTH, VELOCITY};
+    use bristle::integrate::Statistics;
+    use bristle::model::metrics::Metrics;
+
+    /// Two velocities, three depths that are not evenly spaced.
+    fn study() -> Study {
+        let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
+             filament_count_uncertainty = 100\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
+             brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
+        Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
+    }
+
+    /// A force of 10 N s/m · v_b + 10⁵ N/m · a_e; the case `failed` has failed.
+    fn results(study: &Study, failed: Option<usize>) -> Vec<CaseResult> {
+        let case = |case: usize| {
+            let process = study.settings(case).process;
+            let force = 10.0 * process.brushing_velocity_m_s + 1e5 * process.penetration_depth_m;
+            let metrics = Metrics { tool_contact_normal_force_n: force, ..Metrics::default() };
+            match failed {
+                Some(number) if number == case => Err("failed".to_owned()),
+                _ => Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None }),
+            }
+        };
+        (0..study.case_count()).map(case).collect()
+    }
+
+    fn point(brushing_velocity_m_s: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
+        Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n }
+    }
+
+    #[test]
+    fn forces_are_interpolated_within_the_study_only() {
+        let study = study();
+        assert_eq!(study.sweeps().iter().map(|axis| axis.parameter().path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
+        let force = |velocity, depth, failed| {
+            let comparison = compare(&study, &results(&study, failed), &[point(velocity, depth, 0.0, 0.0)]);
+            comparison[0].points[0].simulated.map(|simulated| simulated.force_n)
+        };
+        let near = |found: Result<f64, Missing>, expected: f64| {
+            assert!((found.expect("a force") - expected).abs() < 1e-9, "{found:?}, not {expected}");
+        };
+        near(force(10.0, 1e-3, None), 200.0);
+        near(force(20.0, 4e-3, None), 600.0);
+        // A linear function is what bilinear interpolation has.
+        near(force(12.5, 3e-3, None), 425.0);
+        near(force(10.0 * (1.0 + 1e-12), 1e-3, None), 200.0);
+        for (velocity, depth) in [(9.9, 2e-3), (20.1, 2e-3), (15.0, 0.9e-3), (15.0, 4.1e-3)] {
+            assert_eq!(force(velocity, depth, None), Err(Missing::Outside));
+        }
+        // Case 0 is at 20 m/s and 1 mm: it counts only where it has a weight.
+        assert_eq!(force(15.0, 1e-3, Some(0)), Err(Missing::Failed));
+        near(force(10.0, 1e-3, Some(0)), 200.0);
+        near(force(15.0, 3e-3, Some(0)), 450.0);
+    }
+
+    #[test]
+    fn deviations_are_those_computed_by_hand() {
+        let study = study();
+        // Simulated are 200, 300, 400: differences −10, +20, +5; the last point is outside.
+        let measured = [
+            point(10.0, 1e-3, 210.0, 10.0),
+            point(20.0, 1e-3, 280.0, 19.0),
+            point(20.0, 2e-3, 395.0, 6.0),
+            point(30.0, 2e-3, 1.0, 1.0),
+        ];
+        let comparisons = compare(&study, &results(&study, None), &measured);
+        assert_eq!(comparisons.len(), 1);
+        let deviation = comparisons[0].deviation().expect("three points");
+        assert_eq!((deviation.count, deviation.within), (3, 2));
+        assert!((deviation.bias_n - 5.0).abs() < 1e-9);
+        assert!((deviation.rmse_n - 175.0_f64.sqrt()).abs() < 1e-9);
+        let uncertainty = comparisons[0].points[0].simulated.expect("a force").uncertainty_n;
+        assert!((uncertainty - 20.0).abs() < 1e-9, "a tenth, as that of the filaments");
+        let table = comparison_table(&comparisons);
+        assert!(table.contains("3 of 4 points compared: bias +5.0 N, RMSE 13.2 N, within ± std 2 (67 %)"), "{table}");
+
+        let outside = compare(&study, &results(&study, None), &measured[3..]);
+        assert_eq!(outside[0].deviation(), None);
+        assert!(comparison_table(&outside).contains("no point can be compared"));
+    }
+
+    #[test]
+    fn tables_may_have_further_columns_and_a_byte_order_mark() {
+        let text = "\u{feff}force_n, std_n, date, penetration_depth_m, brushing_velocity_m_s\r\n1.5,0,now,2e-3,5\r\n";
+        assert_eq!(read_measured(text, "forces.csv"), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
+    }
+}

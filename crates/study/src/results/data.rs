@@ -1,0 +1,153 @@
+//! Text that is read back, and errors that say where it is wrong.
+
+use bristle::model::record::Record;
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::tables::parse;
+
+/// Number of the form of `study.json` and `case.json`; another form has another number.
+pub(super) const FORMAT: u32 = 2;
+
+/// What to do about results that do not belong together.
+pub(super) const AGAIN: &str = "run the command that made the results again";
+
+/// Saved results that cannot be read back.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{file}:{line}{}: {problem}\n   = help: {advice}", column_text(.column))]
+pub struct DataError {
+    /// Name of the file.
+    pub file: String,
+    /// Line, counted from 1.
+    pub line: u64,
+    /// Name of a table's column, or number of a character in the line.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub advice: &'static str,
+}
+
+fn column_text(column: &Option<String>) -> String {
+    column.as_ref().map_or_else(String::new, |column| format!(", column {column}"))
+}
+
+/// A file's name and text.
+pub struct Source<'t> {
+    /// What errors call it.
+    pub name: &'t str,
+    /// All of it.
+    pub text: &'t str,
+}
+
+impl Source<'_> {
+    /// An error about a line, counted from 1.
+    #[must_use]
+    pub fn error(
+        &self,
+        line: u64,
+        column: Option<String>,
+        problem: impl Into<String>,
+        advice: &'static str,
+    ) -> DataError {
+        DataError { file: self.name.to_owned(), line, column, problem: problem.into(), advice }
+    }
+
+    /// The error about a text that is no JSON, or JSON of something else.
+    fn json(&self, error: &serde_json::Error) -> DataError {
+        let column = (error.column() > 0).then(|| error.column().to_string());
+        self.error(error.line() as u64, column, error.to_string(), AGAIN)
+    }
+
+    /// Reads a JSON object, of which the number of its form comes first.
+    pub(super) fn object<T: serde::de::DeserializeOwned>(&self) -> Result<T, DataError> {
+        #[derive(Deserialize)]
+        struct Form {
+            format: u32,
+        }
+        let Form { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
+        if format != FORMAT {
+            let problem = format!("the form of the file is {format}, and this program reads {FORMAT}");
+            return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));
+        }
+        serde_json::from_str(self.text).map_err(|error| self.json(&error))
+    }
+
+    /// The text as a table with a heading; `advice` is what to do about one that is wrong.
+    ///
+    /// # Errors
+    /// If it is not CSV, or empty.
+    pub fn table(&self, advice: &'static str) -> Result<Table<'_>, DataError> {
+        let mut builder = csv::ReaderBuilder::new();
+        let mut reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(self.text.as_bytes());
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| {
+                let line = error.position().map_or(1, csv::Position::line);
+                let problem = match error.kind() {
+                    csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                        format!("{len} cells where the heading has {expected_len}")
+                    }
+                    _ => error.to_string(),
+                };
+                self.error(line, None, problem, advice)
+            })?;
+            rows.push(record);
+        }
+        if rows.is_empty() {
+            return Err(self.error(1, None, "the file is empty", advice));
+        }
+        let heading = rows.remove(0);
+        Ok(Table { source: self, heading, rows, advice })
+    }
+}
+
+/// A table as text.
+pub struct Table<'t> {
+    source: &'t Source<'t>,
+    heading: csv::StringRecord,
+    rows: Vec<csv::StringRecord>,
+    advice: &'static str,
+}
+
+impl Table<'_> {
+    /// The rows below the heading.
+    pub fn rows(&self) -> &[csv::StringRecord] {
+        &self.rows
+    }
+
+    /// Where a column stands.
+    pub(super) fn column(&self, name: &str) -> Result<usize, DataError> {
+        self.heading
+            .iter()
+            .position(|heading| heading == name)
+            .ok_or_else(|| self.source.error(1, None, format!("there is no column `{name}`"), self.advice))
+    }
+
+    /// The positions of columns.
+    ///
+    /// # Errors
+    /// If one is missing.
+    pub fn columns(&self, names: &[&str]) -> Result<Vec<usize>, DataError> {
+        names.iter().map(|name| self.column(name)).collect()
+    }
+
+    /// The line that a row begins in.
+    pub fn line(&self, row: &csv::StringRecord) -> u64 {
+        row.position().map_or(1, csv::Position::line)
+    }
+
+    /// The error about a cell.
+    pub fn wrong(&self, row: &csv::StringRecord, column: usize, problem: impl Into<String>) -> DataError {
+        self.source.error(self.line(row), self.heading.get(column).map(str::to_owned), problem, self.advice)
+    }
+
+    /// Reads a structure from the cells at `columns`.
+    pub(super) fn read<T: Record>(&self, row: &csv::StringRecord, columns: &[usize]) -> Result<T, DataError> {
+        parse(|position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
+            let column = columns[position];
+            let cell = row.get(column).unwrap_or_default();
+            self.wrong(row, column, format!("`{cell}` is not a number that can stand here"))
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! `study.json` and `case.json`: the settings that results belong to.
+
+use bristle::equations::FINGERPRINT;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use serde::{Deserialize, Serialize};
+
+use super::data::{AGAIN, DataError, FORMAT, Source};
+use crate::digest::digest;
+use crate::study::{Study, Sweep, SweepText};
+use crate::uncertainty::check;
+
+/// A study as it stands in `study.json`.
+#[derive(Clone, Debug)]
+pub struct SavedStudy {
+    /// The grid of settings.
+    pub study: Study,
+    /// Version of Bristle that simulated it.
+    pub version: String,
+    /// SHA-256 of the equations that it was simulated by.
+    pub equations: String,
+    /// Whether measured forces lie beside it.
+    pub measured: bool,
+    /// SHA-256 of its `runs.csv`.
+    pub(super) runs: String,
+}
+
+/// The text of `study.json`. Keys that are not known are skipped on reading.
+#[derive(Serialize, Deserialize)]
+struct StudyFile {
+    format: u32,
+    bristle_version: String,
+    /// [`FINGERPRINT`] of the build.
+    equations_sha256: String,
+    /// Of `runs.csv`, which gets its name before this file does: after a crash between the two they do not fit.
+    runs_sha256: String,
+    /// Whether `measured.csv` belongs to the results.
+    measured: bool,
+    settings: Settings,
+    axes: Vec<SweepText>,
+}
+
+/// The text of `case.json`.
+#[derive(Serialize, Deserialize)]
+struct CaseFile {
+    format: u32,
+    bristle_version: String,
+    settings: Settings,
+}
+
+/// The text of `study.json` beside the `runs.csv` of the text `runs`; `measured` says whether measured forces belong to the results.
+#[must_use]
+pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
+    pretty(&StudyFile {
+        format: FORMAT,
+        bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
+        equations_sha256: FINGERPRINT.to_owned(),
+        runs_sha256: digest(runs),
+        measured,
+        settings: study.base().clone(),
+        axes: study.sweep_texts(),
+    })
+}
+
+/// The text of `case.json`.
+#[must_use]
+pub fn case_text(settings: &Settings) -> String {
+    let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
+    pretty(&CaseFile { format: FORMAT, bristle_version, settings: settings.clone() })
+}
+
+fn pretty(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("checked settings have a form in JSON") + "\n"
+}
+
+/// Reads `study.json`; `name` is what errors call it.
+///
+/// # Errors
+/// If the text is not what [`study_text`] writes, or states settings that no study can have.
+pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
+    let source = Source { name, text };
+    let file: StudyFile = source.object()?;
+    let mut axes = Vec::new();
+    for SweepText { setting, values } in file.axes {
+        let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
+        let parameter = Parameter::find(&setting)
+            .ok_or_else(|| source.error(place(), None, format!("there is no setting `{setting}`"), AGAIN))?;
+        axes.push(
+            Sweep::list(parameter, values)
+                .map_err(|error| source.error(place(), None, format!("`{setting}`: {error}"), AGAIN))?,
+        );
+    }
+    let study = Study::new(file.settings, axes).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    Ok(SavedStudy {
+        study,
+        version: file.bristle_version,
+        equations: file.equations_sha256,
+        measured: file.measured,
+        runs: file.runs_sha256,
+    })
+}
+
+/// Reads `case.json`; `name` is what errors call it.
+///
+/// # Errors
+/// If the text is not what [`case_text`] writes, or states settings that no simulation can have.
+pub fn read_case(text: &str, name: &str) -> Result<Settings, DataError> {
+    let source = Source { name, text };
+    let file: CaseFile = source.object()?;
+    check(&file.settings).map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
+    Ok(file.settings)
+}

@@ -1,0 +1,220 @@
+//! `runs.csv` of a study, `metrics.json` and `history.csv` of one simulation, written and read back.
+//!
+//! Numbers are written as text with the fewest digits that read back as the same `f64`.
+
+use std::io::{self, Write};
+
+use bristle::integrate::Statistics;
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::Parameter;
+use bristle::model::record::{Column, Record};
+use bristle::simulation::{Sample, Simulation};
+use serde::Serialize;
+
+use super::data::{AGAIN, DataError, Source};
+use super::saved::SavedStudy;
+use crate::digest::digest;
+use crate::study::{CaseResult, CaseSummary, DEPTH, Study, Sweep, VELOCITY};
+use crate::uncertainty::ForceScatter;
+
+/// Settings that stand in `runs.csv` whether swept or not, and the names of their columns.
+pub const FIXED_COLUMNS: [(&str, &str); 3] =
+    [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
+
+/// Status of a case that did not fail.
+pub const OK: &str = "ok";
+
+/// A cell of a table: its type, which is that of its column, and its value, if it has one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A real number.
+    Real(Option<f64>),
+    /// A count.
+    Count(Option<usize>),
+    /// Text.
+    Text(String),
+}
+
+impl Cell {
+    /// The value of a setting.
+    fn setting(parameter: &Parameter, value: f64) -> Self {
+        if parameter.range.whole { Self::Count(Some(value as usize)) } else { Self::Real(Some(value)) }
+    }
+
+    /// The cell in a CSV file.
+    fn into_text(self) -> String {
+        match self {
+            Self::Real(value) => value.map_or_else(String::new, |value| format!("{value:?}")),
+            Self::Count(value) => value.map_or_else(String::new, |value| value.to_string()),
+            Self::Text(text) => text,
+        }
+    }
+}
+
+/// The keys of a record's columns.
+#[must_use]
+pub fn keys<R: Record>() -> Vec<&'static str> {
+    R::COLUMNS.iter().map(|column| column.key).collect()
+}
+
+/// The cells of a record, or those of a row that has none.
+#[must_use]
+pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
+    let cell = |column: &Column<R>| {
+        let value = record.map(|record| column.get(record));
+        if column.whole { Cell::Count(value.map(|count| count as usize)) } else { Cell::Real(value) }
+    };
+    R::COLUMNS.iter().map(cell).collect()
+}
+
+/// A record from the texts of its columns, by their positions; or the position of one that is wrong.
+pub(super) fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
+    let mut record = R::default();
+    for (position, column) in R::COLUMNS.iter().enumerate() {
+        let text = cell(position);
+        let value = match column.whole {
+            true => text.parse::<usize>().ok().map(|count| count as f64),
+            false => text.parse().ok().filter(|number: &f64| number.is_finite()),
+        };
+        column.set(&mut record, value.ok_or(position)?);
+    }
+    Ok(record)
+}
+
+/// Writes `runs.csv`: a heading, then a row a case in the grid's order.
+///
+/// A case that failed has empty metrics and statistics, and the error's text as its status. Where filaments scatter in some
+/// case, the distribution of the tool force stands between the metrics and the statistics.
+pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(run_columns(study))?;
+    for row in run_rows(study, results) {
+        writer.write_record(row.into_iter().map(Cell::into_text))?;
+    }
+    writer.flush()
+}
+
+/// The settings that are columns of a study's table: those that always are, then the others that are swept.
+fn setting_columns(study: &Study) -> Vec<(&'static str, &'static Parameter)> {
+    let fixed = FIXED_COLUMNS.iter().filter_map(|(name, path)| Some((*name, Parameter::find(path)?)));
+    fixed.chain(further_parameters(study).map(|parameter| (parameter.path, parameter))).collect()
+}
+
+/// Names of the columns of a study's table.
+#[must_use]
+pub fn run_columns(study: &Study) -> Vec<&'static str> {
+    let names = setting_columns(study).into_iter().map(|(name, _)| name);
+    let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
+    let figures = [keys::<Metrics>(), scatter, keys::<Statistics>()].into_iter().flatten();
+    names.chain(figures).chain(["status"]).collect()
+}
+
+/// The rows of a study's table, for the columns [`run_columns`].
+pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
+    let columns = setting_columns(study);
+    let scatters = study.scatters();
+    results.iter().enumerate().map(move |(case, result)| {
+        let settings = study.settings(case);
+        let mut row: Vec<Cell> =
+            columns.iter().map(|(_, parameter)| Cell::setting(parameter, parameter.get(&settings))).collect();
+        let summary = result.as_ref().ok();
+        row.extend(cells::<Metrics>(summary.map(|summary| &summary.metrics)));
+        if scatters {
+            row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
+        }
+        row.extend(cells::<Statistics>(summary.map(|summary| &summary.statistics)));
+        row.push(Cell::Text(result.as_ref().err().map_or(OK, String::as_str).to_owned()));
+        row
+    })
+}
+
+/// The swept settings without a fixed column.
+fn further_parameters(study: &Study) -> impl Iterator<Item = &'static Parameter> {
+    let swept = study.sweeps().iter().map(Sweep::parameter);
+    swept.filter(|parameter| FIXED_COLUMNS.iter().all(|(_, path)| *path != parameter.path))
+}
+
+/// Writes `metrics.json`: one flat object, the metrics first, then the solver's statistics.
+pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result<()> {
+    #[derive(Serialize)]
+    struct Flat<'a> {
+        #[serde(flatten)]
+        metrics: &'a Metrics,
+        #[serde(flatten)]
+        statistics: &'a Statistics,
+    }
+    let flat = Flat { metrics: &simulation.metrics, statistics: &simulation.statistics };
+    serde_json::to_writer_pretty(&mut out, &flat)?;
+    out.write_all(b"\n")
+}
+
+/// Writes `history.csv`: a heading, then a row a sample.
+pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    for sample in history {
+        writer.serialize(sample)?;
+    }
+    writer.flush()
+}
+
+/// Reads `runs.csv` of a study, in the grid's order; `name` is what errors call it.
+///
+/// # Errors
+/// If the text is not what [`write_runs`](crate::results::write_runs) has written for this study.
+pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseResult>, DataError> {
+    let study = &saved.study;
+    let source = Source { name, text };
+    let table = source.table(AGAIN)?;
+    let mut settings = Vec::new();
+    for (position, axis) in study.sweeps().iter().enumerate() {
+        let path = axis.parameter().path;
+        let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
+        settings.push((position, axis.parameter(), table.column(fixed.map_or(path, |(name, _)| name))?));
+    }
+    let metrics = table.columns(&keys::<Metrics>())?;
+    let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
+    let statistics = table.columns(&keys::<Statistics>())?;
+    let status = table.column("status")?;
+    if table.rows().len() != study.case_count() {
+        let problem = format!("{} rows, but study.json has {} cases", table.rows().len(), study.case_count());
+        return Err(source.error(1, None, problem, AGAIN));
+    }
+    let mut results = Vec::with_capacity(table.rows().len());
+    for (case, row) in table.rows().iter().enumerate() {
+        let values: Vec<f64> = study.values(case).collect();
+        for &(position, parameter, column) in &settings {
+            let expected = parameter.format(values[position]);
+            if row.get(column) != Some(expected.as_str()) {
+                let found = row.get(column).unwrap_or_default();
+                return Err(table.wrong(row, column, format!("`{found}` where study.json has {expected}")));
+            }
+        }
+        results.push(match row.get(status) {
+            Some(OK) => Ok(CaseSummary {
+                metrics: table.read::<Metrics>(row, &metrics)?,
+                statistics: table.read::<Statistics>(row, &statistics)?,
+                scatter: match &scatter {
+                    Some(columns) if row.get(columns[0]) != Some("") => Some(table.read::<ForceScatter>(row, columns)?),
+                    _ => None,
+                },
+            }),
+            message => Err(message.unwrap_or_default().to_owned()),
+        });
+    }
+    // Last, as all above can say where it is wrong.
+    if digest(text.as_bytes()) != saved.runs {
+        return Err(source.error(1, None, "these are not the results that study.json belongs to", AGAIN));
+    }
+    Ok(results)
+}
+
+/// Reads `history.csv`; `name` is what errors call it.
+///
+/// # Errors
+/// If the text is not what [`write_history`](crate::results::write_history) writes.
+pub fn read_history(text: &str, name: &str) -> Result<Vec<Sample>, DataError> {
+    let source = Source { name, text };
+    let table = source.table(AGAIN)?;
+    let columns = table.columns(&keys::<Sample>())?;
+    table.rows().iter().map(|row| table.read::<Sample>(row, &columns)).collect()
+}

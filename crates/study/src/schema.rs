@@ -1,0 +1,145 @@
+//! The JSON schema of an input file, for editors and for programs that write one.
+
+use std::ops::Bound;
+
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+use crate::measured::COLUMNS;
+use crate::study::SHORT_NAMES;
+use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::settings::Settings;
+
+/// The schema, with the limits of every number, as indented text.
+#[must_use]
+pub fn input_schema() -> String {
+    let mut schema = settings_schema();
+    schema["title"] = json!("Input file of Bristle");
+    for parameter in PARAMETERS {
+        let number = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
+        if let Value::Object(number) = number {
+            state_limits(number, parameter);
+        }
+    }
+    // Velocity and depth may be left to [study], a condition between sections that only the program checks.
+    schema["required"] = json!(["tool", "filament"]);
+    if let Value::Object(process) = &mut schema["properties"]["process"] {
+        process.remove("required");
+    }
+    schema["properties"]["study"] = study_schema();
+    schema["properties"]["measured"] = measured_schema();
+    format!("{schema:#}\n")
+}
+
+/// The schema as it follows from the structures alone.
+fn settings_schema() -> Value {
+    SchemaSettings::draft2020_12()
+        .with(|settings| settings.inline_subschemas = true)
+        .into_generator()
+        .into_root_schema_for::<Settings>()
+        .to_value()
+}
+
+fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
+    number.remove("minimum");
+    let limits = [
+        ("minimum", "exclusiveMinimum", parameter.range.lower),
+        ("maximum", "exclusiveMaximum", parameter.range.upper),
+    ];
+    for (included, excluded, bound) in limits {
+        match bound {
+            Bound::Included(limit) => number.insert(included.to_owned(), json!(limit)),
+            Bound::Excluded(limit) => number.insert(excluded.to_owned(), json!(limit)),
+            Bound::Unbounded => None,
+        };
+    }
+}
+
+fn study_schema() -> Value {
+    let sweep = json!({
+        "anyOf": [
+            { "type": "array", "items": { "type": "number" }, "minItems": 1 },
+            {
+                "type": "object",
+                "properties": {
+                    "start": { "type": "number" },
+                    "stop": { "type": "number", "description": "Last value, included." },
+                    "step": { "type": "number" },
+                },
+                "required": ["start", "stop", "step"],
+                "additionalProperties": false,
+            },
+        ],
+    });
+    let paths = PARAMETERS.iter().map(|parameter| parameter.path);
+    let sweeps: Map<String, Value> = SHORT_NAMES
+        .into_iter()
+        .map(|(short, _)| short)
+        .chain(paths)
+        .map(|name| (name.to_owned(), sweep.clone()))
+        .collect();
+    json!({
+        "description": "The settings that `bristle study` sweeps.",
+        "type": "object",
+        "properties": sweeps,
+        "additionalProperties": false,
+    })
+}
+
+fn measured_schema() -> Value {
+    json!({
+        "description": "Measured tool forces, which `bristle study` compares with simulated ones.",
+        "type": "object",
+        "properties": {
+            "file": {
+                "type": "string",
+                "minLength": 1,
+                "description": format!(
+                    "Path of a CSV file, relative to the directory of the input file, with the columns {}.",
+                    COLUMNS.join(", ")
+                ),
+            },
+        },
+        "required": ["file"],
+        "additionalProperties": false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The table of parameters and the structures of settings name, type and require the same numbers.
+    #[test]
+    fn the_table_of_parameters_is_complete() {
+        let schema = settings_schema();
+        let mut numbers = 0;
+        for (section, schema) in schema["properties"].as_object().expect("sections") {
+            for (key, schema_of_key) in schema["properties"].as_object().expect("keys") {
+                let whole = schema_of_key["type"] == json!("integer");
+                if !whole && schema_of_key["type"] != json!("number") {
+                    continue;
+                }
+                numbers += 1;
+                let path = format!("{section}.{key}");
+                let parameter = Parameter::find(&path).expect(&path);
+                let required = schema["required"].as_array().is_some_and(|keys| keys.contains(&json!(key)));
+                assert_eq!(parameter.range.whole, whole, "{path}");
+                assert_eq!(parameter.required, required, "{path}");
+            }
+        }
+        assert_eq!(numbers, PARAMETERS.len());
+    }
+
+    #[test]
+    fn limits_and_sweeps_are_stated() {
+        let schema: Value = serde_json::from_str(&input_schema()).expect("the schema is JSON");
+        let filament = &schema["properties"]["filament"]["properties"];
+        assert_eq!(filament["segments"]["maximum"], json!(400.0));
+        assert_eq!(filament["segments"]["default"], json!(25));
+        assert_eq!(filament["length_m"]["exclusiveMinimum"], json!(0.0));
+        let sweeps = &schema["properties"]["study"]["properties"];
+        assert!(sweeps["penetration_depth_m"].is_object());
+        assert!(sweeps["filament.segments"].is_object());
+    }
+}

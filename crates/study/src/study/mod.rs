@@ -1,0 +1,203 @@
+//! A study: one simulation for each point of a grid of settings.
+//!
+//! [`Sweep`] is one swept setting, [`Study`] the grid of all, [`run_study`] simulates its cases.
+
+mod grid;
+mod scheduler;
+mod sweep;
+
+pub use grid::{Study, StudyError};
+pub use scheduler::{CaseResult, CaseSummary, complete_study, run_study};
+pub use sweep::{DEPTH, MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, VELOCITY};
+
+pub(crate) use sweep::SweepText;
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use bristle::integrate::Statistics;
+    use bristle::model::metrics::Metrics;
+    use bristle::model::parameters::Parameter;
+    use bristle::model::settings::Settings;
+    use bristle::simulation::{Case, Kind, Simulation};
+
+    use super::scheduler::{complete_cases, in_order_of_work};
+    use super::*;
+    use crate::document::Document;
+    use crate::testing::brush;
+
+    const FILE: &str = concat!(
+        brush!(25),
+        "
+        [process]
+        brushing_velocity_m_s = 10.0
+        penetration_depth_m = 1.0e-3
+        "
+    );
+
+    fn base() -> Settings {
+        Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right")
+    }
+
+    fn parameter(path: &str) -> &'static Parameter {
+        Parameter::find(path).expect("the setting exists")
+    }
+
+    fn list(path: &str, values: &[f64]) -> Sweep {
+        Sweep::list(parameter(path), values.to_vec()).expect("the values are right")
+    }
+
+    #[test]
+    fn a_range_includes_its_end_and_has_clean_values() {
+        let axis = Sweep::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
+        assert_eq!(axis.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
+        let axis = Sweep::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
+        assert_eq!(axis.values(), [1.0, 0.7, 0.4, 0.1]);
+        let axis = Sweep::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
+        assert_eq!(axis.values(), [1.0, 1.3, 1.6, 1.9]);
+        let axis = Sweep::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
+        assert_eq!(axis.values(), [1.0]);
+    }
+
+    #[test]
+    fn wrong_ranges_are_refused() {
+        let range = |start, stop, step| Sweep::range(parameter(VELOCITY), start, stop, step).map(|_| ());
+        let wrong_step = |start, stop, step| Err(SweepError::WrongStep { start, stop, step });
+        assert_eq!(range(1.0, 2.0, 0.0), wrong_step(1.0, 2.0, 0.0));
+        assert_eq!(range(1.0, 1.0, 0.0), wrong_step(1.0, 1.0, 0.0));
+        assert_eq!(range(1.0, 2.0, -1.0), wrong_step(1.0, 2.0, -1.0));
+        assert_eq!(range(1.0, f64::NAN, 1.0), Err(SweepError::NotFinite));
+        assert_eq!(range(1.0, 2.0, f64::INFINITY), Err(SweepError::NotFinite));
+        assert_eq!(range(1.0, 2.0, 1e-6), Err(SweepError::TooManyValues));
+        assert_eq!(range(1.0, 1e300, 1e-300), Err(SweepError::TooManyValues));
+        let segments = Sweep::range(parameter("filament.segments"), 1.0, 10.0, 1.5);
+        assert!(matches!(segments, Err(SweepError::Value { index: 1, .. })));
+    }
+
+    #[test]
+    fn velocity_changes_fastest_and_further_sweeps_slowest() {
+        let study = Study::new(
+            base(),
+            vec![
+                list(VELOCITY, &[5.0, 10.0]),
+                list("contact.exponent", &[1.0, 1.5]),
+                list(DEPTH, &[1e-3, 2e-3]),
+                list("filament.segments", &[3.0, 4.0]),
+            ],
+        )
+        .expect("the study is right");
+        let cases: Vec<Vec<f64>> = (0..study.case_count()).map(|case| study.values(case).collect()).collect();
+        assert_eq!(cases.len(), 16);
+        assert_eq!(cases[0], [1.0, 3.0, 1e-3, 5.0]);
+        assert_eq!(cases[1], [1.0, 3.0, 1e-3, 10.0]);
+        assert_eq!(cases[2], [1.0, 3.0, 2e-3, 5.0]);
+        assert_eq!(cases[4], [1.0, 4.0, 1e-3, 5.0]);
+        assert_eq!(cases[15], [1.5, 4.0, 2e-3, 10.0]);
+        let settings = study.settings(14);
+        assert_eq!(settings.filament.segments, 4);
+        assert_eq!(settings.process.brushing_velocity_m_s, 5.0);
+    }
+
+    #[test]
+    fn studies_that_make_no_sense_are_refused() {
+        let depth = list(DEPTH, &[1e-3, 0.05]);
+        let error = Study::new(base(), vec![depth]).expect_err("deeper than the filament is long");
+        assert!(matches!(error, StudyError::Case { case: 1, .. }));
+        let twice = vec![list(DEPTH, &[1e-3]), list(DEPTH, &[2e-3])];
+        let error = Study::new(base(), twice).expect_err("swept twice");
+        assert_eq!(error, StudyError::SweptTwice { path: DEPTH });
+        let thousand = |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
+        let many = vec![thousand(VELOCITY), thousand("contact.exponent")];
+        let error = Study::new(base(), many).expect_err("too many cases");
+        assert_eq!(error, StudyError::TooManyCases);
+    }
+
+    #[test]
+    fn a_failed_case_does_not_stop_the_others() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let done = AtomicUsize::new(0);
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Case { number, settings }) = take(None) {
+                let velocity = settings.process.brushing_velocity_m_s;
+                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
+            }
+        };
+        let on_case_done = |number: usize, result: &CaseResult| {
+            assert_eq!(result.is_err(), number == 6);
+            done.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        let mut results = vec![None; 20];
+        complete_cases(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
+        assert_eq!(done.into_inner(), 20);
+        for (velocity, result) in velocities.into_iter().zip(results) {
+            match result.expect("every case is done") {
+                Ok(summary) => assert_eq!(summary.metrics.contact_time_s, velocity),
+                Err(message) => assert_eq!((velocity, message.as_str()), (7.0, "seven")),
+            }
+        }
+    }
+
+    #[test]
+    fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Case { number, settings }) = take(None) {
+                assert!(number >= 5, "the first five have results");
+                report(number, Ok(simulation(settings.process.brushing_velocity_m_s)));
+            }
+        };
+        let mut results = vec![None; 20];
+        results[..5].fill(Some(Err("earlier".to_owned())));
+        let done = AtomicUsize::new(0);
+        let three = |_: usize, _: &CaseResult| {
+            if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        complete_cases(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        assert_eq!(results.iter().flatten().count(), 8);
+        assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
+
+        let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
+        complete_cases(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        assert!(results.iter().all(Option::is_some));
+        complete_cases(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
+            .expect("nothing is to be done");
+    }
+
+    #[test]
+    fn cases_of_one_kind_are_taken_together_and_the_longest_first() {
+        let axes = || {
+            let segments = list("filament.segments", &[3.0, 4.0]);
+            let friction = list("contact.friction_coefficient", &[0.0, 0.2]);
+            vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
+        };
+        let study = Study::new(base(), axes()).expect("the study is right");
+        let mut order = in_order_of_work(&study);
+        order.reverse();
+        let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
+        for group in settings.chunks(3) {
+            assert!(group.iter().all(|settings| Kind::of(settings) == Kind::of(&group[0])));
+            let velocities = group.iter().map(|settings| settings.process.brushing_velocity_m_s);
+            assert_eq!(velocities.collect::<Vec<_>>(), [5.0, 10.0, 20.0]);
+        }
+        let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+    }
+
+    fn simulation(contact_time_s: f64) -> Simulation {
+        Simulation {
+            metrics: Metrics { contact_time_s, ..Metrics::default() },
+            statistics: Statistics::default(),
+            history: Vec::new(),
+            shapes: Vec::new(),
+        }
+    }
+}

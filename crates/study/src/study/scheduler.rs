@@ -1,0 +1,299 @@
+//! Simulates the cases of a study in lanes and threads.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::time::Instant;
+use std::{io, thread};
+
+use bristle::integrate::Statistics;
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::MIN_SAMPLES;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
+use tracing::{debug, info, warn};
+
+use super::grid::Study;
+use crate::uncertainty::{ForceScatter, Scatter};
+
+/// What is kept of a simulated case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseSummary {
+    /// The contact metrics.
+    pub metrics: Metrics,
+    /// What the solver did for them.
+    pub statistics: Statistics,
+    /// The distribution of the tool force, where filaments scatter; none if most of the sampled tools failed.
+    pub scatter: Option<ForceScatter>,
+}
+
+/// A case's summary, or the text of the error that ended it.
+pub type CaseResult = Result<CaseSummary, String>;
+
+/// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
+///
+/// Where filaments scatter, the passes of the sampled tools are part of a case. Without a number, there are as many threads
+/// as cores; each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each case, from
+/// any thread. A simulation's error ends its case only.
+///
+/// # Errors
+/// If the threads cannot be started.
+pub fn run_study(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    on_case_done: impl Fn() + Sync,
+) -> io::Result<Vec<CaseResult>> {
+    let mut results = vec![None; study.case_count()];
+    complete_study(study, threads, &mut results, |_, _| {
+        on_case_done();
+        ControlFlow::Continue(())
+    })?;
+    Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
+}
+
+/// [`run_study`] for those cases that have no result in `results` yet.
+///
+/// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` is told the case, counted
+/// from 0, and its result; if it breaks, no further pass is started, those on their way come to their ends, and cases that
+/// are not complete stay without a result.
+///
+/// # Errors
+/// If the threads cannot be started; cases may have been simulated then.
+///
+/// # Panics
+/// If `results` has another length than the study has cases.
+pub fn complete_study(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    complete_cases(study, threads, results, on_case_done, simulate_taken)
+}
+
+/// [`simulate_side_by_side`], compiled here once, and not again for whoever calls this module.
+fn simulate_taken(
+    take: &dyn Fn(Option<Kind>) -> Option<Case>,
+    done: &dyn Fn(usize, Result<Simulation, SimulationError>),
+) {
+    simulate_side_by_side(take, done);
+}
+
+/// The passes that are still to be simulated, and those that are.
+struct Queue {
+    /// The cases to begin; the first one last.
+    waiting: Vec<(Kind, usize)>,
+    /// The case begun last, with its kind, as long as it has passes that have not been given out.
+    current: Option<(Kind, usize)>,
+    begun: BTreeMap<usize, BegunCase>,
+    /// Case and run of each pass that is being simulated, by the number that it was given out under.
+    running: BTreeMap<usize, (usize, Run)>,
+    /// How many passes of sampled tools have been given out.
+    tools: usize,
+}
+
+/// What a pass is to its case.
+#[derive(Clone, Copy)]
+enum Run {
+    Nominal,
+    /// That of a sampled tool.
+    Tool(usize),
+}
+
+/// A case some of whose passes have been given out.
+struct BegunCase {
+    start: Instant,
+    settings: Settings,
+    /// The passes to give out; the first one last.
+    runs: Vec<Run>,
+    /// Passes without a result yet.
+    left: usize,
+    nominal: Option<CaseResult>,
+    scatter: Option<Scatter>,
+    /// Impulses of the sampled tools.
+    impulses: Vec<Option<f64>>,
+}
+
+impl BegunCase {
+    fn new(settings: Settings) -> Self {
+        let scatter = Scatter::of(&settings);
+        let tools = scatter.as_ref().map_or(0, Scatter::count);
+        let reaches = |tool: &usize| scatter.as_ref().is_some_and(|scatter| scatter.settings(*tool).is_some());
+        let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
+        runs.push(Run::Nominal);
+        // What does not reach the workpiece has no impulse.
+        Self {
+            start: Instant::now(),
+            left: runs.len(),
+            nominal: None,
+            impulses: vec![Some(0.0); tools],
+            settings,
+            runs,
+            scatter,
+        }
+    }
+
+    fn settings(&self, run: Run) -> Settings {
+        let sampled = match (run, &self.scatter) {
+            (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
+            _ => None,
+        };
+        sampled.unwrap_or_else(|| self.settings.clone())
+    }
+
+    /// Takes the result of a pass; true if it was the last.
+    fn take<E: Display>(&mut self, run: Run, result: Result<Simulation, E>) -> bool {
+        match run {
+            Run::Nominal => {
+                self.nominal = Some(
+                    result
+                        .map(|Simulation { metrics, statistics, .. }| CaseSummary {
+                            metrics,
+                            statistics,
+                            scatter: None,
+                        })
+                        .map_err(|error| error.to_string()),
+                );
+            }
+            Run::Tool(tool) => {
+                self.impulses[tool] = result.ok().map(|simulation| simulation.metrics.contact_normal_impulse_n_s);
+            }
+        }
+        self.left -= 1;
+        if matches!(self.nominal, Some(Err(_))) {
+            // A case that has failed needs no tools.
+            self.left -= self.runs.len();
+            self.runs.clear();
+        }
+        self.left == 0
+    }
+
+    fn conclude(self) -> CaseResult {
+        let mut summary = self.nominal.expect("the nominal pass is one of those that are done")?;
+        summary.scatter = self.scatter.and_then(|scatter| scatter.reduce(&self.impulses));
+        Ok(summary)
+    }
+}
+
+impl Queue {
+    /// The next pass of this kind, or of any.
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Case> {
+        if self.current.is_none() {
+            let &(next, case) = self.waiting.last()?;
+            if kind.is_some_and(|kind| kind != next) {
+                return None;
+            }
+            self.waiting.pop();
+            self.current = Some((next, case));
+            self.begun.insert(case, BegunCase::new(study.settings(case)));
+        }
+        let (of_current, case) = self.current?;
+        // Sampled tools are of the kind of the nominal one: neither dampers nor friction come or go with what scatters.
+        if kind.is_some_and(|kind| kind != of_current) {
+            return None;
+        }
+        let begun = self.begun.get_mut(&case)?;
+        let run = begun.runs.pop()?;
+        if begun.runs.is_empty() {
+            self.current = None;
+        }
+        // Those of sampled tools come after all cases.
+        let number = match run {
+            Run::Nominal => case,
+            Run::Tool(_) => study.case_count() + self.tools,
+        };
+        self.tools += usize::from(matches!(run, Run::Tool(_)));
+        self.running.insert(number, (case, run));
+        Some(Case { number, settings: begun.settings(run) })
+    }
+
+    /// Takes the result of a pass, and returns its case if that is complete.
+    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Option<(usize, BegunCase)> {
+        let (case, run) = self.running.remove(&number)?;
+        let begun = self.begun.get_mut(&case)?;
+        let is_complete = begun.take(run, result);
+        if begun.runs.is_empty() && self.current.is_some_and(|(_, current)| current == case) {
+            self.current = None;
+        }
+        is_complete.then(|| self.begun.remove(&case).map(|begun| (case, begun))).flatten()
+    }
+}
+
+/// [`complete_study`] with a function that simulates the cases that it takes until there is none.
+pub(super) fn complete_cases<E: Display>(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+) -> io::Result<()> {
+    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
+    let mut waiting = in_order_of_work(study);
+    waiting.retain(|&(_, number)| results[number].is_none());
+    let threads = match threads {
+        Some(threads) => threads.get(),
+        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+    };
+    // A case alone has passes for all threads where tools are sampled.
+    let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
+    let threads = threads.min(passes);
+    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
+    let start = Instant::now();
+
+    let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), tools: 0 };
+    let queue = Mutex::new(queue);
+    let results = Mutex::new(results);
+    let queued = || queue.lock().expect("nothing panics with the queue in hand");
+    let take = |kind: Option<Kind>| queued().give_out(study, kind);
+    let done = |number: usize, result: Result<Simulation, E>| {
+        let complete = queued().take(number, result);
+        let Some((case, begun)) = complete else { return };
+        let start = begun.start;
+        let result = begun.conclude();
+        trace_case(case, &result, start);
+        let flow = on_case_done(case, &result);
+        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+        if flow.is_break() {
+            let mut queue = queued();
+            queue.waiting.clear();
+            queue.current = None;
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            thread::Builder::new().spawn_scoped(scope, || simulate(&take, &done))?;
+        }
+        simulate(&take, &done);
+        Ok::<_, io::Error>(())
+    })?;
+    info!(seconds = start.elapsed().as_secs_f64(), "study ended");
+    Ok(())
+}
+
+/// Tells the log of a case. The seconds are those since it was begun, which it has shared with others.
+fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
+    let case = number + 1;
+    let seconds = begun.elapsed().as_secs_f64();
+    match result {
+        Ok(CaseSummary { statistics, .. }) => {
+            debug!(case, seconds, steps = statistics.steps, rejected = statistics.rejected_steps, "case done");
+        }
+        Err(error) => warn!(case, seconds, error, "case failed"),
+    }
+}
+
+/// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
+/// threads and lanes end at the same time.
+pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
+    let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
+        .map(|number| {
+            let settings = study.settings(number);
+            let [_, _, duration] = Pass::new(&settings).times();
+            (Kind::of(&settings), duration, number)
+        })
+        .collect();
+    cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
+    cases.into_iter().map(|(kind, _, number)| (kind, number)).collect()
+}

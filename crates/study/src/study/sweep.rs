@@ -1,0 +1,134 @@
+//! One swept setting and its values.
+
+use bristle::model::parameters::{Parameter, Violation};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Path of the setting that changes fastest in a study.
+pub const VELOCITY: &str = "process.brushing_velocity_m_s";
+/// Path of the setting that changes next.
+pub const DEPTH: &str = "process.penetration_depth_m";
+
+/// Names in `[study]` that stand for a path.
+pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
+
+/// The largest number of cases in a study.
+pub const MAX_CASES: usize = 1_000_000;
+/// The largest number of sampled tools in all cases of a study.
+pub const MAX_TOOLS: usize = 10_000_000;
+
+/// One swept setting and its values.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    parameter: &'static Parameter,
+    values: Vec<f64>,
+}
+
+/// A sweep as files state it.
+#[derive(PartialEq, Serialize, Deserialize)]
+pub(crate) struct SweepText {
+    pub setting: String,
+    pub values: Vec<f64>,
+}
+
+/// The ways in which the values of a sweep can be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SweepError {
+    /// There is no value.
+    #[error("a sweep needs at least one value")]
+    Empty,
+    /// Start, stop or step is NaN or infinite.
+    #[error("start, stop and step must be finite numbers")]
+    NotFinite,
+    /// The step is zero or leads away from the end.
+    #[error("a step of {step:?} does not lead from {start:?} to {stop:?}")]
+    WrongStep {
+        /// First value.
+        start: f64,
+        /// End of the range.
+        stop: f64,
+        /// Distance of the values.
+        step: f64,
+    },
+    /// There are more values than a study may have cases.
+    #[error("more than {MAX_CASES} values: take a larger step")]
+    TooManyValues,
+    /// The setting cannot have one of the values.
+    #[error("{violation}")]
+    Value {
+        /// Position of the value, counted from 0.
+        index: usize,
+        /// What is wrong with it.
+        violation: Violation,
+    },
+}
+
+impl Sweep {
+    /// A sweep over a list of values.
+    pub fn list(parameter: &'static Parameter, values: Vec<f64>) -> Result<Self, SweepError> {
+        if values.is_empty() {
+            return Err(SweepError::Empty);
+        }
+        if values.len() > MAX_CASES {
+            return Err(SweepError::TooManyValues);
+        }
+        for (index, &value) in values.iter().enumerate() {
+            parameter.check(value).map_err(|violation| SweepError::Value { index, violation })?;
+        }
+        Ok(Self { parameter, values })
+    }
+
+    /// A sweep from `start` in equal steps up to and including `stop`.
+    ///
+    /// A `stop` that rounding alone keeps out of reach is reached: a step may be short of it by one part in a million.
+    pub fn range(parameter: &'static Parameter, start: f64, stop: f64, step: f64) -> Result<Self, SweepError> {
+        /// Share of a step by which the last value may pass `stop`, far above rounding and far below any intent.
+        const SLACK: f64 = 1e-6;
+
+        let steps = (stop - start) / step;
+        if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
+            return Err(SweepError::NotFinite);
+        }
+        if step == 0.0 || steps < -SLACK {
+            return Err(SweepError::WrongStep { start, stop, step });
+        }
+        let last = (steps + SLACK).floor();
+        // Also true of an overflow to infinity.
+        if last >= MAX_CASES as f64 {
+            return Err(SweepError::TooManyValues);
+        }
+        let last = last as usize;
+        let value = |index: usize| match index {
+            0 => start,
+            _ if index == last && (steps - last as f64).abs() <= SLACK => stop,
+            _ => without_rounding_noise(start + index as f64 * step),
+        };
+        Self::list(parameter, (0..=last).map(value).collect())
+    }
+
+    /// The swept setting.
+    #[must_use]
+    pub fn parameter(&self) -> &'static Parameter {
+        self.parameter
+    }
+
+    /// Its values, at least one.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Position in the order of sweeps: 0 is the outermost.
+    pub(super) fn rank(&self) -> usize {
+        match self.parameter.path {
+            VELOCITY => 2,
+            DEPTH => 1,
+            _ => 0,
+        }
+    }
+}
+
+/// Rounds to 12 significant digits, so that the third step of 0.1 is 0.3 and not 0.30000000000000004.
+fn without_rounding_noise(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}

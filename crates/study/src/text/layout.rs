@@ -1,0 +1,48 @@
+//! Lines and columns of a terminal.
+
+/// Width of the terminal that tables and advice are made for, in columns.
+pub const WIDTH: usize = 100;
+
+/// Rows of equally many cells as lines, with each column flush right.
+pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| row.iter().zip(&widths).map(|(cell, width)| format!("  {cell:>width$}")).collect();
+    rows.iter().map(line).collect()
+}
+
+/// Adds a text beside what begins its first line, in lines that are no longer than [`WIDTH`] if words allow.
+pub fn wrap(text: &mut String, beginning: &str, words: &str) {
+    let indent = beginning.chars().count();
+    text.push_str(beginning);
+    let mut column = indent;
+    for word in words.split(' ') {
+        let width = word.chars().count();
+        if column > indent && column + 1 + width > WIDTH {
+            text.push_str(&format!("\n{:indent$}", ""));
+            column = indent;
+        } else if column > indent {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(word);
+        column += width;
+    }
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_wrapped_between_words() {
+        let mut text = String::new();
+        wrap(&mut text, "ε_tc  ", &"word ".repeat(40).trim_end().replace("word word", "word µ"));
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH && line.trim_end() == *line), "{text}");
+        assert!(lines[0].starts_with("ε_tc  word") && lines[1].starts_with("      "), "{text}");
+        assert_eq!(text.split_whitespace().count(), 41);
+    }
+}

@@ -1,0 +1,191 @@
+//! A quantity in all cases of a study, in a unit that makes its numbers readable.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::record::{Column, Prominence, Record};
+
+use crate::study::{CaseResult, CaseSummary};
+use crate::uncertainty::ForceScatter;
+
+/// The metric that advice and comparisons are about.
+const TOOL_FORCE: &str = "tool_contact_normal_force_n";
+
+/// What is read off a case.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// Symbol, with an underscore before a subscript.
+    pub symbol: &'static str,
+    /// In words.
+    pub name: &'static str,
+    /// What follows the symbol in a list.
+    pub qualifier: &'static str,
+    /// SI unit without prefix, empty for a pure number.
+    unit: &'static str,
+    parts: Parts,
+}
+
+/// The numbers of a case that a quantity consists of.
+#[derive(Clone, Debug)]
+enum Parts {
+    Metric(&'static Column<Metrics>),
+    /// Upper and lower end of the band of the tool force.
+    Band,
+}
+
+impl Parts {
+    /// How many there are.
+    fn count(&self) -> usize {
+        match self {
+            Self::Metric(_) => 1,
+            Self::Band => 2,
+        }
+    }
+
+    /// One of them, if it is known.
+    fn get(&self, summary: &CaseSummary, part: usize) -> Option<f64> {
+        match self {
+            Self::Metric(column) => Some(column.get(&summary.metrics)),
+            Self::Band => summary.scatter.as_ref().map(|scatter: &ForceScatter| {
+                let [lower, upper] = scatter.band();
+                if part == 0 { upper } else { lower }
+            }),
+        }
+    }
+}
+
+impl Quantity {
+    /// The metrics that tables show, in the order of files.
+    pub fn headlines() -> impl Iterator<Item = Self> {
+        let shown = |column: &&Column<Metrics>| column.display.prominence == Prominence::Headline;
+        Metrics::COLUMNS.iter().filter(shown).map(Self::metric)
+    }
+
+    /// The band of the tool force, where filaments scatter.
+    #[must_use]
+    pub fn band() -> Self {
+        let name = "upper and lower end of the band that 95 % of the tools lie in";
+        Self { name, qualifier: " of 95 %", parts: Parts::Band, ..Self::tool_force() }
+    }
+
+    /// The contact normal force of the tool.
+    fn tool_force() -> Self {
+        let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
+        Self::metric(column.expect("the force of the tool is a metric"))
+    }
+
+    fn metric(column: &'static Column<Metrics>) -> Self {
+        let &Column { symbol, name, unit, .. } = column;
+        Self { symbol, name, qualifier: "", unit, parts: Parts::Metric(column) }
+    }
+}
+
+/// A quantity in all cases, scaled to a readable unit.
+#[derive(Clone, Debug)]
+pub struct Readable {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Unit with its prefix, empty for a pure number.
+    unit: String,
+    /// From SI to this unit.
+    factor: f64,
+    /// For each part, the numbers in this unit; none where they are not known.
+    parts: Vec<Vec<Option<f64>>>,
+    /// What replaces a number that is not known, for each case.
+    unknown: Vec<&'static str>,
+    decimals: usize,
+}
+
+impl Readable {
+    /// The quantity in the results of a study.
+    #[must_use]
+    pub fn new(quantity: Quantity, results: &[CaseResult]) -> Self {
+        const PREFIXES: [(&str, f64); 6] = [("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)];
+        let value = |result: &CaseResult, part| quantity.parts.get(result.as_ref().ok()?, part);
+        let values = |part| results.iter().map(|result| value(result, part)).collect();
+        let mut parts: Vec<Vec<Option<f64>>> = (0..quantity.parts.count()).map(values).collect();
+        let largest = parts.iter().flatten().flatten().copied().fold(0.0, f64::max);
+        let (prefix, factor) = PREFIXES
+            .into_iter()
+            .filter(|(prefix, _)| prefix.is_empty() || !quantity.unit.is_empty())
+            .find(|(_, factor)| largest * factor >= 1.0)
+            .unwrap_or(("", 1.0));
+        parts.iter_mut().flatten().flatten().for_each(|value| *value *= factor);
+        let unknown = results.iter().map(|result| if result.is_err() { "failed" } else { "–" }).collect();
+        let decimals = match largest * factor {
+            100.0.. => 1,
+            10.0.. => 2,
+            _ => 3,
+        };
+        Self { unit: format!("{prefix}{}", quantity.unit), quantity, factor, parts, unknown, decimals }
+    }
+
+    /// The force of the tool.
+    #[must_use]
+    pub fn tool_forces(results: &[CaseResult]) -> Self {
+        Self::new(Quantity::tool_force(), results)
+    }
+
+    /// The unit of the numbers.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// From SI to the unit of the numbers.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// How many numbers a case has.
+    #[must_use]
+    pub fn part_count(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// The symbol, what qualifies it, and the unit where there is one.
+    #[must_use]
+    pub fn heading(&self, qualifier: &str) -> String {
+        let symbol = self.quantity.symbol;
+        if self.unit.is_empty() {
+            format!("{symbol}{qualifier}")
+        } else {
+            format!("{symbol}{qualifier} in {}", self.unit)
+        }
+    }
+
+    /// The parts of a case.
+    pub fn texts(&self, case: usize) -> impl Iterator<Item = String> {
+        let text = |value: f64| format!("{value:.*}", self.decimals);
+        self.parts.iter().map(move |values| values[case].map_or_else(|| self.unknown[case].to_owned(), text))
+    }
+
+    /// The parts of a case in one line, in ascending order.
+    #[must_use]
+    pub fn in_one_line(&self, case: usize) -> String {
+        if self.parts.iter().any(|values| values[case].is_none()) {
+            return self.unknown[case].to_owned();
+        }
+        let parts: Vec<String> = self.texts(case).collect();
+        parts.into_iter().rev().collect::<Vec<_>>().join(" … ")
+    }
+
+    /// The number of a case, the first where there are several.
+    #[must_use]
+    pub fn text(&self, case: usize) -> String {
+        self.texts(case).next().unwrap_or_default()
+    }
+
+    /// The number of a case and a band about it, which comes in SI.
+    #[must_use]
+    pub fn text_with_band(&self, case: usize, band: [f64; 2]) -> String {
+        let [lower, upper] = band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
+        format!("{} [{lower} … {upper}]", self.text(case))
+    }
+
+    /// The number of a case and its uncertainty, which comes in SI, if it has one.
+    #[must_use]
+    pub fn text_with_uncertainty(&self, case: usize, uncertainty: f64) -> String {
+        let text = self.text(case);
+        if uncertainty == 0.0 { text } else { format!("{text} ± {:.*}", self.decimals, uncertainty * self.factor) }
+    }
+}

@@ -1,0 +1,479 @@
+//! The tool force where filaments are not known exactly: sampled tools, the band that their forces fill, and what it comes from.
+//!
+//! A case's settings enter; [`Scatter`] makes those of sampled tools from them, each of which is simulated like any case, and
+//! reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the filaments are
+//! normal distributions about the settings, as is the number of filaments. The filaments of a tool are all alike: what is
+//! told is how far the force of one tool may be from that of another. Where it is the filaments of one tool that differ, which
+//! then have one axis (`hold = "machine"`), their forces add up to the mean, and only the number of filaments scatters.
+//!
+//! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the same seed: bands are as smooth over
+//! the process as the forces are.
+
+use serde::{Deserialize, Serialize};
+use spec_math::cephes64::ndtri;
+
+use bristle::model::metrics::{NominalContact, tool_force};
+use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::settings::{Hold, Settings};
+
+mod indices;
+
+/// Number of inputs.
+pub const INPUT_COUNT: usize = 5;
+/// Of these, the first, that a filament's motion depends on. The other one is the number of filaments.
+pub const MOVING: usize = 4;
+
+/// Ends of the band, as shares of the tools.
+const BAND: [f64; 2] = [0.025, 0.975];
+
+/// Something that scatters.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    /// MODEL's symbol.
+    pub symbol: &'static str,
+    /// In words.
+    pub name: &'static str,
+    /// Path of its mean.
+    pub mean: &'static str,
+    /// Path of its standard deviation.
+    pub std: &'static str,
+}
+
+/// All inputs, in the order of [`ForceScatter::sobol_indices`].
+pub const INPUTS: [Input; INPUT_COUNT] = [
+    Input { symbol: "l_f", name: "length", mean: "filament.length_m", std: "uncertainty.length_std_m" },
+    Input { symbol: "d", name: "diameter", mean: "filament.diameter_m", std: "uncertainty.diameter_std_m" },
+    Input {
+        symbol: "E",
+        name: "Young’s modulus",
+        mean: "filament.youngs_modulus_pa",
+        std: "uncertainty.youngs_modulus_std_pa",
+    },
+    Input { symbol: "ζ", name: "damping ratio", mean: "filament.damping_ratio", std: "uncertainty.damping_ratio_std" },
+    Input {
+        symbol: "N_f",
+        name: "number of filaments",
+        mean: "tool.filament_count",
+        std: "tool.filament_count_uncertainty",
+    },
+];
+
+impl Input {
+    /// Whether its standard deviation is above zero.
+    #[must_use]
+    pub fn scatters(&self, settings: &Settings) -> bool {
+        get(self.std, settings) > 0.0
+    }
+}
+
+/// Checks settings, and those of the tools that are sampled about them.
+///
+/// # Errors
+/// The first setting that is outside its range.
+pub fn check(settings: &Settings) -> Result<(), Violation> {
+    settings.check()?;
+    Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
+}
+
+/// Whether some property of the filaments scatters.
+#[must_use]
+pub fn scatters(settings: &Settings) -> bool {
+    INPUTS[..MOVING].iter().any(|input| input.scatters(settings))
+}
+
+bristle::record! {
+    /// The distribution of the tool force `F_n,w` of one case.
+    ///
+    /// A first-order Sobol index is the share of the variance that would go, on average, if the input were known.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    pub struct ForceScatter {
+        tool_force_mean_n: f64 = ["", "N", "mean of F_n,w over the tools", "mean of the sampled tools"],
+        tool_force_std_n: f64 = ["", "N", "standard deviation of F_n,w", "over the sampled tools"],
+        tool_force_lower_95_n: f64 =
+            ["", "N", "lower end of the 95 % band of F_n,w", "2.5 % of the sampled tools have less"],
+        tool_force_upper_95_n: f64 =
+            ["", "N", "upper end of the 95 % band of F_n,w", "2.5 % of the sampled tools have more"],
+        sobol_length: f64 =
+            ["", "", "share of the length", "first-order Sobol index of l_f in the variance of F_n,w"],
+        sobol_diameter: f64 =
+            ["", "", "share of the diameter", "first-order Sobol index of d in the variance of F_n,w"],
+        sobol_youngs_modulus: f64 =
+            ["", "", "share of Young’s modulus", "first-order Sobol index of E in the variance of F_n,w"],
+        sobol_damping_ratio: f64 =
+            ["", "", "share of the damping ratio", "first-order Sobol index of ζ in the variance of F_n,w"],
+        sobol_filament_count: f64 =
+            ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
+        failed_samples: usize =
+            ["", "", "failed tools", "sampled tools that are left out, as their simulation failed"],
+    }
+}
+
+impl ForceScatter {
+    /// The 95 % band in N.
+    #[must_use]
+    pub fn band(&self) -> [f64; 2] {
+        [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
+    }
+
+    /// First-order Sobol indices of [`INPUTS`]; what they leave of 1 comes from inputs together, or was missed by the fit.
+    #[must_use]
+    pub fn sobol_indices(&self) -> [f64; INPUT_COUNT] {
+        [
+            self.sobol_length,
+            self.sobol_diameter,
+            self.sobol_youngs_modulus,
+            self.sobol_damping_ratio,
+            self.sobol_filament_count,
+        ]
+    }
+}
+
+/// The sampled tools of a case.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    settings: Settings,
+    /// The inputs as settings, with their means and standard deviations.
+    inputs: [&'static Parameter; INPUT_COUNT],
+    means: [f64; INPUT_COUNT],
+    stds: [f64; INPUT_COUNT],
+    /// Standard normal numbers, one an input, for each tool.
+    points: Vec<[f64; INPUT_COUNT]>,
+}
+
+impl Scatter {
+    /// The tools of the case that `settings` state; none where no property of the filaments scatters.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Option<Self> {
+        if !scatters(settings) {
+            return None;
+        }
+        let point =
+            |index| std::array::from_fn(|input| standard_normal(index, input as u32, settings.uncertainty.seed));
+        Some(Self {
+            settings: settings.clone(),
+            inputs: INPUTS.map(|input| parameter(input.mean)),
+            means: INPUTS.map(|input| get(input.mean, settings)),
+            stds: INPUTS.map(|input| get(input.std, settings)),
+            points: (0..settings.uncertainty.samples as u32).map(point).collect(),
+        })
+    }
+
+    /// The number of tools.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The settings of a tool, counted from 0, with the nominal number of filaments; none if it does not reach the workpiece.
+    #[must_use]
+    pub fn settings(&self, tool: usize) -> Option<Settings> {
+        self.settings_but(tool, None)
+    }
+
+    /// The settings of a tool, of which one input has its mean.
+    fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
+        let mut settings = self.settings.clone();
+        for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
+            self.inputs[input].set(&mut settings, self.value(tool, input));
+        }
+        if settings.uncertainty.hold == Hold::Machine {
+            let [nominal, here] = [&self.settings, &settings].map(NominalContact::of);
+            settings.process.brushing_velocity_m_s = nominal.rate() * here.tool_radius;
+            settings.process.penetration_depth_m += here.reach - nominal.reach;
+        }
+        (settings.process.penetration_depth_m > 0.0).then_some(settings)
+    }
+
+    /// Checks that each tool can be simulated.
+    ///
+    /// # Errors
+    /// The first tool that cannot, as a violation of the standard deviation that it comes from.
+    pub fn check(&self) -> Result<(), Violation> {
+        for tool in 0..self.count() {
+            let moving = self.check_moving(tool, None);
+            let count = self.inputs[MOVING].check(self.value(tool, MOVING));
+            moving.and(count).map_err(|violation| self.to_blame(tool, violation))?;
+        }
+        Ok(())
+    }
+
+    /// Checks what the motion of a tool's filaments depends on, with one input at its mean.
+    fn check_moving(&self, tool: usize, at_mean: Option<usize>) -> Result<(), Violation> {
+        // What does not reach the workpiece is not simulated.
+        let Some(settings) = self.settings_but(tool, at_mean) else { return Ok(()) };
+        self.inputs.iter().take(MOVING).try_for_each(|input| input.check(input.get(&settings)))?;
+        settings.check_relations()
+    }
+
+    /// The violation of a tool's settings, as one of the standard deviation that it comes from: of that which is wrong by
+    /// itself, or without which the tool would be right.
+    fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
+        let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
+        let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
+        let any = || (0..MOVING).find(|&input| self.stds[input] > 0.0);
+        let input = own.or_else(cure).or_else(any).unwrap_or(MOVING);
+        let Violation { path, value, allowed } = violation;
+        Violation {
+            path: INPUTS[input].std,
+            value: format!("{:?}", self.stds[input]),
+            allowed: format!("so small that each sampled tool is possible: of one, `{path}` is {value}, not {allowed}"),
+        }
+    }
+
+    /// An input of a tool.
+    fn value(&self, tool: usize, input: usize) -> f64 {
+        self.means[input] + self.points[tool][input] * self.stds[input]
+    }
+
+    /// Reduces the impulses `p_n` in N s of one filament of each tool, none where the simulation failed, to the distribution
+    /// of the tool force. None if more than half of them failed.
+    ///
+    /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. As `N_f` and `φ` are independent, mean, variance
+    /// and indices of the product follow from those of the factors. The band has the quantiles of the sampled products.
+    ///
+    /// # Panics
+    /// If there is another number of impulses than of tools.
+    #[must_use]
+    pub fn reduce(&self, impulses: &[Option<f64>]) -> Option<ForceScatter> {
+        assert_eq!(impulses.len(), self.count(), "an impulse, or none, for each tool");
+        let known: Vec<(usize, f64)> =
+            impulses.iter().enumerate().filter_map(|(tool, p)| Some((tool, (*p)?))).collect();
+        if 2 * known.len() < self.count() {
+            return None;
+        }
+        let per_filament: Vec<f64> = known.iter().map(|&(tool, p)| tool_force(p, 1.0, self.rate(tool))).collect();
+        let mut forces: Vec<f64> =
+            known.iter().zip(&per_filament).map(|(&(tool, _), force)| force * self.value(tool, MOVING)).collect();
+        forces.sort_by(f64::total_cmp);
+        let [lower, upper] = BAND.map(|share| quantile(&forces, share));
+
+        let (mean, variance) = mean_and_variance(&per_filament);
+        let (count, count_std) = (self.means[MOVING], self.stds[MOVING]);
+        let variance_of_force = variance * count.powi(2) + (mean * count_std).powi(2) + variance * count_std.powi(2);
+        let scattering: Vec<usize> = (0..MOVING).filter(|&input| self.stds[input] > 0.0).collect();
+        let points: Vec<Vec<f64>> =
+            known.iter().map(|&(tool, _)| scattering.iter().map(|&input| self.points[tool][input]).collect()).collect();
+        let mut shares = [0.0; INPUT_COUNT];
+        if variance_of_force > 0.0 {
+            for (&input, index) in scattering.iter().zip(indices::first_order(&points, &per_filament)) {
+                shares[input] = index * variance * count.powi(2) / variance_of_force;
+            }
+            shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
+        }
+        let [sobol_length, sobol_diameter, sobol_youngs_modulus, sobol_damping_ratio, sobol_filament_count] = shares;
+        Some(ForceScatter {
+            tool_force_mean_n: mean * count,
+            tool_force_std_n: variance_of_force.sqrt(),
+            tool_force_lower_95_n: lower,
+            tool_force_upper_95_n: upper,
+            sobol_length,
+            sobol_diameter,
+            sobol_youngs_modulus,
+            sobol_damping_ratio,
+            sobol_filament_count,
+            failed_samples: self.count() - known.len(),
+        })
+    }
+
+    /// Rate `ω` of a tool in rad/s.
+    fn rate(&self, tool: usize) -> f64 {
+        // A tool that does not reach the workpiece adds no force at any rate.
+        self.settings(tool).map_or(0.0, |settings| NominalContact::of(&settings).rate())
+    }
+}
+
+/// What scatters in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
+#[must_use]
+pub fn scatter_text(settings: &Settings) -> String {
+    let input = |input: &Input| {
+        let percent = 100.0 * get(input.std, settings) / get(input.mean, settings);
+        input.scatters(settings).then(|| format!("{} ± {} %", input.symbol, two_digits(percent)))
+    };
+    INPUTS.iter().filter_map(input).collect::<Vec<_>>().join(", ")
+}
+
+/// A number with two significant digits.
+fn two_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    rounded.to_string()
+}
+
+fn parameter(path: &str) -> &'static Parameter {
+    Parameter::find(path).expect("the table has all inputs")
+}
+
+fn get(path: &str, settings: &Settings) -> f64 {
+    parameter(path).get(settings)
+}
+
+/// A number of the sequence, as that of a standard normal distribution.
+fn standard_normal(index: u32, dimension: u32, seed: u32) -> f64 {
+    /// The numbers are multiples of 2⁻²⁴ from 0 on; the middles between them are neither 0 nor 1.
+    const HALF: f64 = 1.0 / (1 << 25) as f64;
+    ndtri(f64::from(sobol_burley::sample(index, dimension, seed)) + HALF)
+}
+
+/// Mean and variance (with n − 1) of at least two numbers.
+fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, variance)
+}
+
+/// The value below which a share of sorted values lies. Each stands for the middle of its own share, `(k − ½)/n`, and between
+/// them it is linear (Hyndman and Fan 1996, no. 5).
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
+    let below = sorted[place.floor() as usize];
+    let above = sorted[place.ceil() as usize];
+    below + place.fract() * (above - below)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+
+    fn settings(uncertainty: &str) -> Settings {
+        let text = format!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\nfilament_count_uncertainty = 50\n\
+             [filament]\nlength_m = 0.040\ndiameter_m = 1.0e-3\n[process]\nbrushing_velocity_m_s = 18.0\n\
+             penetration_depth_m = 1.0e-3\n[uncertainty]\n{uncertainty}"
+        );
+        Document::parse(&text, "case.toml").and_then(|document| document.settings()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn without_scattering_filaments_there_are_no_tools() {
+        assert!(Scatter::of(&settings("samples = 64")).is_none());
+        assert!(Scatter::of(&settings("damping_ratio_std = 1e-3")).is_some());
+    }
+
+    #[test]
+    fn inputs_have_their_means_and_deviations_and_are_independent() {
+        let stds =
+            "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n";
+        let scatter = Scatter::of(&settings(&format!("{stds}samples = 4096\nseed = 9"))).expect("tools");
+        let tools: Vec<Settings> = (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool")).collect();
+        let column = |input: &Input| tools.iter().map(|tool| get(input.mean, tool)).collect::<Vec<_>>();
+        let columns: Vec<Vec<f64>> = INPUTS[..MOVING].iter().map(column).collect();
+        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3)];
+        for (values, (mean, std)) in columns.iter().zip(expected) {
+            let (found_mean, variance) = mean_and_variance(values);
+            assert!((found_mean - mean).abs() < 0.002 * std, "{found_mean}");
+            assert!((variance.sqrt() / std - 1.0).abs() < 0.005, "{}", variance.sqrt());
+        }
+        for (a, (mean_a, std_a)) in columns.iter().zip(expected) {
+            for (b, (mean_b, std_b)) in columns.iter().zip(expected).filter(|(b, _)| !std::ptr::eq(*b, a)) {
+                let products = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b));
+                let correlation = products.sum::<f64>() / (a.len() as f64 * std_a * std_b);
+                assert!(correlation.abs() < 0.01, "{correlation}");
+            }
+        }
+        // What is not sampled stays.
+        assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
+    }
+
+    #[test]
+    fn what_is_held_is_process_or_machine() {
+        let tools = |hold: &str| {
+            let scatter = Scatter::of(&settings(&format!("length_std_m = 5e-4\nhold = \"{hold}\""))).expect("tools");
+            (0..scatter.count()).map(|tool| scatter.settings(tool)).collect::<Vec<_>>()
+        };
+        let (process, machine) = (tools("process"), tools("machine"));
+        for (process, machine) in process.iter().zip(&machine) {
+            let process = process.as_ref().expect("each tool is set up to reach the workpiece");
+            assert_eq!(process.process.penetration_depth_m, 1e-3);
+            let longer = process.filament.length_m - 0.040;
+            // Two standard deviations are the whole depth.
+            assert_eq!(machine.is_some(), longer > -1e-3);
+            let Some(machine) = machine else { continue };
+            assert!((machine.process.penetration_depth_m - 1e-3 - longer).abs() < 1e-15);
+            assert!((machine.process.brushing_velocity_m_s / 18.0 - 1.0 - longer / 0.18).abs() < 1e-14);
+        }
+        assert!(machine.iter().any(Option::is_none));
+    }
+
+    /// A force per filament of `1 N · (1 + z/10)`, times 1000 ± 50 filaments.
+    #[test]
+    fn a_product_is_reduced_to_its_moments() {
+        let scatter = Scatter::of(&settings("diameter_std_m = 2e-5\nsamples = 16384")).expect("tools");
+        let rate = NominalContact::of(&settings("")).rate();
+        let impulse = |tool: usize| {
+            let diameter = scatter.settings(tool).expect("a tool").filament.diameter_m;
+            std::f64::consts::TAU / rate * (1.0 + 0.1 * (diameter - 1e-3) / 2e-5)
+        };
+        let mut impulses: Vec<Option<f64>> = (0..scatter.count()).map(|tool| Some(impulse(tool))).collect();
+        let reduced = scatter.reduce(&impulses).expect("no simulation failed");
+        let variance = 0.01_f64 * 1e6 + 2500.0 + 0.01 * 2500.0;
+        let near = |found: f64, expected: f64, tolerance: f64| {
+            assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
+        };
+        near(reduced.tool_force_mean_n, 1000.0, 1e-4);
+        near(reduced.tool_force_std_n, variance.sqrt(), 1e-3);
+        near(reduced.sobol_diameter, 1e4 / variance, 1e-3);
+        near(reduced.sobol_filament_count, 2500.0 / variance, 1e-3);
+        assert_eq!([reduced.sobol_length, reduced.sobol_youngs_modulus, reduced.sobol_damping_ratio], [0.0; 3]);
+        // Nearly a normal distribution, as the product of the deviations is small.
+        near(reduced.tool_force_lower_95_n, 1000.0 - 1.96 * variance.sqrt(), 0.01);
+        near(reduced.tool_force_upper_95_n, 1000.0 + 1.96 * variance.sqrt(), 0.01);
+
+        impulses.iter_mut().step_by(3).for_each(|impulse| *impulse = None);
+        let with_failures = scatter.reduce(&impulses).expect("most are there");
+        assert_eq!(with_failures.failed_samples, 16384_usize.div_ceil(3));
+        near(with_failures.tool_force_std_n, variance.sqrt(), 0.03);
+        impulses.iter_mut().skip(1).step_by(3).for_each(|impulse| *impulse = None);
+        assert_eq!(scatter.reduce(&impulses), None);
+    }
+
+    #[test]
+    fn no_force_has_no_scatter() {
+        let scatter = Scatter::of(&settings("diameter_std_m = 2e-5")).expect("tools");
+        assert_eq!(scatter.reduce(&[Some(0.0); 128]), Some(ForceScatter::default()));
+    }
+
+    #[test]
+    fn impossible_tools_are_blamed_on_their_deviation() {
+        let error_at = |depth: &str, uncertainty: &str| {
+            let text = format!(
+                "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.0e-3\n\
+                 [process]\nbrushing_velocity_m_s = 18.0\npenetration_depth_m = {depth}\n[uncertainty]\n{uncertainty}"
+            );
+            let settings = Document::parse(&text, "case.toml").and_then(|document| document.settings());
+            settings.expect_err("impossible").to_string()
+        };
+        let error = |uncertainty: &str| error_at("1.0e-3", uncertainty);
+        let damping = error("damping_ratio_std = 0.04");
+        assert!(
+            damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:11:"),
+            "{damping}"
+        );
+        assert!(error("length_std_m = 0.02\ndiameter_std_m = 1e-9").contains("`uncertainty.length_std_m` is 0.02"));
+        // Of the two that scatter, the length alone can reach the depth.
+        let deep = error_at("39e-3", "length_std_m = 1e-3\nyoungs_modulus_std_pa = 6e8");
+        assert!(deep.contains("`uncertainty.length_std_m`"), "{deep}");
+        assert!(error("samples = 63").contains("a whole number from 64 to 65536"));
+        assert!(error("hold = \"depth\"").contains("process"));
+    }
+
+    /// Bands of few tools are not narrower than those of many, on average over seeds.
+    #[test]
+    fn bands_of_few_tools_are_as_wide() {
+        let width = |seed: u32| {
+            let mut forces: Vec<f64> = (0..128).map(|index| standard_normal(index, 0, seed) * 2.0).collect();
+            forces.iter_mut().enumerate().for_each(|(index, force)| *force += standard_normal(index as u32, 1, seed));
+            forces.sort_by(f64::total_cmp);
+            quantile(&forces, BAND[1]) - quantile(&forces, BAND[0])
+        };
+        let mean = (0..400).map(width).sum::<f64>() / 400.0;
+        let expected = 2.0 * 1.959_964 * 5.0_f64.sqrt();
+        assert!((mean / expected - 1.0).abs() < 0.015, "{mean}, not {expected}");
+    }
+
+    #[test]
+    fn quantiles_are_interpolated() {
+        let found = [0.0, 0.125, 0.25, 0.5, 0.625, 0.875, 1.0].map(|share| quantile(&[1.0, 2.0, 4.0, 8.0], share));
+        assert_eq!(found, [1.0, 1.0, 1.5, 3.0, 4.0, 8.0, 8.0]);
+    }
+}

@@ -1,0 +1,243 @@
+//! The filaments, clamps and surfaces of the cases.
+
+use std::f64::consts::PI;
+
+use bristle::contact::ContactLaw;
+use bristle::equations::Chain;
+use bristle::equations::linear::{add, scale, sub};
+use bristle::model::filament::chain;
+use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
+use bristle::simulation::{FilamentState, FilamentSystem};
+use bristle::tool::{ClampMotion, FixedClamp};
+use bristle::workpiece::Plane;
+use bristle_study::document::Document;
+use bristle_study::study::Study;
+use serde::de::DeserializeOwned;
+
+use super::Failure;
+use super::case::{Axis, Check, Curve, Figure, Look};
+use super::{sources, tolerances};
+
+/// The study of the paper's case, as users run it.
+const STUDY: &str = include_str!("../../../examples/zirconia.toml");
+
+/// The paper's 120 contacts.
+pub fn paper_study() -> Result<Study, Failure> {
+    let study = Document::parse(STUDY, "zirconia.toml").and_then(|document| document.study());
+    study.map_err(|error| Failure::Reference(error.to_string()))
+}
+
+/// The paper's filament at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
+pub fn paper_case(segments: usize, velocity: f64, depth: f64) -> Result<Settings, Failure> {
+    let mut settings = paper_study()?.settings(0);
+    settings.filament.segments = segments;
+    settings.process.brushing_velocity_m_s = velocity;
+    settings.process.penetration_depth_m = depth;
+    Ok(settings)
+}
+
+/// A filament with `l_f = E I = ρ A = 1`, so that its numbers are those of dimensionless formulas; undamped.
+pub fn unit_beam(segments: usize) -> FilamentSettings {
+    FilamentSettings {
+        segments,
+        length_m: 1.0,
+        diameter_m: 2.0 / PI.sqrt(),
+        density_kg_m3: 1.0,
+        youngs_modulus_pa: 4.0 * PI,
+        damping_ratio: 0.0,
+    }
+}
+
+/// Its chain.
+pub fn unit_chain(segments: usize) -> Chain<f64> {
+    chain(&unit_beam(segments), [0.0; 3])
+}
+
+/// The same without stiffness: a rope.
+pub fn without_stiffness(chain: Chain<f64>) -> Chain<f64> {
+    Chain { root_stiffness: 0.0, joint_stiffness: 0.0, ..chain }
+}
+
+/// Rods of the length 1 m, one after the other from a fixed point on, each of the mass `mass` (kg) and with the inertia
+/// `inertia` (kg m²) about its centre.
+pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chain<f64> {
+    Chain {
+        segments,
+        length: 1.0,
+        mass,
+        inertia,
+        root_stiffness: 0.0,
+        joint_stiffness: 0.0,
+        root_damping: 0.0,
+        joint_damping: 0.0,
+        gravity,
+    }
+}
+
+/// A clamp at rest at the origin, along `x`.
+pub const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
+
+/// The system of a chain that nothing touches, with all integrals.
+pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem<M, Plane> {
+    let far = Plane::new([0.0, -1e6, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
+    FilamentSystem::new(chain, motion, ContactLaw::from(&ContactSettings::default()), far, true)
+}
+
+/// `E_kin + E_spring + E_grav` and what the closed contacts store, in J.
+pub fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, state: &FilamentState) -> f64 {
+    let energies = system.energies(state);
+    energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
+}
+
+/// The component along `z` of a vector product.
+pub fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The momentum of a filament, and its angular momentum about `z` through the origin: of the segments' centres, and about
+/// them. `root` and `nodes` are positions and velocities.
+pub fn momentum(
+    chain: &Chain<f64>,
+    root: [[f64; 3]; 2],
+    nodes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+) -> ([f64; 3], f64) {
+    let (mut linear, mut angular) = ([0.0; 3], 0.0);
+    let [mut inner, mut inner_rate] = root;
+    for [outer, outer_rate] in nodes {
+        // A centre is where, and moves with, the mean of its segment's ends.
+        let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
+        let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
+        linear = add(linear, scale(chain.mass, rate));
+        angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
+        (inner, inner_rate) = (outer, outer_rate);
+    }
+    (linear, angular)
+}
+
+/// What two solutions whose errors fall as n⁻² tend to, from those of n and 2n (Richardson).
+pub fn extrapolated(coarse: f64, fine: f64) -> f64 {
+    fine + (fine - coarse) / 3.0
+}
+
+/// The same from three solutions, of n/2, n and 2n, without the error of n⁻⁴ either.
+pub fn extrapolated_twice([half, coarse, fine]: [f64; 3]) -> f64 {
+    let (first, second) = (extrapolated(half, coarse), extrapolated(coarse, fine));
+    second + (second - first) / 15.0
+}
+
+/// The order at which the errors of n and 2n fall.
+pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
+    ((coarse - exact) / (fine - exact)).abs().log2()
+}
+
+/// The numbers of segments of [`error_figure`].
+pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
+
+/// A diagram of errors over n: one curve for each of `names`, whose errors at n `errors` gives.
+pub fn error_figure<const N: usize>(
+    name: &'static str,
+    title: &str,
+    curves: [String; N],
+    errors: impl Fn(usize) -> Result<[f64; N], Failure>,
+) -> Result<Figure, Failure> {
+    let mut points = vec![Vec::new(); N];
+    for segments in SEGMENTS {
+        for (points, error) in points.iter_mut().zip(errors(segments)?) {
+            points.push((segments as f64, error.abs()));
+        }
+    }
+    // Half as high as the first curve, beside it.
+    let slope = points[0].iter().map(|&(n, _)| (n, points[0][0].1 * (SEGMENTS[0] as f64 / n).powi(2) / 2.0));
+    let mut curves: Vec<Curve> =
+        curves.into_iter().zip(points.clone()).map(|(name, points)| Curve::new(name, Look::Joined, points)).collect();
+    curves.push(Curve::new("n⁻²", Look::Reference, slope.collect()));
+    Ok(Figure {
+        name,
+        title: title.to_owned(),
+        description:
+            "Errors over the number of segments, both logarithmic: straight lines that fall by four for twice as \
+            many segments."
+                .to_owned(),
+        x: Axis::logarithmic("number of segments n"),
+        y: Axis::logarithmic("relative error"),
+        curves,
+    })
+}
+
+/// Where `f` changes its sign between 0 and 1, if it does.
+pub fn crossing(f: impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut low, mut high) = (0.0, 1.0);
+    let rises = f(low) < 0.0;
+    if rises == (f(high) < 0.0) {
+        return None;
+    }
+    for _ in 0..50 {
+        let middle = (low + high) / 2.0;
+        if (f(middle) < 0.0) == rises {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
+/// The larger of two errors; one that is not a number is larger than any.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// The smaller of two numbers; one that is not a number is smaller than any.
+pub fn lesser(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a < b { a } else { b }
+}
+
+/// The rows of a trajectory that is committed as CSV, with comments above its heading.
+pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    reader.deserialize().collect::<Result<_, _>>().map_err(|error| Failure::Reference(error.to_string()))
+}
+
+/// Slope of the straight line through points in logarithms, by least squares.
+pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
+    let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
+        / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
+
+/// A diagram of errors over the solver's tolerance, with a comparison of the slope of each curve, which should be one, from
+/// the errors above `known`: that of the reference.
+pub fn tolerance_study(
+    name: &'static str,
+    title: &str,
+    courses: Vec<(String, Vec<(f64, f64)>)>,
+    known: f64,
+) -> (Vec<Check>, Figure) {
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (label, course) in courses {
+        let subject = format!("slope over the tolerance, {label}");
+        let above: Vec<(f64, f64)> = course.iter().copied().filter(|(_, error)| *error > known).collect();
+        let slope = logarithmic_slope(&above);
+        checks.push(Check::within(subject, "order", sources::CONTROL, slope, tolerances::SLOPE));
+        for (tolerance, _) in &course {
+            (low, high) = (low.min(*tolerance), high.max(*tolerance));
+        }
+        curves.push(Curve::new(label, Look::Joined, course));
+    }
+    curves.push(Curve::new("error = tolerance", Look::Reference, vec![(low, low), (high, high)]));
+    let figure = Figure {
+        name,
+        title: title.to_owned(),
+        description:
+            "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to what the \
+            reference is good to."
+                .to_owned(),
+        x: Axis::logarithmic("relative tolerance of the solver"),
+        y: Axis::logarithmic("error"),
+        curves,
+    };
+    (checks, figure)
+}

@@ -1,0 +1,290 @@
+//! What free motions keep, and what is known of them exactly.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use bristle::contact::ContactLaw;
+use bristle::equations::linear::{add, scale};
+use bristle::equations::{Chain, PolarAxis};
+use bristle::integrate::Tolerances;
+use bristle::integrate::tableau::ESDIRK54;
+use bristle::model::settings::ContactSettings;
+use bristle::simulation::{FilamentState, FilamentSystem, integrate};
+use bristle::tool::FixedClamp;
+use bristle::workpiece::Plane;
+use serde::Deserialize;
+
+use super::case::{Axis, Case, Check, Curve, Figure, Look};
+use super::chains::{
+    WALL, logarithmic_slope, mechanical_energy, momentum, rods, tolerance_study, trajectory_rows, unit_chain,
+    untouched, worse,
+};
+use super::exact::pendulum::SphericalPendulum;
+use super::{Extent, Failure, Group, sources, tolerances};
+
+/// The group.
+pub const GROUP: Group = Group {
+    title: "Invariants",
+    purpose: "Motions without dampers and contact, over long times: what they must keep, and pendulums whose motion is known.",
+    cases: &[conservation, spherical_pendulum, double_pendulum, reversal],
+};
+
+/// A system that nothing but its clamp, and perhaps a plane, touches.
+type System = FilamentSystem<FixedClamp, Plane>;
+
+/// Directions of the segments and their rates, whatever the charts.
+fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
+    let motion = |k: usize| [state.q[k], state.v[k], [0.0; 2]];
+    (0..state.q.len()).map(|k| state.charts[k].direction(motion(k))).map(|[e, rate, _]| [e, rate]).collect()
+}
+
+/// The state at time zero with these directions and their rates times `factor`.
+fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> FilamentState {
+    let coordinates = directions.iter().map(|[e, rate]| PolarAxis::Z.coordinates([*e, scale(factor, *rate), [0.0; 3]]));
+    let (q, v) = coordinates.map(|[q, v, _]| (q, v)).unzip();
+    system.state(0.0, q, v)
+}
+
+/// Angular momentum about `z` through the origin, where the root rests.
+fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
+    let root = [[0.0; 3]; 2];
+    let nodes = directions(state).into_iter().scan(root, |node, [e, rate]| {
+        *node = [add(node[0], scale(chain.length, e)), add(node[1], scale(chain.length, rate))];
+        Some(*node)
+    });
+    momentum(chain, root, nodes).1
+}
+
+/// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling.
+fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
+    let soft = 0.02 * unit_chain(4).joint_stiffness;
+    let chain = Chain { root_stiffness: 0.0, joint_stiffness: soft, gravity: [0.0, 0.0, -1.0], ..unit_chain(4) };
+    let start = (0..4).map(|k| {
+        let (polar, azimuth) = (PI - 0.9 - 0.15 * f64::from(k), 0.2 * f64::from(k));
+        let [e, rate, _] = PolarAxis::Z.direction([[polar, azimuth], [0.3, 0.8 - 0.2 * f64::from(k)], [0.0; 2]]);
+        [e, rate]
+    });
+    // Of a straight rod, m g L/2 over m L²/3.
+    (chain, start.collect(), 2.0 * PI * (2.0_f64 / 3.0).sqrt())
+}
+
+fn conservation(extent: Extent) -> Result<Case, Failure> {
+    const PERIODS: usize = 1000;
+    const PARTS: usize = 100;
+    let relatives: &[f64] = match extent {
+        Extent::Quick => &[1e-8],
+        Extent::Full => &[1e-7, 1e-8, 1e-9, 1e-10],
+    };
+    let (mut checks, mut curves, mut drifts) = (Vec::new(), Vec::new(), Vec::new());
+    for &relative in relatives {
+        let (chain, start, period) = swinging();
+        let mut system = untouched(chain, WALL);
+        let mut state = state_of(&mut system, &start, 1.0);
+        let (energy, momentum) = (mechanical_energy(&mut system, &state), axial_momentum(&chain, &state));
+        let kinetic = system.energies(&state).kinetic;
+        let tolerances = Tolerances { relative, angle_scale: 1.0, rate_scale: 1.0 };
+        let (mut energy_drift, mut momentum_drift, mut course) = (0.0, 0.0, Vec::new());
+        for part in 1..=PARTS {
+            let periods = (part * PERIODS / PARTS) as f64;
+            (state, _) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
+            let drift = (mechanical_energy(&mut system, &state) - energy).abs() / kinetic;
+            energy_drift = worse(drift, energy_drift);
+            momentum_drift = worse((axial_momentum(&chain, &state) / momentum - 1.0).abs(), momentum_drift);
+            course.push((periods, drift));
+        }
+        for (quantity, drift, tolerance) in
+            [("ΔE/E_kin", energy_drift, tolerances::DRIFT), ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM)]
+        {
+            let subject = format!("{PERIODS} periods at a tolerance of {relative:e}, over it");
+            checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, drift / relative, tolerance));
+        }
+        drifts.push((relative, energy_drift));
+        curves.push(Curve::new(format!("tolerance {relative:e}"), Look::Line, course));
+    }
+    if drifts.len() > 1 {
+        let subject = format!("slope over the tolerance, {PERIODS} periods");
+        let slope = logarithmic_slope(&drifts);
+        checks.push(Check::within(subject, "order of ΔE", sources::CONTROL, slope, tolerances::SLOPE));
+    }
+    let figure = Figure {
+        name: "validation_energy",
+        title: "Energy lost in 1000 periods of a free spatial motion".to_owned(),
+        description: "Change of the energy over the kinetic energy at the start, over the number of periods: it grows with time and \
+            falls with the tolerance, to a ten millionth at 1e-10."
+            .to_owned(),
+        x: Axis::linear("periods"),
+        y: Axis::logarithmic("ΔE/E_kin"),
+        curves,
+    };
+    Ok(Case {
+        title: "Energy and axial angular momentum of a free spatial motion",
+        text: format!(
+            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z, which leaves \
+            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z` as they are; for \
+            {PERIODS} periods of the rod that the straight chain would be, half a million to two million steps. The method is \
+            L-stable: what it loses, it loses in each step, nearly in proportion to the tolerance, so the drift is stated over the \
+            tolerance."
+        ),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
+    const GRAVITY: f64 = 9.81;
+    const PERIODS: f64 = 20.0;
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {
+        // a = m g s/I = 3g/(2L) of a rod.
+        let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
+        let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), WALL);
+        let [e, e_rate, _] = PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
+        let start = state_of(&mut system, &[[e, e_rate]], 1.0);
+        let tolerances = Tolerances { relative: 1e-11, angle_scale: 1.0, rate_scale: 1.0 };
+        let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
+        let mut course = Vec::new();
+        integrate(&mut system, start, PERIODS * pendulum.period(), &ESDIRK54, tolerances, |step| {
+            let [x, y, z] = step.end_nodes[0].value;
+            let angle = y.atan2(x);
+            if angle < last - PI {
+                turns += 2.0 * PI;
+            }
+            last = angle;
+            course.push((step.end.time, z));
+            height = worse((z - pendulum.height(step.end.time)).abs(), height);
+            azimuth = worse((angle + turns - pendulum.azimuth(step.end.time)).abs(), azimuth);
+        })?;
+        for (quantity, error) in [("error of cos φ", height), ("error of θ in rad", azimuth)] {
+            let subject = format!("cos φ_1 = {lowest}, θ̇_1 = {rate} 1/s");
+            let (source, tolerance) = (sources::WHITTAKER, tolerances::TRAJECTORY);
+            checks.push(Check::value(subject, quantity, 0.0, source, error, tolerance));
+        }
+        const SHOWN: f64 = 2.0;
+        let exact = (0..=400).map(|i| SHOWN * f64::from(i) / 400.0).map(|time| (time, pendulum.height(time)));
+        curves.push(Curve::new(format!("sn², cos φ_1 = {lowest}"), Look::Reference, exact.collect()));
+        let shown = course.into_iter().take_while(|(time, _)| *time <= SHOWN).step_by(12);
+        curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown.collect()));
+    }
+    let figure = Figure {
+        name: "validation_spherical_pendulum",
+        title: "Height of three spherical pendulums".to_owned(),
+        description:
+            "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps lie on them."
+                .to_owned(),
+        x: Axis::linear("time t in s"),
+        y: Axis::linear("cos φ"),
+        curves,
+    };
+    Ok(Case {
+        title: "Spherical pendulum",
+        text: "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
+            With `a = 3g/(2L)` and the zeros `u_1 < u_2 < u_3` of the cubic that its energy and angular momentum make:\n\n\
+            ```text\ncos φ = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m),   m = (u_2 − u_1)/(u_3 − u_1)\n```\n\n\
+            and θ by elliptic integrals of the third kind. The largest errors at all steps of twenty periods, at a relative \
+            tolerance of 1e-11."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+/// A row of the trajectory of a double pendulum.
+#[derive(Deserialize)]
+struct DoublePendulum {
+    time_s: f64,
+    theta_1_rad: f64,
+    theta_2_rad: f64,
+    theta_1_rate_rad_s: f64,
+    theta_2_rate_rad_s: f64,
+}
+
+fn double_pendulum(_: Extent) -> Result<Case, Failure> {
+    const DATA: &str = include_str!("../../../derivations/trajectories/double_pendulum.csv");
+    let rows: Vec<DoublePendulum> = trajectory_rows(DATA)?;
+    let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), WALL);
+    let first = rows.first().ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
+    let q = vec![[FRAC_PI_2, first.theta_1_rad], [FRAC_PI_2, first.theta_2_rad]];
+    let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
+    let tolerances = Tolerances { relative: 1e-12, angle_scale: 1.0, rate_scale: 1.0 };
+    let (mut checks, mut reference, mut course) = (Vec::new(), Vec::new(), Vec::new());
+    for row in &rows {
+        (state, _) = integrate(&mut system, state, row.time_s, &ESDIRK54, tolerances, |_| ())?;
+        reference.push((row.time_s, row.theta_2_rad));
+        course.push((row.time_s, state.q[1][1]));
+        if row.time_s > 0.0 && row.time_s % 2.0 == 0.0 {
+            let subject = format!("t = {} s", row.time_s);
+            for (quantity, expected, computed) in [
+                ("θ_1 in rad", row.theta_1_rad, state.q[0][1]),
+                ("θ_2 in rad", row.theta_2_rad, state.q[1][1]),
+                ("θ̇_1 in 1/s", row.theta_1_rate_rad_s, state.v[0][1]),
+                ("θ̇_2 in 1/s", row.theta_2_rate_rad_s, state.v[1][1]),
+            ] {
+                let tolerance = if row.time_s <= 6.0 { tolerances::CHAOS_EARLY } else { tolerances::CHAOS };
+                let source = sources::TAYLOR;
+                checks.push(Check::value(subject.clone(), quantity, expected, source, computed, tolerance));
+            }
+        }
+    }
+    let figure = Figure {
+        name: "validation_double_pendulum",
+        title: "Azimuth of the outer rod of a double pendulum".to_owned(),
+        description: "Azimuth over ten seconds: an irregular motion, the same in both codes.".to_owned(),
+        x: Axis::linear("time t in s"),
+        y: Axis::linear("θ_2 in rad"),
+        curves: vec![Curve::new("50 digits", Look::Reference, reference), Curve::new("Bristle", Look::Markers, course)],
+    };
+    Ok(Case {
+        title: "Double pendulum",
+        text: "Two rods in a plane, let go from 1.5 and 1.8 rad off the vertical, against a Taylor series in 50 digits from \
+            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows \
+            up to a million times in the ten seconds, so that any error in the equations would be seen. At a relative tolerance \
+            of 1e-12."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+/// The largest difference of the directions' components.
+fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
+    let differences = a.iter().zip(b).flat_map(|([a, _], [b, _])| (0..3).map(|i| (a[i] - b[i]).abs()));
+    differences.fold(0.0, worse)
+}
+
+fn reversal(_: Extent) -> Result<Case, Failure> {
+    const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
+    let (chain, start, period) = swinging();
+    // Far below all, and where it is met some ten times a period.
+    let law = ContactLaw { stiffness: 1e3, ..ContactLaw::from(&ContactSettings::default()) };
+    let (mut checks, mut courses) = (Vec::new(), Vec::new());
+    for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
+        let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
+        let mut course = Vec::new();
+        for relative in TOLERANCES {
+            let tolerances = Tolerances { relative, angle_scale: 1.0, rate_scale: 1.0 };
+            let mut state = state_of(&mut FilamentSystem::new(chain, WALL, law, floor, true), &start, 1.0);
+            for _ in 0..2 {
+                let mut system = FilamentSystem::new(chain, WALL, law, floor, true);
+                let (end, _) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
+                state = state_of(&mut system, &directions(&end), -1.0);
+            }
+            course.push((relative, distance(&directions(&state), &start)));
+        }
+        if let Some((relative, error)) = course.last() {
+            let subject = format!("{name}, tolerance {relative:e}");
+            checks.push(Check::value(subject, "error of e", 0.0, sources::EXACT, *error, tolerances::REVERSAL));
+        }
+        courses.push((name.to_owned(), course));
+    }
+    let title = "What is left of a motion that is turned round";
+    let (slopes, figure) = tolerance_study("validation_reversal", title, courses, 0.0);
+    checks.extend(slopes);
+    Ok(Case {
+        title: "Reversal of time",
+        text: "The motion of the first case, turned round after some time: without dampers it has to come back to its start. \
+            Once freely, and once bouncing on an elastic floor, with the outer two of its nodes, where each event is located twice, \
+            from either side. What is left falls in proportion to the tolerance."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}

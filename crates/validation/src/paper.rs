@@ -1,0 +1,503 @@
+//! What the paper found, on its grid.
+
+use std::sync::OnceLock;
+
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::Parameter;
+use bristle::simulation::{Pass, simulate_with_history};
+use bristle_study::study::{DEPTH, Study, Sweep, VELOCITY, run_study};
+
+use super::case::{Axis, Case, Check, Curve, Figure, Look};
+use super::chains::{lesser, paper_case, paper_study, worse};
+use super::tolerances::Tolerance;
+use super::{Extent, Failure, Group, sources, tolerances};
+
+/// The group.
+pub const GROUP: Group = Group {
+    title: "The paper",
+    purpose: "The findings of Uhlmann and Hoyer (2021), as docs/MODEL.md sums them up, each with numbers, on the grid of 120 \
+        passes at n = 25 with the defaults that MODEL gives for what the paper leaves open.",
+    cases: &[deflection, contact_time, tier, impulse, tool_force, segments, magnitude],
+};
+
+/// The metrics of a study over depth and velocity.
+#[derive(Clone, Debug)]
+struct Grid {
+    velocities: Vec<f64>,
+    depths: Vec<f64>,
+    /// By depth, then by velocity.
+    metrics: Vec<Vec<Metrics>>,
+}
+
+impl Grid {
+    /// That of the paper with 25 segments, computed once for all findings.
+    fn paper() -> Result<&'static Self, Failure> {
+        static GRID: OnceLock<Result<Grid, Failure>> = OnceLock::new();
+        GRID.get_or_init(|| Self::new(25.0)).as_ref().map_err(Clone::clone)
+    }
+
+    /// That of the paper, with so many segments.
+    fn new(segments: f64) -> Result<Self, Failure> {
+        let unusable = |error: &dyn std::fmt::Display| Failure::Reference(error.to_string());
+        let paper = paper_study()?;
+        let parameter = Parameter::find("filament.segments").ok_or_else(|| unusable(&"no such setting"))?;
+        let mut axes = vec![Sweep::list(parameter, vec![segments]).map_err(|error| unusable(&error))?];
+        axes.extend(paper.sweeps().iter().cloned());
+        let study = Study::new(paper.settings(0), axes).map_err(|error| unusable(&error))?;
+        let values = |path: &str| {
+            let axis = study.sweeps().iter().find(|axis| axis.parameter().path == path);
+            axis.map(|axis| axis.values().to_vec()).unwrap_or_default()
+        };
+        let (velocities, depths) = (values(VELOCITY), values(DEPTH));
+        let results = run_study(&study, None, || ()).map_err(|error| unusable(&error))?;
+        let metrics = results.iter().map(|result| result.as_ref().map(|summary| summary.metrics.clone()));
+        let metrics: Vec<Metrics> = metrics.collect::<Result<_, _>>().map_err(|error| unusable(&error))?;
+        Ok(Self { metrics: metrics.chunks(velocities.len()).map(<[Metrics]>::to_vec).collect(), velocities, depths })
+    }
+
+    /// One metric at each depth, over the velocities.
+    fn rows(&self, metric: fn(&Metrics) -> f64) -> Vec<Vec<f64>> {
+        self.metrics.iter().map(|row| row.iter().map(metric).collect()).collect()
+    }
+
+    /// One metric at each velocity, over the depths.
+    fn columns(&self, metric: fn(&Metrics) -> f64) -> Vec<Vec<f64>> {
+        (0..self.velocities.len()).map(|i| self.metrics.iter().map(|row| metric(&row[i])).collect()).collect()
+    }
+
+    /// The first depth, by index, at which a pass at a velocity is sweeping, `ε_tc > ½`; the number of depths if none is.
+    fn tier(&self, velocity: usize) -> usize {
+        self.metrics.iter().position(|row| row[velocity].contact_time_ratio > 0.5).unwrap_or(self.depths.len())
+    }
+
+    /// True if the pass is striking.
+    fn strikes(&self, depth: usize, velocity: usize) -> bool {
+        depth < self.tier(velocity)
+    }
+
+    /// One metric over the velocities, a curve for each of five depths.
+    fn curves(&self, metric: fn(&Metrics) -> f64) -> Vec<Curve> {
+        let rows = self.rows(metric);
+        const SHOWN_MM: [f64; 5] = [0.5, 1.0, 2.0, 3.0, 5.0];
+        let is_shown = |depth: &usize| SHOWN_MM.iter().any(|shown| (1e3 * self.depths[*depth] - shown).abs() < 1e-6);
+        let shown = (0..self.depths.len()).filter(is_shown);
+        let curve = |depth: usize| {
+            let points = self.velocities.iter().copied().zip(rows[depth].iter().copied());
+            Curve::new(format!("a_e = {} mm", 1e3 * self.depths[depth]), Look::Joined, points.collect())
+        };
+        shown.map(curve).collect()
+    }
+}
+
+/// The smallest ratio of neighbours; NaN if there are none.
+fn least_growth(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return f64::NAN;
+    }
+    values.windows(2).map(|pair| pair[1] / pair[0]).fold(f64::INFINITY, lesser)
+}
+
+/// The largest ratio of neighbours; NaN if there are none.
+fn most_growth(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return f64::NAN;
+    }
+    values.windows(2).map(|pair| pair[1] / pair[0]).fold(0.0, worse)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Slope and offset of the straight line through points, by least squares.
+fn line(x: &[f64], y: &[f64]) -> [f64; 2] {
+    let (x_mean, y_mean) = (mean(x), mean(y));
+    let products: f64 = x.iter().zip(y).map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
+    let slope = products / x.iter().map(|x| (x - x_mean).powi(2)).sum::<f64>();
+    [slope, y_mean - slope * x_mean]
+}
+
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (lesser(value, low), worse(value, high)));
+    high - low
+}
+
+/// The worst distance of values from a straight line over `x`, over their range.
+fn misfit(x: &[f64], y: &[f64]) -> f64 {
+    let [slope, offset] = line(x, y);
+    let distances = x.iter().zip(y).map(|(x, y)| (y - offset - slope * x).abs());
+    distances.fold(0.0, worse) / range(y)
+}
+
+/// A criterion: `computed` has to lie between the bounds of `tolerance`.
+fn criterion(subject: &str, quantity: &'static str, tolerance: &'static Tolerance, computed: f64) -> Check {
+    Check::within(subject.to_owned(), quantity, sources::PAPER, computed, tolerance)
+}
+
+fn deflection(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
+    let columns = grid.columns(metric);
+    let growth = columns.iter().map(|column| least_growth(column)).fold(f64::INFINITY, lesser);
+    let last = grid.depths.len() - 1;
+    let bend = |column: &Vec<f64>| {
+        let final_slope = (column[last] - column[last - 1]) / (grid.depths[last] - grid.depths[last - 1]);
+        final_slope / (column[0] / grid.depths[0])
+    };
+    let degression = columns.iter().map(bend).fold(0.0, worse);
+    let (mut whole, mut step) = (f64::INFINITY, f64::INFINITY);
+    for (depth, row) in grid.rows(metric).iter().enumerate() {
+        let striking: Vec<f64> =
+            (0..row.len()).filter(|&velocity| grid.strikes(depth, velocity)).map(|velocity| row[velocity]).collect();
+        if striking.len() > 1 {
+            whole = lesser(striking[striking.len() - 1] / striking[0], whole);
+            step = lesser(least_growth(&striking), step);
+        }
+    }
+    let checks = vec![
+        criterion(
+            "from one depth to the next, at every velocity",
+            "least growth of s_n,max",
+            tolerances::GROWS,
+            growth,
+        ),
+        criterion("slope at 5 mm over that below 0.5 mm, largest", "slope ratio", tolerances::DEGRESSIVE, degression),
+        criterion(
+            "striking, from the lowest to the highest velocity",
+            "least growth of s_n,max",
+            tolerances::GROWS,
+            whole,
+        ),
+        criterion("striking, from one velocity to the next", "least growth of s_n,max", tolerances::HARDLY_FALLS, step),
+    ];
+    let figure = Figure {
+        name: "validation_paper_deflection",
+        title: "Finding 1: largest tip deflection".to_owned(),
+        description:
+            "Tip deflection over the brushing velocity for five depths: flat while sweeping, rising once striking, and \
+            closer together at larger depths."
+                .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("s_n,max in mm"),
+        curves: grid.curves(|metrics| 1e3 * metrics.max_tip_deflection_m),
+    };
+    Ok(Case {
+        title: "1. Tip deflection grows degressively with depth, and with velocity once striking",
+        text: "Striking are passes with `ε_tc < ½`. At the smallest depth the deflection saturates at the highest velocities \
+            (−0.7 % over the last step), so single steps may fall by 1 %."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn contact_time(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let rows = grid.rows(|metrics| metrics.contact_time_s);
+    let last = grid.velocities.len() - 1;
+    let fall = rows.iter().map(|row| most_growth(row)).fold(0.0, worse);
+    let whole = rows.iter().map(|row| row[last] / row[0]).fold(0.0, worse);
+    let losses: Vec<f64> = rows.iter().map(|row| row[0] - row[last]).collect();
+    let checks = vec![
+        criterion("from one velocity to the next, at every depth", "largest ratio of t_c", tolerances::FALLS, fall),
+        criterion("30 m/s over 2.5 m/s, largest", "ratio of t_c", tolerances::STEEP, whole),
+        criterion(
+            "loss from 2.5 to 30 m/s, from one depth to the next",
+            "least growth",
+            tolerances::GROWS,
+            least_growth(&losses),
+        ),
+    ];
+    let figure = Figure {
+        name: "validation_paper_time",
+        title: "Finding 2: contact time".to_owned(),
+        description:
+            "Contact time over the brushing velocity for five depths, logarithmic: all fall by more than a decade."
+                .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::logarithmic("t_c in ms"),
+        curves: grid.curves(|metrics| 1e3 * metrics.contact_time_s),
+    };
+    Ok(Case {
+        title: "2. Contact time falls steeply with velocity, most at large depth",
+        text: "The paper's \"highly regressive decrease\": twelve times the velocity leaves less than a tenth of the time, and takes \
+            more milliseconds at each larger depth."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn tier(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
+    let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
+    for (velocity, column) in ratios.iter().enumerate() {
+        let tier = grid.tier(velocity);
+        misplaced += column[tier..].iter().filter(|&&ratio| ratio.is_nan() || ratio < 0.5).count();
+        if tier > 0 && tier < column.len() {
+            let share = (0.5 - column[tier - 1]) / (column[tier] - column[tier - 1]);
+            velocities.push(grid.velocities[velocity]);
+            depths.push(grid.depths[tier - 1] + share * (grid.depths[tier] - grid.depths[tier - 1]));
+        }
+    }
+    let slopes: Vec<f64> = velocities.iter().zip(&depths).map(|(velocity, depth)| depth / velocity).collect();
+    let relative = slopes.iter().map(|slope| slope / mean(&slopes));
+    let (least, most) =
+        relative.fold((f64::INFINITY, 0.0), |(least, most), slope| (lesser(slope, least), worse(slope, most)));
+    let corner = |depth: usize, velocity: usize| grid.metrics[depth][velocity].contact_time_ratio;
+    let (deepest, fastest) = (grid.depths.len() - 1, grid.velocities.len() - 1);
+    let mut checks = vec![
+        criterion("passes above the line that strike", "number", tolerances::NONE, misplaced as f64),
+        criterion("slowest and deepest pass", "ε_tc", tolerances::SWEEPS, corner(deepest, 0)),
+        criterion("passes at 25 m/s and 0.5 mm", "ε_tc", tolerances::STRIKES, corner(0, fastest - 2)),
+        criterion(
+            "line ε_tc = ½, worst distance from a straight one",
+            "over its range",
+            tolerances::STRAIGHT,
+            misfit(&velocities, &depths),
+        ),
+    ];
+    let bounds = tolerances::NEARLY_PROPORTIONAL;
+    checks.push(criterion("a_e/v_b on the line, least over mean", "ratio", bounds, least));
+    checks.push(criterion("a_e/v_b on the line, largest over mean", "ratio", bounds, most));
+    let millimetres = depths.iter().map(|depth| 1e3 * depth);
+    let figure = Figure {
+        name: "validation_paper_tier",
+        title: "Finding 3: the line between striking and sweeping, ε_tc = ½".to_owned(),
+        description: "Penetration depth over brushing velocity where the contact time ratio is one half: nearly a straight line, from \
+            0.7 mm at 10 m/s to 4.4 mm at 30 m/s."
+            .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("penetration depth a_e in mm"),
+        curves: vec![
+            Curve::new("ε_tc = ½", Look::Joined, velocities.iter().copied().zip(millimetres).collect()),
+            Curve::new(
+                "straight line",
+                Look::Reference,
+                velocities.iter().map(|x| (*x, 1e3 * (line(&velocities, &depths)[0] * x + line(&velocities, &depths)[1]))).collect(),
+            ),
+        ],
+    };
+    Ok(Case {
+        title: "3. Contact time ratio has a tier, nearly proportional between velocity and depth",
+        text: "The depth at which `ε_tc = ½`, interpolated at each velocity. The paper calls the line \"approximately proportional\"; \
+            here it is straight, and a_e/v_b on it stays within a factor of two of its mean."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn impulse(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
+    let rows = grid.rows(metric);
+    let last = grid.velocities.len() - 1;
+    let mut fall = 0.0;
+    for (depth, row) in rows.iter().enumerate() {
+        let sweeping: Vec<f64> =
+            (0..row.len()).filter(|&velocity| !grid.strikes(depth, velocity)).map(|velocity| row[velocity]).collect();
+        fall = worse(most_growth(&sweeping), fall);
+    }
+    let whole = rows.iter().map(|row| row[last] / row[0]).fold(0.0, worse);
+    let losses: Vec<f64> = rows.iter().map(|row| row[0] - row[last]).collect();
+    let (mut above, mut rise) = (0, f64::INFINITY);
+    for (velocity, column) in grid.columns(metric).iter().enumerate() {
+        if grid.velocities[velocity] < 15.0 {
+            continue;
+        }
+        let least = (0..column.len()).min_by(|&a, &b| column[a].total_cmp(&column[b])).unwrap_or(0);
+        above += usize::from(!grid.strikes(least, velocity));
+        rise = lesser(column[column.len() - 1] / column[least], rise);
+    }
+    let checks = vec![
+        criterion("sweeping, from one velocity to the next", "largest ratio of p_n", tolerances::FALLS, fall),
+        criterion("30 m/s over 2.5 m/s, largest", "ratio of p_n", tolerances::MOST_LOST, whole),
+        criterion(
+            "loss from 2.5 to 30 m/s, from one depth to the next",
+            "least growth",
+            tolerances::GROWS,
+            least_growth(&losses),
+        ),
+        criterion("velocities from 15 m/s whose least p_n is above the line", "number", tolerances::NONE, above as f64),
+        criterion("p_n at 5 mm over the least below the line", "least ratio", tolerances::DISTINCT, rise),
+    ];
+    let figure = Figure {
+        name: "validation_paper_impulse",
+        title: "Finding 4: contact normal impulse of a filament".to_owned(),
+        description: "Impulse over the brushing velocity for five depths: falling steeply, most at large depths, to a low level where \
+            passes strike."
+            .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("p_n in mN s"),
+        curves: grid.curves(|metrics| 1e3 * metrics.contact_normal_impulse_n_s),
+    };
+    Ok(Case {
+        title: "4. Impulse falls with velocity, most at large depth, and is low below the tier",
+        text: "While passes sweep, the impulse falls from each velocity to the next; from 15 m/s on, where both kinds of motion \
+            occur, the least impulse at a velocity is that of a striking pass, and the deepest sweep has a quarter more at least."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn tool_force(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
+    let columns = grid.columns(metric);
+    let last = columns.len() - 1;
+    let fast = columns.iter().zip(&grid.velocities).filter(|(_, velocity)| **velocity >= 22.5);
+    let fast = fast.map(|(column, _)| misfit(&grid.depths, column)).fold(f64::INFINITY, lesser);
+    let mut checks = vec![
+        criterion(
+            "mean at 30 m/s over mean at 2.5 m/s",
+            "ratio of F_n,w",
+            tolerances::GROWS,
+            mean(&columns[last]) / mean(&columns[0]),
+        ),
+        criterion(
+            "distance from a straight line in a_e, 2.5 m/s",
+            "over its range",
+            tolerances::STRAIGHT,
+            misfit(&grid.depths, &columns[0]),
+        ),
+        criterion("the same, least from 22.5 m/s on", "over its range", tolerances::BENT, fast),
+    ];
+    let mut peaks = Vec::new();
+    for (depth, row) in grid.rows(metric).iter().enumerate() {
+        if ![1e-3, 2e-3, 3e-3].iter().any(|shown| (grid.depths[depth] / shown - 1.0).abs() < 1e-6) {
+            continue;
+        }
+        let is_peak = |i: &usize| row[*i] > row[i - 1] && row[*i] > 1.02 * row[i + 1];
+        let subject = format!("a_e = {} mm, where F_n,w has a maximum", 1e3 * grid.depths[depth]);
+        let Some(peak) = (1..row.len() - 1).rev().find(is_peak) else {
+            checks.push(criterion(&subject, "v_b in m/s", tolerances::ALONG_TIER, f64::NAN));
+            continue;
+        };
+        let metrics = &grid.metrics[depth];
+        let (ratio, count) = (metrics[peak].contact_time_ratio, metrics[peak].contact_count);
+        checks.push(criterion(&subject, "ε_tc", tolerances::ALONG_TIER, ratio));
+        let more = count as f64 - metrics[last].contact_count as f64;
+        checks.push(criterion(&subject, "contacts more than at 30 m/s", tolerances::ONE_MORE, more));
+        let late = last_contact(grid.velocities[peak], grid.depths[depth])?;
+        checks.push(criterion(&subject, "begin of the last contact over t_d", tolerances::LATE, late));
+        peaks.push(grid.velocities[peak]);
+    }
+    checks.push(criterion(
+        "depths with such a maximum, less two",
+        "number",
+        tolerances::ONE_MORE,
+        peaks.len() as f64 - 2.0,
+    ));
+    checks.push(criterion(
+        "v_b of that maximum, from one depth to the next",
+        "least growth",
+        tolerances::GROWS,
+        least_growth(&peaks),
+    ));
+    let figure = Figure {
+        name: "validation_paper_force",
+        title: "Finding 5: contact normal force of the tool".to_owned(),
+        description: "Tool force over the brushing velocity for five depths: flat at low velocities; at 1, 2 and 3 mm with a local \
+            maximum that moves to higher velocities; at small depths rising steeply beyond."
+            .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("F_n,w in N"),
+        curves: grid.curves(metric),
+    };
+    Ok(Case {
+        title: "5. Tool force: high at high velocity, linear in depth only when slow, a maximum along the tier",
+        text: "At 1, 2 and 3 mm, whose rows of the grid cross the tier, the tool force has a local maximum, 2 % at least above the \
+            next velocity, on the tier; there the filament makes a contact more than it does at 30 m/s, and its last contact begins in \
+            the second half of the nominal contact time. The maximum moves to higher velocities with the depth."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+/// When the last contact of a pass begins, counted from nominal entry, over the nominal contact time.
+fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
+    let settings = paper_case(25, velocity, depth)?;
+    let [entry, exit, _] = Pass::new(&settings).times();
+    let history = simulate_with_history(&settings, 5001)?.history;
+    let begins = history
+        .windows(2)
+        .rev()
+        .find(|pair| pair[0].contact_normal_force_n == 0.0 && pair[1].contact_normal_force_n > 0.0);
+    Ok(begins.map_or(f64::NAN, |pair| (pair[1].time_s - entry) / (exit - entry)))
+}
+
+fn segments(_: Extent) -> Result<Case, Failure> {
+    let (paper, fine) = (Grid::paper()?, &Grid::new(50.0)?);
+    let pairs = || paper.metrics.iter().flatten().zip(fine.metrics.iter().flatten());
+    let change = |metric: fn(&Metrics) -> f64| {
+        pairs().map(|(paper, fine)| (metric(paper) / metric(fine) - 1.0).abs()).fold(0.0, worse)
+    };
+    let ratio =
+        pairs().map(|(paper, fine)| (paper.contact_time_ratio - fine.contact_time_ratio).abs()).fold(0.0, worse);
+    let subject = "n = 25 against n = 50, largest of 120 passes";
+    let checks = vec![
+        criterion(
+            subject,
+            "change of F_n,w",
+            tolerances::UNNOTICEABLE,
+            change(|metrics| metrics.tool_contact_normal_force_n),
+        ),
+        criterion(
+            subject,
+            "change of s_n,max",
+            tolerances::UNNOTICEABLE,
+            change(|metrics| metrics.max_tip_deflection_m),
+        ),
+        criterion(subject, "change of ε_tc", tolerances::UNNOTICEABLE_RATIO, ratio),
+    ];
+    let mut curves = paper.curves(|metrics| metrics.tool_contact_normal_force_n);
+    for curve in &mut curves {
+        (curve.name, curve.look) = (format!("{}, n = 25", curve.name), Look::Markers);
+    }
+    for curve in fine.curves(|metrics| metrics.tool_contact_normal_force_n) {
+        curves.push(Curve { name: format!("{}, n = 50", curve.name), look: Look::Reference, ..curve });
+    }
+    let figure = Figure {
+        name: "validation_paper_segments",
+        title: "Finding 6: tool force for n = 25 and n = 50".to_owned(),
+        description:
+            "Tool force over the brushing velocity for five depths: that of 25 segments lies on the lines of 50."
+                .to_owned(),
+        x: Axis::linear("brushing velocity v_b in m/s"),
+        y: Axis::linear("F_n,w in N"),
+        curves,
+    };
+    Ok(Case {
+        title: "6. More than 25 segments change nothing noticeable",
+        text: "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn magnitude(_: Extent) -> Result<Case, Failure> {
+    let grid = Grid::paper()?;
+    let forces: Vec<f64> = grid.metrics.iter().flatten().map(|metrics| metrics.tool_contact_normal_force_n).collect();
+    let (low, high) = forces
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &force| (lesser(force, low), worse(force, high)));
+    let checks = vec![
+        criterion("least of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, low),
+        criterion("largest of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, high),
+    ];
+    Ok(Case {
+        title: "7. Tool force lies in the order of magnitude of measured ones",
+        text: "Tens to hundreds of newtons. The paper's measurements are figures without a table, and Young's modulus and damping \
+            are assumptions: more than the order of magnitude cannot be claimed."
+            .to_owned(),
+        checks,
+        figures: vec![],
+    })
+}

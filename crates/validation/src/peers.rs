@@ -1,0 +1,239 @@
+//! Other codes, at equal models.
+
+use bristle::simulation::{Sample, Simulation, simulate_with_history};
+use serde::Deserialize;
+
+use super::case::{Axis, Case, Check, Curve, Figure, Look};
+use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
+use super::sources::Source;
+use super::tolerances::Tolerance;
+use super::{Extent, Failure, Group, sources, tolerances};
+
+/// The group.
+pub const GROUP: Group = Group {
+    title: "Other codes",
+    purpose: "One pass of the paper's case (v_b = 10 m/s, a_e = 1 mm: four contacts, some struck, some swept) in other codes, as \
+        trajectories of 1001 instants that are committed with the scripts that made them. Each file tells command, versions, \
+        settings and its own error.",
+    cases: &[cvodes, mujoco, ancf],
+};
+
+/// An instant of another code's trajectory.
+#[derive(Deserialize)]
+struct Row {
+    time_s: f64,
+    contact_normal_force_n: f64,
+    tip_x_m: f64,
+    tip_y_m: f64,
+    tip_deflection_m: f64,
+}
+
+/// A row of the metrics of other codes.
+#[derive(Deserialize)]
+struct PeerMetrics {
+    code: String,
+    contact_normal_impulse_n_s: f64,
+    contact_time_s: f64,
+    contact_count: usize,
+    peak_contact_normal_force_n: f64,
+    max_tip_deflection_m: f64,
+}
+
+/// The pass by Bristle with `n` segments, at the instants of the others.
+fn pass(segments: usize) -> Result<Simulation, Failure> {
+    let mut settings = paper_case(segments, 10.0, 1e-3)?;
+    settings.solver.relative_tolerance = 1e-10;
+    Ok(simulate_with_history(&settings, 1001)?)
+}
+
+/// Largest distance of the tips over l_f, largest difference of the tip deflections over the largest, and the root mean
+/// square of the difference of the forces over that of the force.
+fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
+    let (mut tip, mut deflection, mut largest, mut force, mut difference) = (0.0, 0.0, 0.0_f64, 0.0, 0.0);
+    for (sample, row) in history.iter().zip(rows) {
+        tip = worse((sample.tip_x_m - row.tip_x_m).hypot(sample.tip_y_m - row.tip_y_m), tip);
+        deflection = worse((sample.tip_deflection_m - row.tip_deflection_m).abs(), deflection);
+        largest = largest.max(row.tip_deflection_m);
+        force += row.contact_normal_force_n.powi(2);
+        difference += (sample.contact_normal_force_n - row.contact_normal_force_n).powi(2);
+    }
+    [tip / 0.040, deflection / largest, (difference / force).sqrt()]
+}
+
+/// Another code's file, and how it compares.
+struct Peer {
+    code: &'static str,
+    rows: &'static str,
+    source: &'static Source,
+    /// Of the tip's trajectory, of the force's, of the metrics, and of the peak force.
+    tolerances: [&'static Tolerance; 4],
+}
+
+impl Peer {
+    /// Compares a pass, and its metrics as [`metrics`] gives them.
+    fn checks(&self, history: &[Sample], subject: &str, metrics: [f64; 5]) -> Result<(Vec<Check>, Vec<Row>), Failure> {
+        const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
+        let rows: Vec<Row> = trajectory_rows(self.rows)?;
+        if rows.len() != history.len() || rows.iter().zip(history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
+            return Err(Failure::Reference(format!("{}: other instants than those of the pass", self.code)));
+        }
+        let expected = trajectory_rows::<PeerMetrics>(METRICS)?.into_iter().find(|metrics| metrics.code == self.code);
+        let expected = expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
+        let mut checks = Vec::new();
+        let mut check = |quantity, expected, computed, tolerance| {
+            checks.push(Check::value(subject.to_owned(), quantity, expected, self.source, computed, tolerance));
+        };
+        let [tip, force, of_metrics, of_peak] = self.tolerances;
+        let quantities = [("tip, over l_f", tip), ("s_n, over s_n,max", tip), ("F_n, rms over rms", force)];
+        for ((quantity, tolerance), distance) in quantities.into_iter().zip(distances(history, &rows)) {
+            check(quantity, 0.0, distance, tolerance);
+        }
+        let values = [
+            ("p_n in N s", expected.contact_normal_impulse_n_s),
+            ("s_n,max in m", expected.max_tip_deflection_m),
+            ("max F_n in N", expected.peak_contact_normal_force_n),
+            ("t_c in s", expected.contact_time_s),
+        ];
+        for ((quantity, expected), computed) in values.into_iter().zip(metrics) {
+            let tolerance = if quantity == "max F_n in N" { of_peak } else { of_metrics };
+            check(quantity, expected, computed, tolerance);
+        }
+        check("number of contacts", expected.contact_count as f64, metrics[4], tolerances::SAME);
+        Ok((checks, rows))
+    }
+}
+
+/// The metrics that are compared.
+fn metrics(pass: &Simulation) -> [f64; 5] {
+    let metrics = &pass.metrics;
+    [
+        metrics.contact_normal_impulse_n_s,
+        metrics.max_tip_deflection_m,
+        metrics.peak_contact_normal_force_n,
+        metrics.contact_time_s,
+        metrics.contact_count as f64,
+    ]
+}
+
+const CVODES: Peer = Peer {
+    code: "CasADi and CVODES",
+    rows: include_str!("../../../derivations/trajectories/pass_casadi_cvodes.csv"),
+    source: sources::CVODES_PASS,
+    tolerances: [
+        tolerances::CVODES_TIP,
+        tolerances::CVODES_FORCE,
+        tolerances::CVODES_METRICS,
+        tolerances::CVODES_METRICS,
+    ],
+};
+
+const MUJOCO: Peer = Peer {
+    code: "MuJoCo",
+    rows: include_str!("../../../benches/peers/trajectories/pass_mujoco.csv"),
+    source: sources::MUJOCO,
+    tolerances: [
+        tolerances::MUJOCO_TIP,
+        tolerances::MUJOCO_FORCE,
+        tolerances::MUJOCO_METRICS,
+        tolerances::MUJOCO_METRICS,
+    ],
+};
+
+const ANCF: Peer = Peer {
+    code: "Exudyn ANCF",
+    rows: include_str!("../../../benches/peers/trajectories/pass_exudyn_ancf.csv"),
+    source: sources::EXUDYN,
+    tolerances: [tolerances::ANCF_TIP, tolerances::ANCF_FORCE, tolerances::ANCF_METRICS, tolerances::ANCF_PEAK],
+};
+
+/// A diagram of the forces of a pass, and of another code's.
+fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]) -> Figure {
+    Figure {
+        name,
+        title: format!("Contact normal force of one pass, Bristle and {code}"),
+        description:
+            "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; both codes on one line."
+                .to_owned(),
+        x: Axis::linear("time t in ms"),
+        y: Axis::linear("F_n in N"),
+        curves: vec![
+            Curve::new(
+                "Bristle",
+                Look::Line,
+                history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)).collect(),
+            ),
+            Curve::new(
+                code,
+                Look::Markers,
+                rows.iter().step_by(8).map(|row| (1e3 * row.time_s, row.contact_normal_force_n)).collect(),
+            ),
+        ],
+    }
+}
+
+fn cvodes(_: Extent) -> Result<Case, Failure> {
+    let pass = pass(25)?;
+    let (checks, rows) = CVODES.checks(&pass.history, "n = 25", metrics(&pass))?;
+    Ok(Case {
+        title: "CasADi and CVODES: the chain in the plane",
+        text: "The same chain of 25 segments, written down once more for the plane alone, differentiated by CasADi and integrated \
+            by CVODES at 1e-11. Agreement is limited by CVODES' own error, 1e-9 of l_f in the tip."
+            .to_owned(),
+        checks,
+        figures: vec![force_figure("validation_cvodes", CVODES.code, &pass.history, &rows)],
+    })
+}
+
+fn mujoco(_: Extent) -> Result<Case, Failure> {
+    let pass = pass(25)?;
+    let (checks, rows) = MUJOCO.checks(&pass.history, "n = 25", metrics(&pass))?;
+    let figure = Figure {
+        name: "validation_mujoco",
+        title: "Tip deflection of one pass, Bristle and MuJoCo".to_owned(),
+        description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, swings back through zero and to 7 mm; both \
+            codes on one line."
+            .to_owned(),
+        x: Axis::linear("time t in ms"),
+        y: Axis::linear("s_n in mm"),
+        curves: vec![
+            Curve::new(
+                "Bristle",
+                Look::Line,
+                pass.history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * sample.tip_deflection_m)).collect(),
+            ),
+            Curve::new(
+                "MuJoCo",
+                Look::Markers,
+                rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)).collect(),
+            ),
+        ],
+    };
+    Ok(Case {
+        title: "MuJoCo: rigid bodies on hinges",
+        text: "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, on the same \
+            chain. Its method is of first order: agreement is limited by its step of 5 ns, which leaves 8e-7 in its impulse."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn ancf(_: Extent) -> Result<Case, Failure> {
+    let (coarse, fine) = (pass(100)?, pass(200)?);
+    let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
+    let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
+    let (checks, rows) = ANCF.checks(&fine.history, "n = 200; metrics n → ∞", limits)?;
+    Ok(Case {
+        title: "Exudyn: a beam in absolute nodal coordinates",
+        text: "No chain at all, but the beam that it stands for: 64 cable elements of the absolute nodal coordinate formulation, \
+            with the damping `2ζ/Ω_1 · E I` and an axial stiffness a thousand times that of the filament, as the chain does not \
+            stretch. So this checks what the chain converges to. The metrics are extrapolated from n = 100 and 200, the \
+            trajectory is that of n = 200. Agreement is limited by what the beam still stretches: 2e-5 of l_f in the tip, 1e-5 in the \
+            impulse. (With the filament's own axial stiffness, which the \
+            model leaves out, the same pass has an impulse 1.8 % larger, a peak force of 4.6 N instead of 6.1 N, and six contacts \
+            instead of four.)"
+            .to_owned(),
+        checks,
+        figures: vec![force_figure("validation_ancf", ANCF.code, &fine.history, &rows)],
+    })
+}

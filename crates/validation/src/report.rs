@@ -1,0 +1,605 @@
+//! What the comparisons say, for a terminal, for programs and as a page: text from the outcomes and from nothing else, so that
+//! the same numbers make the same bytes.
+
+use std::io::{self, Write};
+
+use bristle_report::drawing::power_of_ten;
+
+use super::case::{Case, Check, Expected};
+use super::sources;
+use super::tolerances::{self, Measure};
+use super::{Extent, Failure, Outcome};
+
+/// Significant digits of a number and of an error.
+const DIGITS: usize = 8;
+const ERROR_DIGITS: usize = 2;
+/// Width that the lines of the table keep to where they can, and the least width of their first column.
+const TABLE_WIDTH: usize = 120;
+const MIN_SUBJECT: usize = 24;
+
+/// True if each case compares something, and all numbers are near enough.
+pub fn agrees(outcomes: &[Outcome]) -> bool {
+    outcomes.iter().flat_map(|outcome| &outcome.cases).all(case_agrees)
+}
+
+fn case_agrees(case: &Result<Case, Failure>) -> bool {
+    problem(case).is_none() && case.iter().flat_map(|case| &case.checks).all(Check::passes)
+}
+
+/// Why a case has no numbers, if it has none.
+fn problem(case: &Result<Case, Failure>) -> Option<String> {
+    match case {
+        Err(failure) => Some(format!("could not be computed: {failure}")),
+        Ok(case) if case.checks.is_empty() => Some("compares nothing".to_owned()),
+        Ok(_) => None,
+    }
+}
+
+/// The cases of a group and what to call them: one that could not be computed has no title.
+fn named(outcome: &Outcome) -> impl Iterator<Item = (String, &Result<Case, Failure>)> {
+    (1..).zip(&outcome.cases).map(|(place, case)| {
+        let name = case.as_ref().map_or_else(|_| format!("Case {place}"), |case| case.title.to_owned());
+        (name, case)
+    })
+}
+
+/// A number with at most so many significant digits, and without zeros at its end.
+fn number(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let scientific = format!("{value:.*e}", digits - 1);
+    let Some((mantissa, exponent)) = scientific.split_once('e') else {
+        // It is not finite.
+        return scientific;
+    };
+    let short = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    match exponent.parse::<i32>() {
+        Ok(exponent @ -4..=7) => short(&format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize)),
+        _ => format!("{}e{exponent}", short(mantissa)),
+    }
+}
+
+/// The same as a formula would have it.
+fn typeset(value: f64, digits: usize) -> String {
+    let text = number(value, digits);
+    let text = match text.split_once('e') {
+        Some((mantissa, exponent)) => {
+            let power = exponent.parse().map_or_else(|_| format!("10^{exponent}"), power_of_ten);
+            match mantissa {
+                "1" | "-1" => mantissa.replace('1', &power),
+                _ => format!("{mantissa}·{power}"),
+            }
+        }
+        None => text,
+    };
+    text.replace('-', "−").replace("inf", "∞")
+}
+
+/// A comparison as a person reads it.
+struct Row {
+    reference: String,
+    computed: String,
+    error: String,
+    tolerance: String,
+}
+
+impl Row {
+    fn new(check: &Check, number: fn(f64, usize) -> String) -> Self {
+        let exact = |value| number(value, DIGITS);
+        let reference = match check.expected {
+            Expected::Value(value) => exact(value),
+            Expected::Between(low, high) => bounds([low, high], exact),
+        };
+        let tolerance = match check.tolerance.measure {
+            _ if check.tolerance.value == 0.0 => "none".to_owned(),
+            Measure::Relative => format!("{} rel", number(check.tolerance.value, ERROR_DIGITS)),
+            Measure::Absolute | Measure::Between(..) => {
+                format!("{} abs", number(check.tolerance.value, ERROR_DIGITS))
+            }
+        };
+        Self { reference, computed: exact(check.computed), error: number(check.error(), ERROR_DIGITS), tolerance }
+    }
+}
+
+/// Bounds as a text.
+fn bounds([low, high]: [f64; 2], number: impl Fn(f64) -> String) -> String {
+    match (low, high) {
+        (f64::NEG_INFINITY, high) => format!("≤ {}", number(high)),
+        (low, f64::INFINITY) => format!("≥ {}", number(low)),
+        (low, high) => format!("{} … {}", number(low), number(high)),
+    }
+}
+
+/// Comparisons, all that agree, and cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Counts {
+    checks: usize,
+    passing: usize,
+    cases: usize,
+    problems: usize,
+}
+
+impl Counts {
+    fn of<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Self {
+        outcomes.into_iter().fold(Self::default(), |counts, outcome| Self {
+            checks: counts.checks + outcome.checks().count(),
+            passing: counts.passing + outcome.checks().filter(|check| check.passes()).count(),
+            cases: counts.cases + outcome.cases.len(),
+            problems: counts.problems + outcome.cases.iter().filter_map(problem).count(),
+        })
+    }
+
+    /// The outcome in a line.
+    fn verdict(self) -> String {
+        let Self { checks, passing, cases, problems } = self;
+        let plural = |count: usize, one: &'static str, many: &'static str| if count == 1 { one } else { many };
+        let (comparisons, of_cases) = (plural(checks, "comparison", "comparisons"), plural(cases, "case", "cases"));
+        let mut text = format!("{passing} of {checks} {comparisons} in {cases} {of_cases} agree");
+        if problems > 0 {
+            text.push_str(&format!("; {problems} {} no number", plural(problems, "case gives", "cases give")));
+        }
+        text
+    }
+}
+
+/// A line of the table.
+enum Line {
+    Case(String),
+    Cells([String; 8]),
+    Problem(String),
+}
+
+/// All comparisons for people, about 120 columns wide; those that fail once more at the end, and a verdict.
+pub fn table(outcomes: &[Outcome]) -> String {
+    let mut text = String::new();
+    for outcome in outcomes {
+        text.push_str(&section(outcome, |_| true));
+        text.push('\n');
+    }
+    if !agrees(outcomes) {
+        text.push_str("Failed:\n\n");
+        for outcome in outcomes.iter().filter(|outcome| !outcome.cases.iter().all(case_agrees)) {
+            text.push_str(&section(outcome, |check| !check.passes()));
+            text.push('\n');
+        }
+    }
+    text + &Counts::of(outcomes).verdict() + "\n"
+}
+
+/// The comparisons of a group that `shown` selects.
+fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
+    const HEADINGS: [&str; 8] = ["for", "quantity", "reference", "source", "computed", "error", "tolerance", ""];
+    let mut lines = Vec::new();
+    for (name, case) in named(outcome) {
+        let checks = case.iter().flat_map(|case| &case.checks).filter(|check| shown(check));
+        let rows: Vec<_> = checks.map(cells).map(Line::Cells).chain(problem(case).map(Line::Problem)).collect();
+        if !rows.is_empty() {
+            lines.push(Line::Case(name));
+            lines.extend(rows);
+        }
+    }
+    let mut widths = HEADINGS.map(length);
+    for line in &lines {
+        if let Line::Cells(cells) = line {
+            for (width, cell) in widths.iter_mut().zip(cells) {
+                *width = length(cell).max(*width);
+            }
+        }
+    }
+    // Two spaces before each column.
+    let others: usize = 2 + widths[1..].iter().map(|width| width + 2).sum::<usize>();
+    widths[0] = widths[0].min(TABLE_WIDTH.saturating_sub(others).max(MIN_SUBJECT));
+
+    let row = |cells: &[String; 8]| {
+        let mut text = String::new();
+        for (cell, &width) in cells.iter().zip(&widths) {
+            text.push_str("  ");
+            if length(cell) > width {
+                // Too long for its column: the rest follows below.
+                text.push_str(&format!("{cell}\n  {:width$}", ""));
+            } else {
+                text.push_str(&format!("{cell:width$}"));
+            }
+        }
+        text.trim_end().to_owned() + "\n"
+    };
+    let rule = "─".repeat(TABLE_WIDTH.saturating_sub(length(outcome.group.title) + 4));
+    let mut text = format!("── {} {rule}\n", outcome.group.title);
+    if lines.iter().any(|line| matches!(line, Line::Cells(_))) {
+        text.push_str(&row(&HEADINGS.map(str::to_owned)));
+    }
+    for line in &lines {
+        match line {
+            Line::Case(name) => text.push_str(&format!("{name}\n")),
+            Line::Cells(cells) => text.push_str(&row(cells)),
+            Line::Problem(problem) => text.push_str(&format!("  {problem}  FAIL\n")),
+        }
+    }
+    text
+}
+
+fn length(text: &str) -> usize {
+    text.chars().count()
+}
+
+fn cells(check: &Check) -> [String; 8] {
+    let Row { reference, computed, error, tolerance } = Row::new(check, number);
+    let (quantity, source) = (check.quantity.to_owned(), check.source.key.to_owned());
+    let mark = if check.passes() { "ok" } else { "FAIL" };
+    [check.subject.clone(), quantity, reference, source, computed, error, tolerance, mark.to_owned()]
+}
+
+/// Writes `validation.csv`: a heading, then a row a comparison.
+///
+/// A case without numbers has one row, with the reason as its subject.
+pub fn write_rows(out: impl Write, outcomes: &[Outcome]) -> io::Result<()> {
+    const COLUMNS: [&str; 13] = [
+        "group",
+        "case",
+        "subject",
+        "quantity",
+        "reference",
+        "lower",
+        "upper",
+        "source",
+        "computed",
+        "error",
+        "error_kind",
+        "tolerance",
+        "pass",
+    ];
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(COLUMNS)?;
+    for outcome in outcomes {
+        for (name, case) in named(outcome) {
+            let place = [outcome.group.title.to_owned(), name];
+            for check in case.iter().flat_map(|case| &case.checks) {
+                writer.write_record(place.iter().chain(&fields(check)))?;
+            }
+            if let Some(problem) = problem(case) {
+                let mut fields = vec![String::new(); COLUMNS.len() - place.len()];
+                fields[0] = problem;
+                fields[COLUMNS.len() - place.len() - 1] = "false".to_owned();
+                writer.write_record(place.iter().chain(&fields))?;
+            }
+        }
+    }
+    writer.flush()
+}
+
+/// A comparison as columns of `validation.csv`, after group and case.
+fn fields(check: &Check) -> [String; 11] {
+    let digits = |value: f64| format!("{value:?}");
+    let limit = |value: f64| if value.is_infinite() { String::new() } else { digits(value) };
+    let [lower, upper] = check.limits().map(limit);
+    let (reference, kind) = match (check.expected, check.tolerance.measure) {
+        (Expected::Between(..), _) => (String::new(), "bounds"),
+        (Expected::Value(value), Measure::Relative) => (digits(value), "relative"),
+        (Expected::Value(value), Measure::Absolute | Measure::Between(..)) => (digits(value), "absolute"),
+    };
+    [
+        check.subject.clone(),
+        check.quantity.to_owned(),
+        reference,
+        lower,
+        upper,
+        check.source.key.to_owned(),
+        digits(check.computed),
+        digits(check.error()),
+        kind.to_owned(),
+        digits(check.tolerance.value),
+        check.passes().to_string(),
+    ]
+}
+
+/// The page of the validation, in Markdown; its figures lie beside it.
+pub fn page(outcomes: &[Outcome], extent: Extent) -> String {
+    let made_by = match extent {
+        Extent::Full => "`bristle validate --full --out docs` makes this page",
+        Extent::Quick => {
+            "`bristle validate` has made this page, without the studies of convergence that `--full` adds,"
+        }
+    };
+    let mut text = format!(
+        "# Validation\n\n\
+         Bristle beside exact solutions, other codes and the paper. Each case says what is computed and by which formula it \
+         is judged; each number stands beside what it should be, who says so, and how far it may be off, for reasons that \
+         [stand below](#tolerances). {made_by} with its figures and [validation.csv](validation.csv), and fails if one number \
+         is off by more than its tolerance. {}.\n\n",
+        Counts::of(outcomes).verdict()
+    );
+    text.push_str(&summary(outcomes));
+    for outcome in outcomes {
+        text.push_str(&format!("\n## {}\n\n{}\n", outcome.group.title, outcome.group.purpose));
+        for (name, case) in named(outcome) {
+            text.push_str(&paragraph(&name, case));
+        }
+    }
+    text + &tolerances_and_sources(outcomes)
+}
+
+fn summary(outcomes: &[Outcome]) -> String {
+    let heading = ["group", "cases", "comparisons", "largest error / tolerance", "agrees"];
+    let row = |name: String, outcomes: &[&Outcome]| {
+        let counts = Counts::of(outcomes.iter().copied());
+        let largest = largest_share(outcomes.iter().flat_map(|outcome| outcome.checks()));
+        let all_agree = outcomes.iter().flat_map(|outcome| &outcome.cases).all(case_agrees);
+        let [cases, checks] = [counts.cases, counts.checks].map(|count| count.to_string());
+        vec![name, cases, checks, largest, mark(all_agree)]
+    };
+    let groups = outcomes.iter().map(|outcome| {
+        let title = outcome.group.title;
+        row(format!("[{title}](#{})", anchor(title)), &[outcome])
+    });
+    let all = row("all".to_owned(), &outcomes.iter().collect::<Vec<_>>());
+    markdown_table(&heading, "lrrrc", groups.chain([all]))
+}
+
+/// A case, with its heading.
+fn paragraph(name: &str, case: &Result<Case, Failure>) -> String {
+    let mut text = format!("\n### {name}\n");
+    if let Ok(case) = case {
+        text.push_str(&format!("\n{}\n", case.text));
+        for figure in &case.figures {
+            let description = figure.description.replace('[', "\\[").replace(']', "\\]");
+            text.push_str(&format!("\n![{description}]({}.svg)\n", figure.name));
+        }
+        if !case.checks.is_empty() {
+            let heading = ["for", "quantity", "reference", "source", "computed", "error", "tolerance", "agrees"];
+            let rows = case.checks.iter().map(|check| {
+                let Row { reference, computed, error, tolerance } = Row::new(check, typeset);
+                let named = format!("{tolerance} ({})", check.tolerance.name);
+                // Lines are broken between conditions, not within.
+                let subject = check.subject.replace(" = ", "\u{a0}=\u{a0}").replace(" → ", "\u{a0}→\u{a0}");
+                let cells = [&subject, check.quantity, &reference, check.source.key, &computed, &error, &named];
+                cells.into_iter().map(escape).chain([mark(check.passes())]).collect()
+            });
+            text.push_str(&format!("\n{}", markdown_table(&heading, "llllllll", rows)));
+        }
+    }
+    if let Some(problem) = problem(case) {
+        text.push_str(&format!("\n**This case {}.**\n", escape(&problem)));
+    }
+    text
+}
+
+fn tolerances_and_sources(outcomes: &[Outcome]) -> String {
+    let uses = |used: &dyn Fn(&Check) -> bool| {
+        outcomes.iter().flat_map(Outcome::checks).filter(|check| used(check)).collect::<Vec<_>>()
+    };
+    let tolerances = tolerances::TABLE.iter().map(|tolerance| {
+        let checks = uses(&|check| check.tolerance.name == tolerance.name);
+        let (value, measure) = match tolerance.measure {
+            Measure::Relative => (typeset(tolerance.value, ERROR_DIGITS), "relative"),
+            Measure::Absolute => (typeset(tolerance.value, ERROR_DIGITS), "absolute"),
+            Measure::Between(low, high) => (bounds([low, high], |value| typeset(value, DIGITS)), "bounds"),
+        };
+        let (count, largest) = (checks.len().to_string(), largest_share(checks.into_iter()));
+        vec![escape(tolerance.name), value, measure.to_owned(), count, largest, escape(tolerance.reason)]
+    });
+    let sources = sources::LIST.iter().map(|source| {
+        let count = uses(&|check| check.source.key == source.key).len();
+        vec![escape(source.key), count.to_string(), escape(source.citation)]
+    });
+    let heading = ["name", "tolerance", "measure", "comparisons", "largest error / tolerance", "why so much"];
+    let tolerances = markdown_table(&heading, "lllrrl", tolerances);
+    let sources = markdown_table(&["key", "comparisons", "source"], "lrl", sources);
+    format!(
+        "\n## Tolerances\n\nA relative error is divided by the reference, an absolute one has the unit of the number. One \
+         outside bounds is measured from the nearer bound.\n\n{tolerances}\n## Sources\n\n{sources}"
+    )
+}
+
+/// The largest error in units of its tolerance; of comparisons without a tolerance, that there is none.
+fn largest_share<'a>(checks: impl Iterator<Item = &'a Check>) -> String {
+    let share = |check: &Check| match check.error() / check.tolerance.value {
+        _ if check.passes() && check.tolerance.value == 0.0 => 0.0,
+        share if share.is_nan() => f64::INFINITY,
+        share => share,
+    };
+    checks.map(share).reduce(f64::max).map_or_else(|| "–".to_owned(), |largest| typeset(largest, ERROR_DIGITS))
+}
+
+fn mark(agrees: bool) -> String {
+    if agrees { "yes".to_owned() } else { "**no**".to_owned() }
+}
+
+/// A table in Markdown; `l`, `r` and `c` say on which side a column is aligned.
+fn markdown_table(headings: &[&str], sides: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let rules = sides.chars().map(|side| match side {
+        'r' => "---:",
+        'c' => ":---:",
+        _ => "---",
+    });
+    let mut text = format!("| {} |\n|{}|\n", headings.join(" | "), rules.collect::<Vec<_>>().join("|"));
+    for row in rows {
+        text.push_str(&format!("| {} |\n", row.join(" | ")));
+    }
+    text
+}
+
+/// Plain text in a cell of a table.
+fn escape(text: &str) -> String {
+    text.chars()
+        .flat_map(|character| match character {
+            '|' | '*' | '<' | '`' | '\\' => vec!['\\', character],
+            '\n' => vec![' '],
+            _ => vec![character],
+        })
+        .collect()
+}
+
+/// What a page calls the place of a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter(|character| character.is_alphanumeric() || "-_ ".contains(*character));
+    kept.collect::<String>().to_lowercase().replace(' ', "-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Group;
+    use super::super::case::{Axis, Curve, Figure, Look};
+    use super::*;
+
+    static GROUP: Group = Group { title: "Made up", purpose: "What is *not* computed.", cases: &[] };
+
+    /// A group with one case of these comparisons.
+    fn outcomes(checks: Vec<Check>) -> Vec<Outcome> {
+        let figure = Figure {
+            name: "made_up",
+            title: "A line".to_owned(),
+            description: "A line [straight]".to_owned(),
+            x: Axis::linear("x"),
+            y: Axis::linear("y"),
+            curves: vec![Curve::new("y = x", Look::Line, vec![(0.0, 0.0), (1.0, 1.0)])],
+        };
+        let text = "The formula:\n\n```text\n|x| = y\n```".to_owned();
+        let case = Case { title: "A case", text, checks, figures: vec![figure] };
+        vec![Outcome { group: &GROUP, cases: vec![Ok(case)] }]
+    }
+
+    fn check(computed: f64) -> Check {
+        let subject = "|x| = 1".to_owned();
+        Check::value(subject, "y_a in m", 0.1 + 0.2, sources::EXACT, computed, tolerances::STATICS)
+    }
+
+    fn bounded(computed: f64, bounds: [f64; 2]) -> Check {
+        Check::between("one".to_owned(), "z", bounds, sources::SYMMETRY, computed, tolerances::SAME)
+    }
+
+    fn csv_rows(outcomes: &[Outcome]) -> Vec<Vec<String>> {
+        let mut bytes = Vec::new();
+        write_rows(&mut bytes, outcomes).expect("memory can be written");
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes.as_slice());
+        reader.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect()).collect()
+    }
+
+    #[test]
+    fn what_is_near_enough_agrees() {
+        let outcomes = outcomes(vec![check(0.3), bounded(0.5, [0.5, f64::INFINITY])]);
+        assert!(agrees(&outcomes));
+        let table = table(&outcomes);
+        assert!(!table.contains("FAIL") && !table.contains("Failed"), "{table}");
+        assert!(table.ends_with("\n2 of 2 comparisons in 1 case agree\n"), "{table}");
+        assert!(page(&outcomes, Extent::Quick).contains("| all | 1 | 2 | 9.3·10⁻¹⁰ | yes |"));
+    }
+
+    #[test]
+    fn one_wrong_number_fails() {
+        let (high, nan) = (f64::INFINITY, f64::NAN);
+        let wrong = [
+            check(0.3001),
+            check(nan),
+            check(high),
+            Check { expected: Expected::Value(nan), ..check(0.3) },
+            Check { expected: Expected::Value(0.0), ..check(1e-300) },
+            bounded(0.4999, [0.5, high]),
+            bounded(nan, [0.5, high]),
+            bounded(high, [0.5, high]),
+            bounded(0.5, [nan, 1.0]),
+            bounded(0.5, [nan, nan]),
+            bounded(0.5, [1.0, 0.0]),
+        ];
+        for wrong in wrong {
+            assert!(!wrong.computed.is_nan() || wrong.error().is_nan(), "{wrong:?}");
+            let outcomes = outcomes(vec![check(0.3), wrong.clone()]);
+            assert!(!agrees(&outcomes), "{wrong:?}");
+            let table = table(&outcomes);
+            assert_eq!(table.matches("FAIL").count(), 2, "once in its place, once at the end:\n{table}");
+            assert!(table.ends_with("\n1 of 2 comparisons in 1 case agree\n"), "{table}");
+            assert_eq!(csv_rows(&outcomes)[2].last().map(String::as_str), Some("false"));
+            let page = page(&outcomes, Extent::Full);
+            // Its row, and those of its group and of all.
+            assert_eq!(page.matches("| **no** |").count(), 3, "{page}");
+        }
+    }
+
+    #[test]
+    fn a_case_without_numbers_fails() {
+        let no_equilibrium = || Err(Failure::NoEquilibrium);
+        let empty = Case { title: "Empty", text: String::new(), checks: vec![], figures: vec![] };
+        for (case, name, said) in [
+            (no_equilibrium(), "Case 2", "could not be computed: no equilibrium is found"),
+            (Ok(empty), "Empty", "compares nothing"),
+        ] {
+            let mut outcomes = outcomes(vec![check(0.3)]);
+            outcomes[0].cases.push(case);
+            assert!(!agrees(&outcomes));
+            let table = table(&outcomes);
+            assert_eq!(table.matches(&format!("\n{name}\n  {said}  FAIL\n")).count(), 2, "{table}");
+            assert!(table.ends_with("\n1 of 1 comparison in 2 cases agree; 1 case gives no number\n"), "{table}");
+            let rows = csv_rows(&outcomes);
+            assert_eq!(rows[2].concat(), format!("Made up{name}{said}false"));
+            assert_eq!((&rows[2][2], rows[2].len()), (&said.to_owned(), 13));
+            let page = page(&outcomes, Extent::Full);
+            assert!(page.contains(&format!("\n### {name}\n")) && page.contains(said), "{page}");
+            assert!(page.contains("| all | 2 | 1 | 9.3·10⁻¹⁰ | **no** |"), "{page}");
+        }
+    }
+
+    #[test]
+    fn rows_have_all_digits() {
+        let rows = csv_rows(&outcomes(vec![check(0.3), bounded(1e-20, [f64::NEG_INFINITY, 0.1])]));
+        assert_eq!(rows[0].len(), 13);
+        let row = "|x| = 1,y_a in m,0.30000000000000004,0.29999994,0.30000006000000007,exact,0.3,1.850371707708594e-16,\
+            relative,2e-7,true";
+        assert_eq!(rows[1][2..].join(","), row);
+        assert_eq!(rows[2][2..].join(","), "one,z,,,0.1,symmetry,1e-20,0.0,bounds,0.0,true");
+    }
+
+    #[test]
+    fn columns_stand_below_each_other() {
+        let long = Check { subject: "a subject that is much longer than its column can be, ".repeat(2), ..check(0.3) };
+        let table = table(&outcomes(vec![check(0.3), long, bounded(-2.5e-12, [-1.0, 1.0])]));
+        let column = |text: &str| {
+            let lines = table.lines().filter_map(|line| line.find(text).map(|at| length(&line[..at])));
+            lines.collect::<Vec<_>>()
+        };
+        for texts in [["quantity", "y_a in m"], ["reference", "-1 … 1"], ["computed", "-2.5e-12"], ["error", "1.9e-16"]]
+        {
+            let columns: Vec<_> = texts.into_iter().flat_map(column).collect();
+            assert!(columns.len() > 1 && columns.iter().all(|place| *place == columns[0]), "{texts:?}\n{table}");
+        }
+        let widest = table.lines().filter(|line| !line.contains("a subject")).map(length).max();
+        assert!(widest <= Some(TABLE_WIDTH), "{table}");
+    }
+
+    #[test]
+    fn the_page_is_markdown() {
+        let outcomes = outcomes(vec![check(0.3)]);
+        let page = page(&outcomes, Extent::Full);
+        for part in [
+            "| [Made up](#made-up) | 1 | 1 |",
+            "\n## Made up\n\nWhat is *not* computed.\n\n### A case\n\nThe formula:\n\n```text\n|x| = y\n```\n\n",
+            "\n![A line \\[straight\\]](made_up.svg)\n",
+            "| \\|x\\|\u{a0}=\u{a0}1 | y_a in m | 0.3 | exact | 0.3 | 1.9·10⁻¹⁶ | 2·10⁻⁷ rel (statics) | yes |",
+        ] {
+            assert!(page.contains(part), "no {part} in\n{page}");
+        }
+        assert_eq!(page, super::page(&outcomes, Extent::Full));
+    }
+
+    #[test]
+    fn numbers_are_short_and_exact() {
+        let numbers = [0.0, -0.0, 2.0, -0.5, 1.0 / 3.0, 1e5, 12345678.9, 1e-4, -1.25e-12, 6.02214076e23, f64::NAN];
+        let texts = "0 0 2 -0.5 0.33333333 100000 12345679 0.0001 -1.25e-12 6.0221408e23 NaN";
+        assert_eq!(numbers.map(|value| number(value, DIGITS)).join(" "), texts);
+        let numbers = [1e-11, -1e-11, -1.25e-12, 3e8, -0.5, f64::INFINITY];
+        assert_eq!(numbers.map(|value| typeset(value, 3)).join(" "), "10⁻¹¹ −10⁻¹¹ −1.25·10⁻¹² 3·10⁸ −0.5 ∞");
+        assert_eq!(number(0.09996, 2), "0.1");
+    }
+
+    #[test]
+    fn names_of_tolerances_and_sources_are_unique() {
+        for (index, tolerance) in tolerances::TABLE.iter().enumerate() {
+            assert!(tolerances::TABLE[..index].iter().all(|other| other.name != tolerance.name), "{tolerance:?}");
+        }
+        for (index, source) in sources::LIST.iter().enumerate() {
+            assert!(sources::LIST[..index].iter().all(|other| other.key != source.key), "{source:?}");
+        }
+    }
+}

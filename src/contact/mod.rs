@@ -1,0 +1,182 @@
+//! Contact of the nodes with the workpiece: normal force, friction, and which nodes are closed.
+
+use crate::equations::NodeTangent;
+use crate::equations::linear::{add, dot, scale, sub};
+use crate::model::settings::ContactSettings;
+use crate::workpiece::Workpiece;
+
+/// A node relative to the surface below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    /// Penetration `δ` in m, positive inside; the contact radius is taken off the gap.
+    pub penetration: f64,
+    /// `δ̇` in m/s.
+    pub penetration_rate: f64,
+    /// Outward unit normal of the workpiece.
+    pub normal: [f64; 3],
+    /// Velocity of the node relative to the workpiece, along the surface, in m/s.
+    pub sliding: [f64; 3],
+}
+
+/// Normal and frictional force on a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactForce {
+    /// `F_n` in N.
+    pub normal: f64,
+    /// Friction on the node in N, a vector along the surface.
+    pub tangential: [f64; 3],
+}
+
+impl ContactForce {
+    /// That on a node which touches nothing.
+    pub const NONE: Self = Self { normal: 0.0, tangential: [0.0; 3] };
+
+    /// Both parts as one vector in N, for the approach that they belong to.
+    pub fn total(&self, approach: &Approach) -> [f64; 3] {
+        add(scale(self.normal, approach.normal), self.tangential)
+    }
+}
+
+/// The contact law of MODEL, "Contact": Hunt and Crossley (1975) with regularised Coulomb friction.
+///
+/// While a node is *closed* its force is the smooth law `k_c δ^p (1 + χ δ̇)`, continued oddly to `δ < 0`; while it is
+/// *open* there is none. The solver locates where the law changes sign and switches there, which gives
+/// `F_n = max(0, …)` without a kink inside a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// `k_c` in N/m^p.
+    pub stiffness: f64,
+    /// `p ≥ 1`.
+    pub exponent: f64,
+    /// `χ` in s/m.
+    pub damping: f64,
+    /// Contact radius of a node in m.
+    pub radius: f64,
+    /// Coefficient of friction `µ`.
+    pub friction: f64,
+    /// Sliding speed `v_reg` over which friction is regularised, in m/s.
+    pub regularisation: f64,
+}
+
+impl From<&ContactSettings> for ContactLaw {
+    fn from(settings: &ContactSettings) -> Self {
+        Self {
+            stiffness: settings.stiffness_n_m,
+            exponent: settings.exponent,
+            damping: settings.damping_s_m,
+            radius: settings.radius_m,
+            friction: settings.friction_coefficient,
+            regularisation: settings.friction_regularisation_m_s,
+        }
+    }
+}
+
+impl ContactLaw {
+    /// The node at `position` with `velocity`, relative to `workpiece` at `time`.
+    pub fn approach(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
+        let surface = workpiece.surface(position, time);
+        let relative = sub(velocity, surface.velocity);
+        let normal_speed = dot(surface.normal, relative);
+        Approach {
+            penetration: self.radius - surface.gap,
+            penetration_rate: -normal_speed,
+            normal: surface.normal,
+            sliding: sub(relative, scale(normal_speed, surface.normal)),
+        }
+    }
+
+    /// `k_c |δ|^p sign δ`
+    fn elastic(&self, penetration: f64) -> f64 {
+        if self.exponent == 1.0 {
+            return self.stiffness * penetration;
+        }
+        self.stiffness * penetration.abs().powf(self.exponent).copysign(penetration)
+    }
+
+    /// `1 + χ δ̇`
+    fn rate_factor(&self, penetration_rate: f64) -> f64 {
+        1.0 + self.damping * penetration_rate
+    }
+
+    /// Positive where the law presses (`δ > 0` and `1 + χ δ̇ > 0`), negative elsewhere, continuous; in m.
+    ///
+    /// A node closes where this rises through zero and opens where it falls.
+    pub fn pressing(&self, approach: &Approach) -> f64 {
+        if self.damping == 0.0 {
+            return approach.penetration;
+        }
+        // The second condition is measured as a length, on the scale of the penetration itself.
+        let scale = approach.penetration.abs();
+        approach.penetration.min(scale * self.rate_factor(approach.penetration_rate))
+    }
+
+    /// [`ContactLaw::pressing`] of a node, without more of its approach than that takes.
+    pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
+        if self.damping == 0.0 {
+            return self.radius - workpiece.surface(position, time).gap;
+        }
+        self.pressing(&self.approach(workpiece, position, velocity, time))
+    }
+
+    /// The normal force of a closed node in N.
+    pub fn normal_force(&self, approach: &Approach) -> f64 {
+        self.elastic(approach.penetration) * self.rate_factor(approach.penetration_rate)
+    }
+
+    /// Normal force and friction of a closed node.
+    ///
+    /// Friction is `−µ F_n v_t/√(|v_t|² + v_reg²)`: Coulomb's law for `|v_t| ≫ v_reg`, viscous below.
+    pub fn force(&self, approach: &Approach) -> ContactForce {
+        let normal = self.normal_force(approach);
+        let speed = self.regularised_speed(approach);
+        ContactForce { normal, tangential: scale(-self.friction * normal / speed, approach.sliding) }
+    }
+
+    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, none where a closed node is on the
+    /// other side of the event by less than the tolerance of its location.
+    pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
+        let force = self.force(approach);
+        if force.normal > 0.0 { force } else { ContactForce::NONE }
+    }
+
+    fn regularised_speed(&self, approach: &Approach) -> f64 {
+        (dot(approach.sliding, approach.sliding) + self.regularisation.powi(2)).sqrt()
+    }
+
+    /// Energy stored in the contact in J: the work of the elastic part, `k_c δ^(p+1)/(p+1)`.
+    pub fn stored_energy(&self, approach: &Approach) -> f64 {
+        self.elastic(approach.penetration) * approach.penetration / (self.exponent + 1.0)
+    }
+
+    /// Power that contact damping and friction take in W.
+    pub fn dissipated_power(&self, approach: &Approach) -> f64 {
+        let damped = self.elastic(approach.penetration) * self.damping * approach.penetration_rate.powi(2);
+        damped - dot(self.force(approach).tangential, approach.sliding)
+    }
+
+    /// `∂F/∂x` and `∂F/∂ẋ` of a closed node; the curvature of the workpiece is neglected.
+    pub fn tangent(&self, approach: &Approach) -> NodeTangent<f64> {
+        let Approach { penetration, penetration_rate, normal, sliding } = *approach;
+        let slope = if self.exponent == 1.0 {
+            self.stiffness
+        } else {
+            self.exponent * self.stiffness * penetration.abs().powf(self.exponent - 1.0)
+        };
+        // Along the total force per unit of normal force; δ falls along the normal.
+        let speed = self.regularised_speed(approach);
+        let direction = sub(normal, scale(self.friction / speed, sliding));
+        let by_penetration = slope * self.rate_factor(penetration_rate);
+        let by_rate = self.elastic(penetration) * self.damping;
+        let viscous = self.friction * self.normal_force(approach) / speed;
+        let position = std::array::from_fn(|row| scale(-by_penetration * direction[row], normal));
+        let velocity = std::array::from_fn(|row| {
+            std::array::from_fn(|column| {
+                let identity = f64::from(u8::from(row == column));
+                let along_surface = identity - normal[row] * normal[column];
+                let turning = sliding[row] * sliding[column] / (speed * speed);
+                -by_rate * direction[row] * normal[column] - viscous * (along_surface - turning)
+            })
+        });
+        NodeTangent { position, velocity }
+    }
+}

@@ -1,0 +1,193 @@
+//! The figures that a contact is reduced to.
+
+use std::f64::consts::PI;
+
+use crate::equations::linear::{add, dot, scale, sub};
+use crate::model::record::{Combine, Display, Prominence, Record};
+use crate::model::settings::Settings;
+use crate::workpiece::unit_normal;
+
+/// Drawn in figures in a unit of readable size.
+const fn figure(unit: &'static str, factor: f64, combine: Combine) -> Display {
+    Display { prominence: Prominence::Figure, unit, factor, combine }
+}
+
+/// In the tables of a terminal too.
+const fn headline(unit: &'static str, factor: f64) -> Display {
+    Display { prominence: Prominence::Headline, ..figure(unit, factor, Combine::Mean) }
+}
+
+/// In files and on pages, with the largest value over several filaments.
+const LARGEST: Display = Display { combine: Combine::Max, ..Display::DETAIL };
+
+crate::record! {
+    /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
+    #[derive(Clone, Debug, Default, PartialEq)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct Metrics {
+        contact_angle_rad: f64 =
+            ["Ω_c", "rad", "nominal contact angle", "2 arccos((R − a_e)/R) of the undeformed tool"],
+        nominal_contact_length_m: f64 = ["l_d", "m", "nominal contact length", "R Ω_c"],
+        nominal_contact_time_s: f64 = ["t_d", "s", "nominal contact time", "Ω_c/ω"],
+        contact_time_s: f64 = ["t_c", "s", "contact time", "total time with F_n > 0"]
+            => figure("ms", 1e3, Combine::Mean),
+        contact_length_m: f64 = ["l_c", "m", "contact length", "v_b t_c"],
+        contact_time_ratio: f64 = [
+            "ε_tc", "", "contact time ratio",
+            "share of t_d with F_n > 0: near 0 the filament strikes, near 1 it sweeps"
+        ] => headline("", 1.0),
+        contact_count: usize = ["", "", "number of contacts", "number of intervals with F_n > 0"] => LARGEST,
+        contact_normal_impulse_n_s: f64 =
+            ["p_n", "N s", "contact normal impulse of a filament", "∫ F_n dt of one filament, one pass"]
+            => headline("mN s", 1e3),
+        equivalent_contact_normal_force_n: f64 =
+            ["F̄_n", "N", "equivalent contact normal force", "p_n/t_c, zero without contact"],
+        peak_contact_normal_force_n: f64 =
+            ["max F_n", "N", "peak contact normal force", "largest force of all nodes together"]
+            => LARGEST,
+        max_tip_deflection_m: f64 = [
+            "s_n,max", "m", "largest tip deflection",
+            "largest distance of the tip from the undeformed filament"
+        ] => figure("mm", 1e3, Combine::Max),
+        tool_contact_normal_force_n: f64 = [
+            "F_n,w", "N", "contact normal force of the tool",
+            "p_n N_f ω/(2π): each filament passes once a turn"
+        ] => headline("N", 1.0),
+    }
+}
+
+/// The undeformed tool and how it passes the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NominalContact {
+    /// Undeformed radius `R = r_g + l_f` in m.
+    pub tool_radius: f64,
+    /// Radius in m of the undeformed tips as the normal of the workpiece sees it: `R` for a normal across the axis.
+    pub reach: f64,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth: f64,
+    /// Brushing velocity `v_b` in m/s.
+    pub brushing_velocity: f64,
+}
+
+impl NominalContact {
+    /// The nominal contact that `settings` state.
+    pub fn of(settings: &Settings) -> Self {
+        let tool_radius = settings.tool.body_radius_m + settings.filament.length_m;
+        let [x, y, _] = unit_normal(&settings.workpiece);
+        Self {
+            tool_radius,
+            reach: tool_radius * x.hypot(y),
+            penetration_depth: settings.process.penetration_depth_m,
+            brushing_velocity: settings.process.brushing_velocity_m_s,
+        }
+    }
+
+    /// Rate of the tool, `ω = v_b/R`, in rad/s.
+    pub fn rate(&self) -> f64 {
+        self.brushing_velocity / self.tool_radius
+    }
+
+    /// `Ω_c = 2 arccos((R − a_e)/R)` in rad.
+    ///
+    /// Computed as `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
+    pub fn contact_angle(&self) -> f64 {
+        4.0 * (self.penetration_depth / (2.0 * self.reach)).sqrt().asin()
+    }
+}
+
+/// What an integration has observed of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactRecord {
+    /// Total time with `F_n > 0` in s.
+    pub time: f64,
+    /// Part of it between nominal entry and exit, in s.
+    pub nominal_time: f64,
+    /// Number of maximal intervals with `F_n > 0`.
+    pub count: usize,
+    /// `∫ F_n dt` in N s.
+    pub impulse: f64,
+    /// Largest `F_n` in N.
+    pub peak_force: f64,
+    /// Largest tip deflection in m.
+    pub max_deflection: f64,
+}
+
+impl Metrics {
+    /// Reduces what was observed to the metrics.
+    pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {
+        let contact_angle = nominal.contact_angle();
+        let nominal_time = contact_angle / nominal.rate();
+        Self {
+            contact_angle_rad: contact_angle,
+            nominal_contact_length_m: nominal.tool_radius * contact_angle,
+            nominal_contact_time_s: nominal_time,
+            contact_time_s: record.time,
+            contact_length_m: nominal.brushing_velocity * record.time,
+            // A sum of steps can exceed the whole by a rounding.
+            contact_time_ratio: (record.nominal_time / nominal_time).min(1.0),
+            contact_count: record.count,
+            contact_normal_impulse_n_s: record.impulse,
+            equivalent_contact_normal_force_n: if record.time > 0.0 { record.impulse / record.time } else { 0.0 },
+            peak_contact_normal_force_n: record.peak_force,
+            max_tip_deflection_m: record.max_deflection,
+            tool_contact_normal_force_n: tool_force(record.impulse, filament_count, nominal.rate()),
+        }
+    }
+
+    /// The metrics of several filaments, or of several passes of one, as one: mean values, and the largest of extremes.
+    ///
+    /// None of none.
+    #[must_use]
+    pub fn combined(all: &[Self]) -> Option<Self> {
+        if all.is_empty() {
+            return None;
+        }
+        let mut combined = Self::default();
+        for column in Self::COLUMNS {
+            let values = all.iter().map(|metrics| column.get(metrics));
+            let value = match column.display.combine {
+                Combine::Mean => values.sum::<f64>() / all.len() as f64,
+                Combine::Max => values.fold(f64::NEG_INFINITY, f64::max),
+            };
+            column.set(&mut combined, value);
+        }
+        Some(combined)
+    }
+}
+
+/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once a turn.
+///
+/// `impulse` in N s, `rate` in rad/s.
+pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
+    impulse * filament_count * rate / (2.0 * PI)
+}
+
+/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, the straight piece of
+/// the length `length` from `root` along the unit vector `direction`.
+pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
+    let offset = sub(tip, root);
+    let along = dot(offset, direction).clamp(0.0, length);
+    let nearest = add(root, scale(along, direction));
+    let distance = sub(tip, nearest);
+    dot(distance, distance).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deflection_is_measured_to_the_straight_piece() {
+        let at = |tip| tip_deflection(tip, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 2.0);
+        assert_eq!(at([2.0, 0.5, 0.0]), 0.5);
+        assert_eq!(at([6.0, 4.0, 0.0]), 5.0);
+        assert_eq!(at([0.0, 0.0, 1.0]), 2.0_f64.sqrt());
+    }
+
+    #[test]
+    fn contact_angle_agrees_with_its_definition() {
+        let nominal =
+            NominalContact { tool_radius: 0.18, reach: 0.18, penetration_depth: 0.003, brushing_velocity: 10.0 };
+        assert!((nominal.contact_angle() - 2.0 * (0.177_f64 / 0.18).acos()).abs() < 1e-14);
+    }
+}

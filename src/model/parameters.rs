@@ -1,0 +1,341 @@
+//! The scalar settings as one table: path, unit, and what each may be.
+//!
+//! The table serves the checks of an input file, the sweeps of a study and the JSON schema, so that the three cannot
+//! disagree. Conditions that tie several settings together, and those on vectors, stand below it.
+
+use std::error::Error;
+use std::fmt::{self, Display};
+use std::ops::{Bound, RangeBounds};
+
+use crate::model::metrics::NominalContact;
+use crate::model::record::Scalar;
+use crate::model::settings::Settings;
+use crate::workpiece::unit_normal;
+
+/// Least component of the unit normal of the workpiece across the tool axis.
+const MIN_NORMAL_ACROSS: f64 = 1e-6;
+
+/// The largest number of segments of a filament.
+pub const MAX_SEGMENTS: usize = 400;
+
+/// Fewest sampled tools of a case: a few for each coefficient that the sensitivity indices take.
+pub const MIN_SAMPLES: usize = 64;
+/// Most sampled tools of a case, the length of the sequence they come from.
+pub const MAX_SAMPLES: usize = 1 << 16;
+
+/// A scalar setting that an input file can state and a study can sweep.
+#[derive(Debug)]
+pub struct Parameter {
+    /// Dotted path in the input file: section and key.
+    pub path: &'static str,
+    /// Unit, empty for a pure number.
+    pub unit: &'static str,
+    /// What the setting may be.
+    pub range: Range,
+    /// Whether the setting has no default.
+    pub required: bool,
+    get: fn(&Settings) -> f64,
+    set: fn(&mut Settings, f64),
+}
+
+impl Parameter {
+    /// Finds a setting by its dotted path.
+    #[must_use]
+    pub fn find(path: &str) -> Option<&'static Self> {
+        PARAMETERS.iter().find(|parameter| parameter.path == path)
+    }
+
+    /// The section of the input file that the setting stands in.
+    #[must_use]
+    pub fn section(&self) -> &'static str {
+        self.path.split_once('.').map_or("", |(section, _)| section)
+    }
+
+    /// The setting's key within its section.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        self.path.split_once('.').map_or(self.path, |(_, key)| key)
+    }
+
+    /// Reads the setting.
+    #[must_use]
+    pub fn get(&self, settings: &Settings) -> f64 {
+        (self.get)(settings)
+    }
+
+    /// Changes the setting, unchecked; a setting that counts something takes the whole part.
+    pub fn set(&self, settings: &mut Settings, value: f64) {
+        (self.set)(settings, value);
+    }
+
+    /// The value as text: shortest digits that read back the same, without a fraction where the setting is a count.
+    #[must_use]
+    pub fn format(&self, value: f64) -> String {
+        if self.range.whole && value.fract() == 0.0 { format!("{value}") } else { format!("{value:?}") }
+    }
+
+    /// What the setting may be, in words and with its unit.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        if self.unit.is_empty() { self.range.to_string() } else { format!("{}, in {}", self.range, self.unit) }
+    }
+
+    /// Checks one value of the setting by itself.
+    pub fn check(&self, value: f64) -> Result<(), Violation> {
+        if self.range.contains(value) {
+            Ok(())
+        } else {
+            Err(Violation { path: self.path, value: self.format(value), allowed: self.allowed() })
+        }
+    }
+
+    const fn required(mut self) -> Self {
+        self.required = true;
+        self
+    }
+}
+
+/// The finite numbers between two bounds, or the whole ones among them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Whether only whole numbers belong to the range.
+    pub whole: bool,
+    /// Lower bound.
+    pub lower: Bound<f64>,
+    /// Upper bound.
+    pub upper: Bound<f64>,
+}
+
+impl Range {
+    const FINITE: Self = Self::real(Bound::Unbounded, Bound::Unbounded);
+    const POSITIVE: Self = Self::real(Bound::Excluded(0.0), Bound::Unbounded);
+    const NOT_NEGATIVE: Self = Self::at_least(0.0);
+    const ANGLE: Self = Self::real(Bound::Included(0.0), Bound::Excluded(std::f64::consts::TAU));
+
+    const fn real(lower: Bound<f64>, upper: Bound<f64>) -> Self {
+        Self { whole: false, lower, upper }
+    }
+
+    const fn at_least(lower: f64) -> Self {
+        Self::real(Bound::Included(lower), Bound::Unbounded)
+    }
+
+    const fn between(lower: f64, upper: f64) -> Self {
+        Self::real(Bound::Included(lower), Bound::Included(upper))
+    }
+
+    const fn whole(lower: f64, upper: f64) -> Self {
+        Self { whole: true, ..Self::between(lower, upper) }
+    }
+
+    /// Whether the value is finite, within the bounds, and whole where it has to be.
+    #[must_use]
+    pub fn contains(&self, value: f64) -> bool {
+        value.is_finite() && (self.lower, self.upper).contains(&value) && (!self.whole || value.fract() == 0.0)
+    }
+}
+
+impl Display for Range {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(if self.whole { "a whole number" } else { "a finite number" })?;
+        if let (Bound::Included(lower), Bound::Included(upper)) = (self.lower, self.upper) {
+            return write!(formatter, " from {} to {}", plain(lower), plain(upper));
+        }
+        let lower = bound_in_words(self.lower, "of at least", "greater than");
+        let upper = bound_in_words(self.upper, "of at most", "less than");
+        let bounds: Vec<String> = lower.into_iter().chain(upper).collect();
+        if !bounds.is_empty() {
+            write!(formatter, " {}", bounds.join(" and "))?;
+        }
+        Ok(())
+    }
+}
+
+fn bound_in_words(bound: Bound<f64>, included: &str, excluded: &str) -> Option<String> {
+    match bound {
+        Bound::Included(number) => Some(format!("{included} {}", plain(number))),
+        Bound::Excluded(number) => Some(format!("{excluded} {}", plain(number))),
+        Bound::Unbounded => None,
+    }
+}
+
+/// A number without a trailing `.0`.
+fn plain(number: f64) -> String {
+    let text = format!("{number:?}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A setting outside its range.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Violation {
+    /// Dotted path of the setting.
+    pub path: &'static str,
+    /// The value found.
+    pub value: String,
+    /// What is allowed, in words.
+    pub allowed: String,
+}
+
+impl Display for Violation {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, value, allowed } = self;
+        write!(formatter, "`{path}` is {value}, but must be {allowed}")
+    }
+}
+
+impl Error for Violation {}
+
+/// Makes a table entry whose path cannot differ from the field that it names.
+macro_rules! parameter {
+    ($section:ident . $key:ident, $unit:literal, $range:expr) => {
+        Parameter {
+            path: concat!(stringify!($section), ".", stringify!($key)),
+            unit: $unit,
+            range: $range,
+            required: false,
+            get: |settings| Scalar::into_f64(settings.$section.$key),
+            set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
+        }
+    };
+}
+
+/// All scalar settings, in the order of [`Settings`].
+pub static PARAMETERS: &[Parameter] = &[
+    parameter!(tool.body_radius_m, "m", Range::POSITIVE).required(),
+    parameter!(tool.width_m, "m", Range::POSITIVE).required(),
+    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE),
+    parameter!(tool.filament_count_uncertainty, "", Range::NOT_NEGATIVE),
+    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64)),
+    parameter!(filament.length_m, "m", Range::POSITIVE).required(),
+    parameter!(filament.diameter_m, "m", Range::POSITIVE).required(),
+    parameter!(filament.density_kg_m3, "kg/m³", Range::POSITIVE),
+    parameter!(filament.youngs_modulus_pa, "Pa", Range::POSITIVE),
+    parameter!(filament.damping_ratio, "", Range::NOT_NEGATIVE),
+    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE),
+    parameter!(contact.exponent, "", Range::at_least(1.0)),
+    parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE),
+    parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE),
+    parameter!(contact.friction_coefficient, "", Range::NOT_NEGATIVE),
+    parameter!(contact.friction_regularisation_m_s, "m/s", Range::POSITIVE),
+    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::FINITE),
+    parameter!(process.brushing_velocity_m_s, "m/s", Range::POSITIVE).required(),
+    parameter!(process.penetration_depth_m, "m", Range::POSITIVE).required(),
+    parameter!(process.lead_angle_rad, "rad", Range::ANGLE),
+    parameter!(process.tail_angle_rad, "rad", Range::ANGLE),
+    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2)),
+    parameter!(solver.samples, "", Range::whole(2.0, 1e6)),
+    parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.youngs_modulus_std_pa, "Pa", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE),
+    parameter!(uncertainty.samples, "", Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64)),
+    parameter!(uncertainty.seed, "", Range::whole(0.0, u32::MAX as f64)),
+];
+
+impl Settings {
+    /// Checks every setting by itself, and all of them together.
+    ///
+    /// # Errors
+    /// The first setting that is outside its range.
+    pub fn check(&self) -> Result<(), Violation> {
+        for parameter in PARAMETERS {
+            parameter.check(parameter.get(self))?;
+        }
+        self.check_vectors()?;
+        self.check_relations()
+    }
+
+    fn check_vectors(&self) -> Result<(), Violation> {
+        let gravity = self.process.gravity_m_s2;
+        if !gravity.iter().all(|component| component.is_finite()) {
+            return Err(Violation {
+                path: "process.gravity_m_s2",
+                value: format!("{gravity:?}"),
+                allowed: "three finite numbers, in m/s²".to_owned(),
+            });
+        }
+        // A zero or infinite normal makes this NaN, for which the comparison is false.
+        let [x, y, _] = unit_normal(&self.workpiece);
+        let across = x.hypot(y) >= MIN_NORMAL_ACROSS;
+        if !across {
+            return Err(Violation {
+                path: "workpiece.normal",
+                value: format!("{:?}", self.workpiece.normal),
+                allowed: "three finite numbers that do not point along the tool axis z".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the conditions that tie several settings together; each setting must be right by itself.
+    pub fn check_relations(&self) -> Result<(), Violation> {
+        let length_m = self.filament.length_m;
+        if self.filament.diameter_m >= length_m {
+            return Err(Violation {
+                path: "filament.diameter_m",
+                value: format!("{:?}", self.filament.diameter_m),
+                allowed: format!("less than filament.length_m = {length_m:?}"),
+            });
+        }
+        let penetration_depth_m = self.process.penetration_depth_m;
+        if penetration_depth_m >= length_m {
+            return Err(Violation {
+                path: "process.penetration_depth_m",
+                value: format!("{penetration_depth_m:?}"),
+                allowed: format!("less than filament.length_m = {length_m:?}"),
+            });
+        }
+        let nominal = NominalContact::of(self);
+        if penetration_depth_m >= nominal.reach {
+            return Err(Violation {
+                path: "process.penetration_depth_m",
+                value: format!("{penetration_depth_m:?}"),
+                allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", nominal.reach),
+            });
+        }
+        let nominal_angle_rad = nominal.contact_angle();
+        let lead_angle_rad = self.process.lead_angle_rad;
+        let limit_rad = std::f64::consts::TAU - nominal_angle_rad - lead_angle_rad;
+        if self.process.tail_angle_rad >= limit_rad {
+            return Err(Violation {
+                path: "process.tail_angle_rad",
+                value: format!("{:?}", self.process.tail_angle_rad),
+                allowed: format!(
+                    "less than {limit_rad:.4}, what is left of one turn after the lead angle \
+                     {lead_angle_rad:?} and the nominal contact angle {nominal_angle_rad:.4}"
+                ),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_refuse_what_is_no_number() {
+        for range in [Range::FINITE, Range::POSITIVE, Range::whole(1.0, 400.0)] {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!(!range.contains(value), "{range} contains {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn ranges_keep_their_bounds() {
+        assert!(!Range::POSITIVE.contains(0.0));
+        assert!(Range::NOT_NEGATIVE.contains(0.0));
+        assert!(Range::whole(1.0, 400.0).contains(400.0));
+        assert!(!Range::whole(1.0, 400.0).contains(1.5));
+    }
+
+    #[test]
+    fn ranges_read_as_sentences() {
+        assert_eq!(Range::POSITIVE.to_string(), "a finite number greater than 0");
+        assert_eq!(Range::at_least(1.0).to_string(), "a finite number of at least 1");
+        assert_eq!(Range::whole(1.0, 400.0).to_string(), "a whole number from 1 to 400");
+        assert_eq!(Range::between(1e-10, 1e-2).to_string(), "a finite number from 1e-10 to 0.01");
+    }
+}

@@ -1,0 +1,322 @@
+//! The settings of a simulation, as an input file states them.
+//!
+//! A field's name is its key in the file, and its unit is part of the name (SI throughout, angles in radians). What a
+//! number may be stands in one table, [`crate::model::parameters::PARAMETERS`]; crate `bristle-study` reads the file.
+
+/// Everything that one simulation depends on.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Settings {
+    /// The brushing tool.
+    pub tool: ToolSettings,
+    /// One filament of the tool.
+    pub filament: FilamentSettings,
+    /// The contact law between filament and workpiece.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub contact: ContactSettings,
+    /// The workpiece.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub workpiece: WorkpieceSettings,
+    /// How the tool meets the workpiece.
+    pub process: ProcessSettings,
+    /// The numerical solution and its output.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub solver: SolverSettings,
+    /// How exactly the filaments are known, for `bristle study`.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub uncertainty: UncertaintySettings,
+}
+
+/// The brushing tool.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ToolSettings {
+    /// The kind of tool.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub kind: ToolKind,
+    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m.
+    pub body_radius_m: f64,
+    /// Width of the brush along its axis, in m.
+    pub width_m: f64,
+    /// Number `N_f` of filaments on the tool. An estimate need not be whole.
+    #[cfg_attr(feature = "serde", serde(default = "default_filament_count"))]
+    pub filament_count: f64,
+    /// Uncertainty of the number of filaments: its standard deviation.
+    #[cfg_attr(feature = "serde", serde(default = "default_filament_count_uncertainty"))]
+    pub filament_count_uncertainty: f64,
+}
+
+/// The kinds of tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum ToolKind {
+    /// A round brush with radial filaments.
+    #[default]
+    Round,
+}
+
+/// One filament of the tool.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FilamentSettings {
+    /// Number `n` of rigid segments that stand for the filament.
+    #[cfg_attr(feature = "serde", serde(default = "default_segments"))]
+    pub segments: usize,
+    /// Free length `l_f`, in m.
+    pub length_m: f64,
+    /// Diameter `d`, in m.
+    pub diameter_m: f64,
+    /// Density `ρ`, in kg/m³.
+    #[cfg_attr(feature = "serde", serde(default = "default_density_kg_m3"))]
+    pub density_kg_m3: f64,
+    /// Young's modulus `E`, in Pa.
+    #[cfg_attr(feature = "serde", serde(default = "default_youngs_modulus_pa"))]
+    pub youngs_modulus_pa: f64,
+    /// Damping ratio `ζ` of the first bending mode of the clamped filament.
+    #[cfg_attr(feature = "serde", serde(default = "default_damping_ratio"))]
+    pub damping_ratio: f64,
+}
+
+/// The contact law between filament and workpiece.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ContactSettings {
+    /// Contact stiffness `k_c`, in N/m^p (N/m at exponent 1).
+    pub stiffness_n_m: f64,
+    /// Exponent `p` of the penetration.
+    pub exponent: f64,
+    /// Contact damping `χ` (Hunt and Crossley), in s/m.
+    pub damping_s_m: f64,
+    /// Contact radius of a node, taken off the gap, in m.
+    pub radius_m: f64,
+    /// Coefficient of friction `µ`.
+    pub friction_coefficient: f64,
+    /// Sliding speed `v_reg` over which friction is regularised, in m/s.
+    pub friction_regularisation_m_s: f64,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self {
+            stiffness_n_m: 1.0e5,
+            exponent: 1.0,
+            damping_s_m: 0.0,
+            radius_m: 0.0,
+            friction_coefficient: 0.0,
+            friction_regularisation_m_s: 1.0e-3,
+        }
+    }
+}
+
+/// The workpiece.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WorkpieceSettings {
+    /// The kind of workpiece.
+    pub kind: WorkpieceKind,
+    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`. The penetration depth
+    /// is measured along it.
+    pub normal: [f64; 3],
+    /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n × z`.
+    pub feed_velocity_m_s: f64,
+}
+
+impl Default for WorkpieceSettings {
+    fn default() -> Self {
+        Self { kind: WorkpieceKind::default(), normal: [0.0, 1.0, 0.0], feed_velocity_m_s: 0.0 }
+    }
+}
+
+/// The kinds of workpiece.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum WorkpieceKind {
+    /// A plane.
+    #[default]
+    Plane,
+}
+
+/// How the tool meets the workpiece.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ProcessSettings {
+    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. May be left out where `[study]` sweeps it.
+    pub brushing_velocity_m_s: f64,
+    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out where `[study]` sweeps it.
+    pub penetration_depth_m: f64,
+    /// Acceleration of free fall, in m/s².
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub gravity_m_s2: [f64; 3],
+    /// Angle before nominal entry at which the simulation starts, in rad.
+    #[cfg_attr(feature = "serde", serde(default = "default_lead_angle_rad"))]
+    pub lead_angle_rad: f64,
+    /// Angle past nominal exit at which the simulation ends, in rad.
+    #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
+    pub tail_angle_rad: f64,
+}
+
+/// The numerical solution and its output.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SolverSettings {
+    /// Relative tolerance of the integration.
+    pub relative_tolerance: f64,
+    /// Number of equally spaced samples in `history.csv`. No metric depends on it.
+    pub samples: usize,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self { relative_tolerance: 1.0e-6, samples: 2000 }
+    }
+}
+
+/// How exactly the filaments are known: standard deviations of normal distributions about the settings in `[filament]`.
+///
+/// Where one is above zero, a study repeats each case with sampled tools, and states the distribution of the tool force. The
+/// filaments of one sampled tool are all alike.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct UncertaintySettings {
+    /// Standard deviation of the free length `l_f`, in m.
+    pub length_std_m: f64,
+    /// Standard deviation of the diameter `d`, in m.
+    pub diameter_std_m: f64,
+    /// Standard deviation of Young's modulus `E`, in Pa.
+    pub youngs_modulus_std_pa: f64,
+    /// Standard deviation of the damping ratio `ζ`.
+    pub damping_ratio_std: f64,
+    /// Number of sampled tools. Powers of two fill the space of the inputs most evenly.
+    pub samples: usize,
+    /// Seed of the samples.
+    pub seed: u32,
+    /// What stays the same where the length of the filaments is another one.
+    pub hold: Hold,
+}
+
+/// What stays the same on tools with filaments of another length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum Hold {
+    /// Brushing velocity and penetration depth: each tool is set up anew, by its own radius.
+    #[default]
+    Process,
+    /// Rotational speed, and distance of the axis from the workpiece: the machine knows the nominal radius only.
+    Machine,
+}
+
+impl Default for UncertaintySettings {
+    fn default() -> Self {
+        Self {
+            length_std_m: 0.0,
+            diameter_std_m: 0.0,
+            youngs_modulus_std_pa: 0.0,
+            damping_ratio_std: 0.0,
+            samples: 128,
+            seed: 1,
+            hold: Hold::Process,
+        }
+    }
+}
+
+impl Settings {
+    /// These parts, and the defaults for all else: a plane, no friction, the paper's contact law.
+    #[must_use]
+    pub fn new(tool: ToolSettings, filament: FilamentSettings, process: ProcessSettings) -> Self {
+        Self {
+            tool,
+            filament,
+            contact: ContactSettings::default(),
+            workpiece: WorkpieceSettings::default(),
+            process,
+            solver: SolverSettings::default(),
+            uncertainty: UncertaintySettings::default(),
+        }
+    }
+}
+
+impl ToolSettings {
+    /// A round brush of this body radius `r_g` and width, both in m, with the paper's number of filaments.
+    #[must_use]
+    pub fn new(body_radius_m: f64, width_m: f64) -> Self {
+        Self {
+            kind: ToolKind::default(),
+            body_radius_m,
+            width_m,
+            filament_count: default_filament_count(),
+            filament_count_uncertainty: default_filament_count_uncertainty(),
+        }
+    }
+}
+
+impl FilamentSettings {
+    /// A filament of this free length `l_f` and diameter `d`, both in m, of PA 6.12, in 25 segments.
+    #[must_use]
+    pub fn new(length_m: f64, diameter_m: f64) -> Self {
+        Self {
+            segments: default_segments(),
+            length_m,
+            diameter_m,
+            density_kg_m3: default_density_kg_m3(),
+            youngs_modulus_pa: default_youngs_modulus_pa(),
+            damping_ratio: default_damping_ratio(),
+        }
+    }
+}
+
+impl ProcessSettings {
+    /// This brushing velocity `v_b` in m/s and penetration depth `a_e` in m, without gravity.
+    #[must_use]
+    pub fn new(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
+        Self {
+            brushing_velocity_m_s,
+            penetration_depth_m,
+            gravity_m_s2: [0.0; 3],
+            lead_angle_rad: default_lead_angle_rad(),
+            tail_angle_rad: default_tail_angle_rad(),
+        }
+    }
+}
+
+fn default_filament_count() -> f64 {
+    10_500.0
+}
+
+fn default_filament_count_uncertainty() -> f64 {
+    600.0
+}
+
+fn default_segments() -> usize {
+    25
+}
+
+fn default_density_kg_m3() -> f64 {
+    1110.0
+}
+
+fn default_youngs_modulus_pa() -> f64 {
+    3.0e9
+}
+
+fn default_damping_ratio() -> f64 {
+    0.05
+}
+
+fn default_lead_angle_rad() -> f64 {
+    0.005
+}
+
+fn default_tail_angle_rad() -> f64 {
+    0.15
+}

@@ -1,0 +1,157 @@
+//! Is it right? What is computed side by side in vector lanes has the bits that it has alone.
+
+use crate::common::{RandomState, case, filament as paper_filament, random_state};
+use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
+use bristle::model::filament;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Case, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
+use fastrand::Rng;
+
+/// Chains of different constants, bent and straight, some of the joints far beyond the power series.
+fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
+    (0..count)
+        .map(|i| {
+            let mut state = random_state(rng, segments);
+            let mut settings = paper_filament(segments);
+            settings.length_m *= 0.5 + rng.f64();
+            settings.youngs_modulus_pa *= 0.1 + rng.f64();
+            settings.damping_ratio *= rng.f64();
+            state.chain = filament::chain(&settings, state.chain.gravity);
+            match i % 3 {
+                // Straight, and with the joints at rest.
+                0 => state.q.fill([1.3, 0.2]),
+                // A sharp bend in the middle.
+                1 => state.q[segments / 2..].iter_mut().for_each(|q| q[1] += 1.5),
+                _ => {}
+            }
+            state
+        })
+        .collect()
+}
+
+fn members(states: &[RandomState]) -> Vec<Member<'_>> {
+    states.iter().map(|state| Member { chain: &state.chain, clamp: &state.clamp, q: &state.q, v: &state.v }).collect()
+}
+
+fn batch(states: &[RandomState]) -> Vec<Vec<[f64; 2]>> {
+    let segments = states[0].q.len();
+    let mut accelerations = vec![[f64::NAN; 2]; segments * states.len()];
+    Batch::new(segments).accelerations(&members(states), &mut accelerations).expect("no state is at a pole");
+    accelerations.chunks(segments).map(<[_]>::to_vec).collect()
+}
+
+fn single(state: &RandomState) -> Vec<[f64; 2]> {
+    let mut accelerations = vec![[0.0; 2]; state.q.len()];
+    let mut dynamics = Dynamics::new(state.chain);
+    dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
+    accelerations
+}
+
+#[test]
+fn a_batch_gives_what_its_states_give_alone() {
+    let mut rng = Rng::with_seed(21);
+    for segments in [1, 2, 25, 100] {
+        for count in [1, 7, 8, 9, 24, 29] {
+            let states = states(&mut rng, segments, count);
+            for (i, (accelerations, state)) in batch(&states).iter().zip(&states).enumerate() {
+                assert!(accelerations.as_flattened().iter().all(|value| value.is_finite()));
+                assert_eq!(*accelerations, single(state), "n = {segments}, {i} of {count}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_state_gives_the_same_bits_at_every_place_of_every_batch() {
+    let mut rng = Rng::with_seed(22);
+    for segments in [1, 2, 25] {
+        let mut states = states(&mut rng, segments, 2 * LANES + 3);
+        let together = batch(&states);
+        for (state, accelerations) in states.iter().zip(&together) {
+            assert_eq!(&batch(std::slice::from_ref(state))[0], accelerations);
+        }
+        states.rotate_left(5);
+        let rotated = batch(&states);
+        assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
+    }
+}
+
+#[test]
+fn a_state_at_a_pole_is_refused_by_its_number() {
+    let mut rng = Rng::with_seed(24);
+    let mut states = states(&mut rng, 4, 11);
+    states[9].q[2][0] = 0.0;
+    let mut accelerations = vec![[7.0; 2]; 4 * 11];
+    let error = Batch::new(4).accelerations(&members(&states), &mut accelerations).expect_err("a pole");
+    assert_eq!((error.member, error.pole.segment, error.pole.axis), (10, 3, PolarAxis::Z));
+    assert_eq!(
+        error.to_string(),
+        "state 10 of the batch: segment 3 with φ = 0.0 stands at a pole (sin φ = 0) of its coordinates about z, \
+         where its azimuth has no meaning"
+    );
+    assert!(accelerations.iter().all(|pair| *pair == [7.0; 2]), "nothing is computed");
+    // An empty batch is one, too.
+    Batch::new(4).accelerations(&[], &mut []).expect("nothing to refuse");
+}
+
+/// A study in small: passes of different length, stiffness and depth, more than there are lanes.
+fn passes(friction: f64) -> Vec<Settings> {
+    let mut passes = Vec::new();
+    for (i, velocity) in [30.0, 7.5, 20.0, 12.5].into_iter().enumerate() {
+        for depth in [5e-3, 0.5e-3, 2.5e-3] {
+            let mut settings = case(7, velocity, depth);
+            settings.contact.friction_coefficient = friction;
+            settings.contact.stiffness_n_m *= 1.0 + i as f64;
+            settings.solver.relative_tolerance = 1e-5;
+            passes.push(settings);
+        }
+    }
+    passes
+}
+
+fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
+    let mut queue: Vec<usize> = (0..passes.len()).rev().collect();
+    let mut results = vec![None; passes.len()];
+    let take = |kind: Option<Kind>| {
+        let &number = queue.last()?;
+        if kind.is_some_and(|kind| kind != Kind::of(&passes[number])) {
+            return None;
+        }
+        queue.pop();
+        Some(Case { number, settings: passes[number].clone() })
+    };
+    simulate_side_by_side(take, |number, result| {
+        assert!(results[number].replace(result).is_none(), "a case is reported once");
+    });
+    results.into_iter().map(|result| result.expect("every case is reported")).collect()
+}
+
+#[test]
+fn passes_side_by_side_have_the_bits_that_they_have_alone() {
+    for friction in [0.0, 0.3] {
+        let mut passes = passes(friction);
+        // Out of the plane: some lanes leave their charts, and go on alone.
+        passes[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
+        let together = side_by_side(&passes);
+        for (settings, result) in passes.iter().zip(&together) {
+            assert_eq!(*result, simulate(settings), "{settings:?}");
+        }
+        let changes = together.iter().map(|result| result.as_ref().map_or(0, |pass| pass.statistics.chart_changes));
+        assert!(changes.sum::<usize>() > 0, "no lane has left its charts");
+        passes.rotate_left(5);
+        let rotated = side_by_side(&passes);
+        assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
+    }
+}
+
+#[test]
+fn kinds_do_not_mix_and_errors_end_their_case_only() {
+    let mut passes = [passes(0.0), passes(0.2)].concat();
+    passes[3].filament.segments = 9;
+    passes[7].filament.youngs_modulus_pa = 1e300;
+    let results = side_by_side(&passes);
+    for (i, (settings, result)) in passes.iter().zip(&results).enumerate() {
+        assert_eq!(*result, simulate(settings));
+        assert_eq!(result.is_err(), i == 7, "{i}: {result:?}");
+    }
+}

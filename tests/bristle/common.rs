@@ -1,0 +1,101 @@
+//! What several test files share: the paper's case, random states, and the tolerances with their reasons.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
+use bristle::model::filament;
+use bristle::model::settings::{
+    FilamentSettings, ProcessSettings, Settings, SolverSettings, ToolKind, ToolSettings, WorkpieceSettings,
+};
+use bristle::tool::radial_clamp;
+use fastrand::Rng;
+
+/// Tolerances, each with its reason.
+pub mod tolerance {
+    /// Two ways to the same numbers in double precision, over recursions of up to 30 segments.
+    pub const AGREEMENT: f64 = 1e-12;
+    /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε = 1e-5`; the
+    /// tangents mix terms whose sizes differ by up to 1e3.
+    pub const DIFFERENCES: f64 = 1e-6;
+    /// At the default tolerance of 1e-6 a step, over some 400 steps, relative to the work done.
+    pub const ENERGY_BALANCE: f64 = 1e-5;
+}
+
+/// The paper's filament with `segments` segments.
+pub fn filament(segments: usize) -> FilamentSettings {
+    FilamentSettings {
+        segments,
+        length_m: 0.040,
+        diameter_m: 1.18e-3,
+        density_kg_m3: 1110.0,
+        youngs_modulus_pa: 3.0e9,
+        damping_ratio: 0.05,
+    }
+}
+
+/// The paper's case at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
+pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
+    Settings {
+        tool: ToolSettings {
+            kind: ToolKind::Round,
+            body_radius_m: 0.140,
+            width_m: 0.020,
+            filament_count: 10_500.0,
+            filament_count_uncertainty: 600.0,
+        },
+        filament: filament(segments),
+        contact: Default::default(),
+        workpiece: WorkpieceSettings::default(),
+        process: ProcessSettings {
+            brushing_velocity_m_s: velocity,
+            penetration_depth_m: depth,
+            gravity_m_s2: [0.0; 3],
+            lead_angle_rad: 0.005,
+            tail_angle_rad: 0.15,
+        },
+        solver: SolverSettings::default(),
+        uncertainty: Default::default(),
+    }
+}
+
+/// A spatial state: a filament bent at random away from the poles, with rates of the size of a fast brush.
+pub struct RandomState {
+    pub chain: Chain<f64>,
+    pub clamp: Clamp<f64>,
+    pub q: Vec<[f64; 2]>,
+    pub v: Vec<[f64; 2]>,
+}
+
+pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
+    let mut between = |low: f64, high: f64| low + (high - low) * rng.f64();
+    let gravity = [0; 3].map(|_| between(-20.0, 20.0));
+    let chain = filament::chain(&filament(segments), gravity);
+    let clamp = radial_clamp(0.14, between(-PI, PI), between(-200.0, 200.0), between(-1e4, 1e4));
+    let bend = 2.0 / (segments as f64).sqrt();
+    let (mut phi, mut theta) = (FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0]));
+    let mut q = Vec::new();
+    for _ in 0..segments {
+        phi = (phi + bend * between(-0.5, 0.5)).clamp(0.4, PI - 0.4);
+        theta += bend * between(-0.5, 0.5);
+        q.push([phi, theta]);
+    }
+    let v = (0..segments).map(|_| [between(-200.0, 200.0), between(-200.0, 200.0)]).collect();
+    RandomState { chain, clamp, q, v }
+}
+
+/// A random vector of pairs with components of size `size`.
+pub fn random_pairs(rng: &mut Rng, segments: usize, size: f64) -> Vec<[f64; 2]> {
+    (0..segments).map(|_| [0; 2].map(|_| size * (2.0 * rng.f64() - 1.0))).collect()
+}
+
+/// `M q̈ − f` by the recursion, without loads.
+pub fn residual(state: &RandomState, accelerations: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut residual = vec![[0.0; 2]; state.q.len()];
+    Dynamics::new(state.chain).residual(&state.clamp, &state.q, &state.v, accelerations, &NoLoads, &mut residual);
+    residual
+}
+
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
+}

@@ -1,0 +1,128 @@
+//! Is it right? Values from independent codes: `derivations/README.md` says which, and how to make them again.
+
+use std::fs;
+use std::path::Path;
+
+use bristle::model::settings::FilamentSettings;
+use bristle_inspect::evaluation::{Evaluation, State, evaluate};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+fn data(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
+    #[derive(Deserialize)]
+    struct States<T> {
+        states: Vec<T>,
+    }
+
+    let file: States<T> = serde_json::from_str(&data(name)).expect("the file is JSON");
+    file.states
+}
+
+/// What every file of states has.
+#[derive(Deserialize)]
+struct ReferenceState {
+    kind: String,
+    youngs_modulus_pa: f64,
+    base_angle: f64,
+    base_rate: f64,
+    base_acceleration: f64,
+    gravity: [f64; 3],
+    q: Vec<f64>,
+    v: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+impl ReferenceState {
+    fn case(&self) -> String {
+        format!("{}, n = {}", self.kind, self.q.len() / 2)
+    }
+
+    fn evaluate(&self) -> Evaluation {
+        let state = State {
+            base_angle: self.base_angle,
+            base_rate: self.base_rate,
+            base_acceleration: self.base_acceleration,
+            gravity: self.gravity,
+            q: self.q.clone(),
+            v: self.v.clone(),
+        };
+        let segments = self.q.len() / 2;
+        let filament =
+            FilamentSettings { youngs_modulus_pa: self.youngs_modulus_pa, ..crate::common::filament(segments) };
+        evaluate(&filament, 0.14, &state).expect("the state is regular")
+    }
+
+    fn assert_accelerations(&self, result: &Evaluation, tolerance: f64) {
+        // A torque that should vanish is known to one rounding of c, which over J is 1e-6 rad/s² at n = 25.
+        let bound = tolerance * crate::common::largest(&self.accelerations) + 1e-5;
+        assert_eq!(result.accelerations.len(), self.accelerations.len());
+        for (value, expected) in result.accelerations.iter().zip(&self.accelerations) {
+            assert!((value - expected).abs() < bound, "{}: {value} {expected}", self.case());
+        }
+    }
+}
+
+/// A state of which more than the accelerations is known.
+#[derive(Deserialize)]
+struct ExactState {
+    #[serde(flatten)]
+    state: ReferenceState,
+    mass_matrix: Option<Vec<Vec<f64>>>,
+    kinetic_energy_j: f64,
+    potential_energy_j: f64,
+    dissipation_w: f64,
+    tip_position_m: [f64; 3],
+}
+
+#[test]
+fn equations_agree_with_60_digit_arithmetic() {
+    let reference: Vec<ExactState> = states("reference_states.json");
+    assert!(reference.len() > 20);
+    for expected in reference {
+        let (result, case) = (expected.state.evaluate(), expected.state.case());
+        expected.state.assert_accelerations(&result, 1e-12);
+        if let Some(mass_matrix) = &expected.mass_matrix {
+            let entries = |matrix: &[Vec<f64>]| matrix.concat();
+            let (values, exact) = (entries(&result.mass_matrix), entries(mass_matrix));
+            assert_eq!(values.len(), exact.len(), "{case}");
+            for (value, exact) in values.iter().zip(&exact) {
+                assert!((value - exact).abs() < 1e-14 * result.mass_matrix[0][0], "{case}: {value} {exact}");
+            }
+        }
+        let scalars = [
+            (result.kinetic_energy_j, expected.kinetic_energy_j),
+            (result.potential_energy_j, expected.potential_energy_j),
+            (result.dissipation_w, expected.dissipation_w),
+        ];
+        for (value, exact) in scalars {
+            // Where the exact value is a rounding of the inputs (1e-30), so is the result.
+            assert!((value - exact).abs() <= 1e-12 * exact.abs() + 1e-28, "{case}: {value} {exact}");
+        }
+        for (value, exact) in result.tip_position_m.into_iter().zip(expected.tip_position_m) {
+            assert!((value - exact).abs() < 1e-15, "{case}: {value} {exact}");
+        }
+    }
+}
+
+/// Rigid bodies in spherical joints, solved by Pinocchio's articulated-body algorithm.
+///
+/// The map: body `k` has the orientation `R_k = R_z(θ_k) R_y(φ_k)`, which takes its own z axis to `e_k`; the joint's
+/// quaternion is that of `R_{k−1}ᵀ R_k`, its velocity `R_kᵀ (ω_k − ω_{k−1})` with `ω_k = e_k × ė_k`, no spin about the
+/// own axis. The first joint is in axes that move with the root and do not turn, in the gravity `g − r̈_0`. From
+/// Pinocchio's angular accelerations `a_k` follow `ë_k = a_k × e_k + ω_k × (ω_k × e_k)`, and from them `φ̈_k`, `θ̈_k`.
+#[test]
+fn accelerations_agree_with_articulated_rigid_bodies() {
+    let reference: Vec<ReferenceState> = states("reference_aba.json");
+    for segments in [2, 7, 25] {
+        assert!(reference.iter().any(|state| state.q.len() == 2 * segments), "n = {segments}");
+    }
+    for expected in reference {
+        // At n = 25 the file itself is off by up to 2e-12, as 40-digit arithmetic showed.
+        expected.assert_accelerations(&expected.evaluate(), 1e-11);
+    }
+}

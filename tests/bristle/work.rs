@@ -1,0 +1,38 @@
+//! Did the work change? Counts of steps, Newton iterations and events of a few passes.
+
+use bristle::integrate::Statistics;
+use bristle::simulation::simulate;
+
+/// Counts may differ by this share between processors, whose sines differ in the last digit.
+const MARGIN: f64 = 0.02;
+
+#[test]
+fn work_of_typical_passes() {
+    // Steps, rejected steps, Newton iterations, Newton failures, factorisations, events: after a change that is meant,
+    // the message of the failed assertion shows the new ones.
+    let expected = [
+        ((25, 10.0, 1e-3), [442, 32, 3105, 7, 490, 8]),
+        ((25, 30.0, 5e-3), [479, 39, 3430, 8, 538, 10]),
+        ((25, 2.5, 5e-3), [1639, 24, 10229, 7, 1676, 6]),
+        ((5, 20.0, 2e-3), [280, 12, 2059, 6, 310, 10]),
+    ];
+    for ((segments, velocity, depth), expected) in expected {
+        let statistics = simulate(&crate::common::case(segments, velocity, depth)).expect("the pass ends").statistics;
+        let Statistics {
+            steps,
+            rejected_steps,
+            newton_iterations,
+            newton_failures,
+            factorisations,
+            contact_events,
+            chart_changes,
+        } = statistics;
+        assert_eq!(chart_changes, 0, "a round tool's filament stays away from the poles of z");
+        let counts = [steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events];
+        for (count, expected) in counts.into_iter().zip(expected) {
+            let difference = count.abs_diff(expected) as f64;
+            // Small counts may differ by one or two.
+            assert!(difference <= (MARGIN * expected as f64).max(2.0), "v_b = {velocity}: {counts:?}");
+        }
+    }
+}
