@@ -143,6 +143,11 @@ impl Pass {
         FilamentSystem::side_by_side(vec![self.filament()], tracks_energy)
     }
 
+    /// The filament and what it meets, with the integrals that `sampling` needs.
+    fn system_for(&self, sampling: Sampling) -> FilamentSystem<RoundTool, Plane> {
+        self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
+    }
+
     /// The start: straight, turning rigidly with the body, at time zero.
     pub fn start(&self, system: &mut FilamentSystem<RoundTool, Plane>) -> FilamentState {
         let n = self.chain.segments;
@@ -208,16 +213,20 @@ impl Pass {
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let metrics = Metrics::new(&self.nominal, record, self.filament_count);
-        let Sampler { history, shapes, .. } = sampler;
+        let Sampler { mut history, mut shapes, sampling, .. } = sampler;
         let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
-        if !(metrics.is_finite() && finite) {
+        if !metrics.is_finite() || !(finite || sampling.alongside) {
             return Err(SimulationError::NotFinite);
+        }
+        if !finite {
+            history.clear();
+            shapes.clear();
         }
         Ok(Simulation { metrics, statistics, history, shapes })
     }
 
     fn run(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
-        let mut system = self.system(sampling.tracks_energy());
+        let mut system = self.system_for(sampling);
         let start = self.start(&mut system);
         let mut observer = self.observer();
         let mut sampler = self.sampler(sampling);

@@ -93,7 +93,8 @@ struct Batch {
 impl Batch {
     fn new(example: &Case, sampling: Sampling) -> Self {
         let filament = Pass::new(&example.settings).filament();
-        let system = FilamentSystem::side_by_side(vec![filament; LANES], sampling.tracks_energy());
+        let system = FilamentSystem::side_by_side(vec![filament; LANES], sampling.tracks_energy())
+            .tracking_dissipation(sampling.tracks_dissipation());
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }
@@ -138,7 +139,7 @@ impl Batch {
     /// Puts a case into a free lane.
     fn start(&mut self, lane: usize, case: &Case) {
         let pass = Pass::new(&case.settings);
-        let mut alone = pass.system(self.sampling.tracks_energy());
+        let mut alone = pass.system_for(self.sampling);
         let trajectory = pass.trajectory(&mut alone);
         self.system.set_filament(lane, pass.filament());
         trajectory.enter(lane, &mut self.system);
@@ -174,7 +175,7 @@ impl Batch {
     }
 
     fn finish_alone(&self, mut run: Run, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let mut system = run.pass.system(self.sampling.tracks_energy());
+        let mut system = run.pass.system_for(self.sampling);
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));

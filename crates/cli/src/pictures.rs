@@ -62,9 +62,10 @@ pub fn draw_study(
     study: &Study,
     results: &[CaseResult],
     measured: &[Measurement],
+    threads: Option<NonZeroUsize>,
 ) -> Result<Drawn, PicturesError> {
     let drawn = study_figures(study, results, measured);
-    let mut message = write_pictures(directory, &drawn.pictures)?;
+    let mut message = write_pictures(directory, &drawn.pictures, threads)?;
     remove_others(directory, &drawn.pictures);
     if !drawn.note.is_empty() {
         message.push_str(&format!(" ({})", drawn.note));
@@ -79,7 +80,7 @@ pub fn draw_study(
 /// Draws one contact over time below `directory`.
 pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -> Result<Drawn, PicturesError> {
     let picture = history_figure(settings, history);
-    Ok(Drawn { message: write_pictures(directory, &[picture])?, comparisons: Vec::new() })
+    Ok(Drawn { message: write_pictures(directory, &[picture], None)?, comparisons: Vec::new() })
 }
 
 /// Draws the results that are saved in `saved` once more, below `directory`: of a study, of one contact, or of both.
@@ -98,7 +99,7 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     };
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
-        drawn.push(draw_study(directory, &study, &results, &measured)?);
+        drawn.push(draw_study(directory, &study, &results, &measured, None)?);
     }
     if let Some((settings, history)) = case {
         drawn.push(draw_history(directory, &settings, &history)?);
@@ -106,8 +107,13 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     Ok(drawn)
 }
 
-/// Writes pictures as SVG and PNG, all of them or none, and says so. Bitmaps are made on all cores.
-fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, PicturesError> {
+/// Writes pictures as SVG and PNG, all of them or none, and says so. Without a number there are as many threads as cores; it
+/// does not change the files.
+fn write_pictures(
+    directory: &Path,
+    pictures: &[Picture],
+    threads: Option<NonZeroUsize>,
+) -> Result<String, PicturesError> {
     if pictures.is_empty() {
         return Ok("no figures".to_owned());
     }
@@ -129,7 +135,8 @@ fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, Pict
             stage(picture)?;
         }
     };
-    let others = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(pictures.len()) - 1;
+    let threads = threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let others = threads.min(pictures.len()) - 1;
     thread::scope(|scope| {
         let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
         let own: Result<(), PicturesError> = work();
