@@ -423,6 +423,16 @@ impl<T: Real> Dynamics<T> {
         }
         energies
     }
+
+    /// The [`Energies::dissipation`] alone, where the angles were last placed.
+    pub fn dissipation(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
+        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
+        let joints = (1..self.chain.segments)
+            .map(|k| chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants).dissipation);
+        joints.fold(root.dissipation, |sum, joint| sum + joint)
+    }
 }
 
 impl<T: Compiled> Dynamics<T> {

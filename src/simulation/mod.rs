@@ -226,6 +226,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         FilamentSystem::side_by_side(vec![self.filament.clone()], tracks_energy)
     }
 
+    /// The filament and what it meets, with the integrals that `sampling` needs.
+    fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
+        self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
+    }
+
     /// The start: straight, turning rigidly with the body, at time zero.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
         let n = self.filament.chain.segments;
@@ -270,7 +275,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// # Errors
     /// If the integration cannot go on; nothing is returned that is not finite.
     pub fn simulate(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
-        let mut system = self.system(sampling.tracks_energy());
+        let mut system = self.system_for(sampling);
         let start = self.start(&mut system);
         let mut observer = self.observer();
         let mut sampler = self.sampler(sampling);
@@ -300,10 +305,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let metrics = self.metrics(record);
-        let Sampler { history, shapes, .. } = sampler;
+        let Sampler { mut history, mut shapes, sampling, .. } = sampler;
         let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
-        if !(metrics.is_finite() && finite) {
+        if !metrics.is_finite() || !(finite || sampling.alongside) {
             return Err(SimulationError::NotFinite);
+        }
+        if !finite {
+            history.clear();
+            shapes.clear();
         }
         Ok(Simulation { metrics, statistics, history, shapes })
     }

@@ -157,11 +157,20 @@ pub struct Sampling {
     pub shapes: usize,
     /// Whether the shapes have velocities and contact forces too.
     pub loads: bool,
+    /// Whether metrics and statistics must have the bits that they have without samples. The impulse and the dissipated
+    /// energies of the samples are then integrated less exactly, far below the tolerance, and samples that are not finite
+    /// are left out, all of them, where the metrics are finite.
+    pub alongside: bool,
 }
 
 impl Sampling {
     /// Whether the energies of the samples have to be integrated.
     pub(super) fn tracks_energy(self) -> bool {
+        self.samples > 0 && !self.alongside
+    }
+
+    /// Whether the dissipated energies have to be.
+    pub(super) fn tracks_dissipation(self) -> bool {
         self.samples > 0
     }
 }
@@ -193,7 +202,7 @@ impl Shape {
 pub(super) struct Sampler {
     /// For the energies; made only if samples are asked for.
     dynamics: Option<Dynamics<f64>>,
-    sampling: Sampling,
+    pub sampling: Sampling,
     end_time: f64,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,

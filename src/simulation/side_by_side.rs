@@ -103,7 +103,8 @@ struct Batch<T, W> {
 impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
-        let system = FilamentSystem::side_by_side(vec![filament.clone(); LANES], sampling.tracks_energy());
+        let system = FilamentSystem::side_by_side(vec![filament.clone(); LANES], sampling.tracks_energy())
+            .tracking_dissipation(sampling.tracks_dissipation());
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }
@@ -148,7 +149,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     /// Puts a job into a free lane.
     fn start(&mut self, lane: usize, job: Job<T, W>) {
         let Job { number, pass } = job;
-        let mut alone = pass.system(self.sampling.tracks_energy());
+        let mut alone = pass.system_for(self.sampling);
         let trajectory = pass.trajectory(&mut alone);
         self.system.set_filament(lane, pass.filament().clone());
         trajectory.enter(lane, &mut self.system);
@@ -184,7 +185,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     }
 
     fn finish_alone(&self, mut run: Run<T, W>, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let mut system = run.pass.system(self.sampling.tracks_energy());
+        let mut system = run.pass.system_for(self.sampling);
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));

@@ -12,7 +12,7 @@ use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Job, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
+use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
@@ -70,15 +70,47 @@ pub fn complete_study(
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    complete_cases(study, threads, results, on_case_done, simulate_taken)
+    complete_study_sampled(study, threads, results, Sampling::default(), |_, _| {}, on_case_done)
 }
 
-/// [`simulate_side_by_side`], compiled here once, and not again for whoever calls this module.
-fn simulate_taken(
+/// [`complete_study`], with what `sampling` asks for of each pass.
+///
+/// `on_pass` is handed the pass of each case with the case's number, but neither those of sampled tools nor one that
+/// failed, before `on_case_done` is told of the case. Results have the bits of [`complete_study`] if `sampling` is
+/// [`alongside`](Sampling::alongside).
+///
+/// # Errors
+/// As [`complete_study`].
+///
+/// # Panics
+/// As [`complete_study`].
+pub fn complete_study_sampled(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    sampling: Sampling,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    complete_cases(study, threads, results, on_case_done, |take, done| {
+        sample_taken(sampling, take, &|number, result| {
+            if let Ok(simulation) = &result
+                && number < study.case_count()
+            {
+                on_pass(number, simulation);
+            }
+            done(number, result);
+        });
+    })
+}
+
+/// [`sample_side_by_side`], compiled here once, and not again for whoever calls this module.
+fn sample_taken(
+    sampling: Sampling,
     take: &dyn Fn(Option<Kind>) -> Option<Job>,
     done: &dyn Fn(usize, Result<Simulation, SimulationError>),
 ) {
-    simulate_side_by_side(take, done);
+    sample_side_by_side(sampling, take, done);
 }
 
 /// The passes that are still to be simulated, and those that are.
