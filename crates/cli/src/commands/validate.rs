@@ -38,13 +38,13 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     prepare_directory(&arguments.out, &[COMPARISONS, PAGE])?;
 
     let start = Instant::now();
-    let bar = ProgressBar::new(validation::case_count() as u64).with_style(progress_style());
+    let bar = ProgressBar::new(validation::trial_count() as u64).with_style(progress_style());
     let outcomes = validation::run(extent, || bar.inc(1));
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 
     let written = write_validation(&arguments.out, &outcomes, extent);
-    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
+    say(format_args!("{} cases in {seconds:.2} s", validation::trial_count()));
     // Printed last, so that the verdict is what a terminal shows, even if the files cannot be written.
     print(&validation::table(&outcomes))?;
     written?;
