@@ -1,4 +1,4 @@
-//! From a filament of given geometry and material to the constants of its chain.
+//! The constants of a filament's chain, from its geometry and material.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::model::settings::FilamentSettings;
 /// First root of `cos βL cosh βL = −1`: the first bending mode of a clamped-free beam.
 pub const FIRST_CANTILEVER_ROOT: f64 = 1.8751040687;
 
-/// The chain that stands for a filament, under the gravitational acceleration `gravity` in m/s².
+/// The chain that models a filament, under the gravitational acceleration `gravity` in m/s².
 ///
 /// MODEL, "Segment chain" and "Energies": `h = l_f/n`, `m = ρ A h`, `J = m h²/12`, `c_k = E I/h`, and `c_1 = 2 E I/h`
 /// because the clamp joint carries only half a segment's compliance; `d_k = (2 ζ/Ω_1) c_k`.
@@ -41,7 +41,7 @@ pub fn bending_stiffness(filament: &FilamentSettings) -> f64 {
     filament.youngs_modulus_pa * PI * filament.diameter_m.powi(4) / 64.0
 }
 
-/// `Ω_1 = 1.8751…² √(E I/(ρ A l_f⁴))` in rad/s: the first bending mode of the clamped filament as a beam.
+/// `Ω_1 = 1.8751…² √(E I/(ρ A l_f⁴))` in rad/s: the first bending frequency of the clamped filament as a beam.
 pub fn first_natural_frequency(filament: &FilamentSettings) -> f64 {
     let mass_per_length = filament.density_kg_m3 * cross_section(filament);
     FIRST_CANTILEVER_ROOT.powi(2) * (bending_stiffness(filament) / mass_per_length).sqrt() / filament.length_m.powi(2)

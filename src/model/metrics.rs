@@ -1,4 +1,4 @@
-//! The figures that a contact is reduced to.
+//! The metrics of a contact.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use crate::model::record::{Combine, Display, Prominence, Record};
 use crate::model::settings::Settings;
 use crate::workpiece::{ContactArc, reach};
 
-/// Drawn in figures in a unit of readable size.
+/// Shown in figures too, in a readable unit.
 const fn figure(unit: &'static str, factor: f64, combine: Combine) -> Display {
     Display { prominence: Prominence::Figure, unit, factor, combine }
 }
 
-/// In the tables of a terminal too.
+/// Shown in terminal tables too.
 const fn headline(unit: &'static str, factor: f64) -> Display {
     Display { prominence: Prominence::Headline, ..figure(unit, factor, Combine::Mean) }
 }
 
-/// In files and on pages, with the largest value over several filaments.
+/// Shown in files and on pages. Several filaments are combined by their largest value.
 const LARGEST: Display = Display { combine: Combine::Max, ..Display::DETAIL };
 
 crate::record! {
@@ -34,7 +34,7 @@ crate::record! {
         contact_length_m: f64 = ["l_c", "m", "contact length", "v_b t_c"],
         contact_time_ratio: f64 = [
             "ε_tc", "", "contact time ratio",
-            "share of t_d with F_n > 0: near 0 the filament strikes, near 1 it sweeps"
+            "fraction of t_d with F_n > 0: near 0 the filament strikes, near 1 it sweeps"
         ] => headline("", 1.0),
         contact_count: usize = ["", "", "number of contacts", "number of intervals with F_n > 0"] => LARGEST,
         contact_normal_impulse_n_s: f64 =
@@ -51,7 +51,7 @@ crate::record! {
         ] => figure("mm", 1e3, Combine::Max),
         tool_contact_normal_force_n: f64 = [
             "F_n,w", "N", "contact normal force of the tool",
-            "p_n N_f ω/(2π): each filament passes once a turn"
+            "p_n N_f ω/(2π): each filament passes once per turn"
         ] => headline("N", 1.0),
     }
 }
@@ -79,7 +79,7 @@ impl NominalContact {
         }
     }
 
-    /// Rate of the tool, `ω = v_b/R`, in rad/s.
+    /// Angular velocity of the tool, `ω = v_b/R`, in rad/s.
     pub fn rate(&self) -> f64 {
         self.brushing_velocity / self.tool_radius
     }
@@ -90,7 +90,7 @@ impl NominalContact {
     }
 }
 
-/// What an integration has observed of a contact.
+/// The observations of a contact during an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactRecord {
     /// Total time with `F_n > 0` in s.
@@ -108,7 +108,7 @@ pub struct ContactRecord {
 }
 
 impl Metrics {
-    /// Reduces what was observed to the metrics.
+    /// Reduces observations to metrics.
     pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {
         let contact_angle = nominal.contact_angle();
         let nominal_time = contact_angle / nominal.rate();
@@ -118,7 +118,7 @@ impl Metrics {
             nominal_contact_time_s: nominal_time,
             contact_time_s: record.time,
             contact_length_m: nominal.brushing_velocity * record.time,
-            // A sum of steps can exceed the whole by a rounding.
+            // A sum of steps can exceed the total by rounding.
             contact_time_ratio: (record.nominal_time / nominal_time).min(1.0),
             contact_count: record.count,
             contact_normal_impulse_n_s: record.impulse,
@@ -129,9 +129,9 @@ impl Metrics {
         }
     }
 
-    /// The metrics of several filaments, or of several passes of one, as one: mean values, and the largest of extremes.
+    /// Combines the metrics of several filaments, or of several passes of one: the mean, or the largest value for extremes.
     ///
-    /// None of none.
+    /// Returns `None` if `all` is empty.
     #[must_use]
     pub fn combined(all: &[Self]) -> Option<Self> {
         if all.is_empty() {
@@ -150,15 +150,15 @@ impl Metrics {
     }
 }
 
-/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once a turn.
+/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once per turn.
 ///
 /// `impulse` in N s, `rate` in rad/s.
 pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
     impulse * filament_count * rate / (2.0 * PI)
 }
 
-/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, the straight piece of
-/// the length `length` from `root` along the unit vector `direction`.
+/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, a straight line of length
+/// `length` from `root` along the unit vector `direction`.
 pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
     let offset = sub(tip, root);
     let along = dot(offset, direction).clamp(0.0, length);

@@ -1,4 +1,4 @@
-//! What a simulation is asked for and what it answers: settings, their limits, and metrics.
+//! The input and the output of a simulation: settings with their ranges, and metrics.
 
 pub mod filament;
 pub mod metrics;

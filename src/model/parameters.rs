@@ -1,7 +1,7 @@
-//! The scalar settings as one table: path, unit, and what each may be.
+//! The scalar settings in one table: path, unit and range.
 //!
-//! The table serves the checks of an input file, the sweeps of a study and the JSON schema, so that the three cannot
-//! disagree. Conditions that tie several settings together, and those on vectors, stand below it.
+//! The checks of an input file, the sweeps of a study and the JSON schema all read this table, so they cannot disagree.
+//! Conditions on vectors and between several settings follow below it.
 
 use std::error::Error;
 use std::fmt::{self, Display};
@@ -12,27 +12,27 @@ use crate::model::record::Scalar;
 use crate::model::settings::Settings;
 use crate::workpiece::{self, unit_normal};
 
-/// Least component of the unit normal of the workpiece across the tool axis.
+/// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
 
-/// Fewest sampled tools of a case: a few for each coefficient that the sensitivity indices take.
+/// Smallest number of sampled tools of a case: a few per coefficient of the sensitivity indices.
 pub const MIN_SAMPLES: usize = 64;
-/// Most sampled tools of a case, the length of the sequence they come from.
+/// Largest number of sampled tools of a case, the length of the sequence that they come from.
 pub const MAX_SAMPLES: usize = 1 << 16;
 
-/// A scalar setting that an input file can state and a study can sweep.
+/// A scalar setting of an input file, which a study can sweep.
 #[derive(Debug)]
 pub struct Parameter {
     /// Dotted path in the input file: section and key.
     pub path: &'static str,
-    /// Unit, empty for a pure number.
+    /// Unit; empty for a dimensionless number.
     pub unit: &'static str,
-    /// What the setting may be.
+    /// The allowed values.
     pub range: Range,
-    /// Whether the setting has no default.
+    /// True if the setting has no default.
     pub required: bool,
     get: fn(&Settings) -> f64,
     set: fn(&mut Settings, f64),
@@ -45,7 +45,7 @@ impl Parameter {
         PARAMETERS.iter().find(|parameter| parameter.path == path)
     }
 
-    /// The section of the input file that the setting stands in.
+    /// The section of the input file that contains the setting.
     #[must_use]
     pub fn section(&self) -> &'static str {
         self.path.split_once('.').map_or("", |(section, _)| section)
@@ -63,24 +63,24 @@ impl Parameter {
         (self.get)(settings)
     }
 
-    /// Changes the setting, unchecked; a setting that counts something takes the whole part.
+    /// Changes the setting without checks. A count takes the integer part of the value.
     pub fn set(&self, settings: &mut Settings, value: f64) {
         (self.set)(settings, value);
     }
 
-    /// The value as text: shortest digits that read back the same, without a fraction where the setting is a count.
+    /// The value as text: the fewest digits that read back the same, without a fraction if the setting is a count.
     #[must_use]
     pub fn format(&self, value: f64) -> String {
         if self.range.whole && value.fract() == 0.0 { format!("{value}") } else { format!("{value:?}") }
     }
 
-    /// What the setting may be, in words and with its unit.
+    /// The allowed values, in words and with their unit.
     #[must_use]
     pub fn allowed(&self) -> String {
         if self.unit.is_empty() { self.range.to_string() } else { format!("{}, in {}", self.range, self.unit) }
     }
 
-    /// Checks one value of the setting by itself.
+    /// Checks one value of the setting on its own.
     pub fn check(&self, value: f64) -> Result<(), Violation> {
         if self.range.contains(value) {
             Ok(())
@@ -95,10 +95,10 @@ impl Parameter {
     }
 }
 
-/// The finite numbers between two bounds, or the whole ones among them.
+/// The finite numbers between two bounds, or only the whole numbers among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// Whether only whole numbers belong to the range.
+    /// True if the range contains only whole numbers.
     pub whole: bool,
     /// Lower bound.
     pub lower: Bound<f64>,
@@ -128,7 +128,7 @@ impl Range {
         Self { whole: true, ..Self::between(lower, upper) }
     }
 
-    /// Whether the value is finite, within the bounds, and whole where it has to be.
+    /// True if the value is finite, within the bounds, and whole if it must be.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         value.is_finite() && (self.lower, self.upper).contains(&value) && (!self.whole || value.fract() == 0.0)
@@ -172,7 +172,7 @@ pub struct Violation {
     pub path: &'static str,
     /// The value found.
     pub value: String,
-    /// What is allowed, in words.
+    /// The allowed values, in words.
     pub allowed: String,
 }
 
@@ -185,7 +185,7 @@ impl Display for Violation {
 
 impl Error for Violation {}
 
-/// Makes a table entry whose path cannot differ from the field that it names.
+/// Makes a table entry whose path always matches the field that it names.
 macro_rules! parameter {
     ($section:ident . $key:ident, $unit:literal, $range:expr) => {
         Parameter {
@@ -233,7 +233,7 @@ pub static PARAMETERS: &[Parameter] = &[
 ];
 
 impl Settings {
-    /// Checks every setting by itself, and all of them together.
+    /// Checks every setting on its own, and then the conditions between them.
     ///
     /// # Errors
     /// The first setting that is outside its range.
@@ -254,7 +254,7 @@ impl Settings {
                 allowed: "three finite numbers, in m/s²".to_owned(),
             });
         }
-        // A zero or infinite normal makes this NaN, for which the comparison is false.
+        // If the normal is zero or infinite this is NaN, and the comparison is false.
         let [x, y, _] = unit_normal(&self.workpiece);
         let across = x.hypot(y) >= MIN_NORMAL_ACROSS;
         if !across {
@@ -267,7 +267,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Checks the conditions that tie several settings together; each setting must be right by itself.
+    /// Checks the conditions between several settings. Each setting must already be valid on its own.
     pub fn check_relations(&self) -> Result<(), Violation> {
         let length_m = self.filament.length_m;
         if self.filament.diameter_m >= length_m {
@@ -302,8 +302,8 @@ impl Settings {
                 path: "process.tail_angle_rad",
                 value: format!("{:?}", self.process.tail_angle_rad),
                 allowed: format!(
-                    "less than {limit_rad:.4}, what is left of one turn after the lead angle \
-                     {lead_angle_rad:?} and the nominal contact angle {nominal_angle_rad:.4}"
+                    "less than {limit_rad:.4}, one turn less the lead angle {lead_angle_rad:?} and the nominal contact \
+                     angle {nominal_angle_rad:.4}"
                 ),
             });
         }
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_refuse_what_is_no_number() {
+    fn ranges_contain_finite_numbers_only() {
         for range in [Range::FINITE, Range::POSITIVE, Range::whole(1.0, 400.0)] {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!(!range.contains(value), "{range} contains {value}");

@@ -1,11 +1,11 @@
-//! Structures of numbers that state their own columns.
+//! Structures of numbers that describe their own columns.
 //!
-//! A record is defined once, by `record!`: its fields, and for each of them a [`Column`] with symbol, unit, meaning and how to
-//! show it. Whatever lists the numbers of a record (files, tables, figures, pages, documents) reads [`Record::COLUMNS`].
+//! `record!` defines a record once: its fields, and for each field a [`Column`] with symbol, unit, meaning and display.
+//! Everything that lists the numbers of a record (files, tables, figures, pages, documents) reads [`Record::COLUMNS`].
 
-/// A structure of numbers, each of them a column.
+/// A structure of numbers, each of which is a column.
 pub trait Record: Default + 'static {
-    /// One entry for each number, in the order of files.
+    /// One entry per number, in the order of the columns in files.
     const COLUMNS: &'static [Column<Self>];
 
     /// True if every number is finite.
@@ -17,19 +17,19 @@ pub trait Record: Default + 'static {
 /// One number of a record.
 #[derive(Debug)]
 pub struct Column<R> {
-    /// Its field, which is its key in files; the unit is part of it.
+    /// Name of its field, which is also its key in files. The unit is part of it.
     pub key: &'static str,
-    /// MODEL's symbol, with an underscore before a subscript; empty where MODEL has none.
+    /// MODEL's symbol, with an underscore before a subscript; empty if MODEL has none.
     pub symbol: &'static str,
-    /// SI unit; empty for a pure number.
+    /// SI unit; empty for a dimensionless number.
     pub unit: &'static str,
-    /// In words.
+    /// Its name in words.
     pub name: &'static str,
-    /// What it means; empty where its name says all.
+    /// Its meaning; empty if the name says it all.
     pub meaning: &'static str,
     /// True for a count, which is a whole number.
     pub whole: bool,
-    /// How people see it.
+    /// How it is shown to people.
     pub display: Display,
     get: fn(&R) -> f64,
     set: fn(&mut R, f64),
@@ -41,12 +41,12 @@ impl<R> Column<R> {
         (self.get)(record)
     }
 
-    /// Changes the number; a count takes the whole part.
+    /// Changes the number. A count takes the integer part.
     pub fn set(&self, record: &mut R, value: f64) {
         (self.set)(record, value);
     }
 
-    /// Used by `record!` alone.
+    /// Only for use by `record!`.
     #[doc(hidden)]
     pub const fn new(
         [key, symbol, unit, name, meaning]: [&'static str; 5],
@@ -59,25 +59,25 @@ impl<R> Column<R> {
     }
 }
 
-/// How people see a number.
+/// How a number is shown to people.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
     /// Where it is shown.
     pub prominence: Prominence,
-    /// Unit of diagrams, of a readable size.
+    /// Readable unit for diagrams.
     pub unit: &'static str,
-    /// From SI to that unit.
+    /// Conversion factor from SI to that unit.
     pub factor: f64,
-    /// How the values of several filaments, or of several passes of one, become one.
+    /// How the values of several filaments, or of several passes of one, are combined.
     pub combine: Combine,
 }
 
 impl Display {
-    /// In files and on pages, with its mean over several filaments.
+    /// Shown in files and on pages. Several filaments are combined by their mean.
     pub const DETAIL: Self = Self { prominence: Prominence::Detail, unit: "", factor: 1.0, combine: Combine::Mean };
 }
 
-/// Where a number is shown. Each place includes those after it.
+/// Where a number is shown. Each variant includes the places of those after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Prominence {
     /// In the tables of a terminal, and first on a page.
@@ -88,7 +88,7 @@ pub enum Prominence {
     Detail,
 }
 
-/// How the values of several filaments become one.
+/// How the values of several filaments are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
     /// Their mean.
@@ -99,13 +99,13 @@ pub enum Combine {
 
 /// The types of numbers in records and settings.
 pub trait Scalar {
-    /// True if only whole numbers belong to the type.
+    /// True if the type has only whole numbers.
     const WHOLE: bool;
 
-    /// The number; exact up to 2⁵³.
+    /// The number as `f64`; exact up to 2⁵³.
     fn into_f64(self) -> f64;
 
-    /// The type's nearest number towards zero.
+    /// The number rounded towards zero to a value of the type.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -145,14 +145,14 @@ impl Scalar for u32 {
     }
 }
 
-/// Defines a structure of numbers and its [`Record`], so that a field and its column are one entry.
+/// Defines a structure of numbers and implements [`Record`] for it. A field and its column are one entry.
 ///
 /// ```
 /// bristle::record! {
-///     /// What a ruler has measured: for each number its symbol, unit, name and meaning.
+///     /// A measurement with a ruler. Each entry has a symbol, unit, name and meaning.
 ///     pub struct Measured {
 ///         length_m: f64 = ["l", "m", "length", "from one end to the other"],
-///         marks: usize = ["", "", "number of marks", "those that were read"],
+///         marks: usize = ["", "", "number of marks", "marks between the ends"],
 ///     }
 /// }
 /// use bristle::model::record::Record;
@@ -160,7 +160,7 @@ impl Scalar for u32 {
 /// assert_eq!(keys, ["length_m", "marks"]);
 /// ```
 ///
-/// A [`Display`] may follow after `=>`; without one it is [`Display::DETAIL`]. Fields after `with` are no columns.
+/// An optional [`Display`] follows after `=>`; the default is [`Display::DETAIL`]. Fields after `with` are not columns.
 #[macro_export]
 macro_rules! record {
     (

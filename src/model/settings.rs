@@ -1,7 +1,7 @@
-//! The settings of a simulation, as an input file states them.
+//! The settings of a simulation.
 //!
-//! A field's name is its key in the file, and its unit is part of the name (SI throughout, angles in radians). What a
-//! number may be stands in one table, [`crate::model::parameters::PARAMETERS`]; crate `bristle-study` reads the file.
+//! The name of a field is its key in an input file, and the unit is part of the name (SI throughout, angles in radians). One
+//! table, [`crate::model::parameters::PARAMETERS`], has the ranges of all numbers. The crate `bristle-study` reads the file.
 
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,13 +23,13 @@ pub struct Settings {
     /// The numerical solution and its output.
     #[cfg_attr(feature = "serde", serde(default))]
     pub solver: SolverSettings,
-    /// How exactly the filaments are known, for `bristle study`.
+    /// Uncertainty of the filaments, for `bristle study`.
     #[cfg_attr(feature = "serde", serde(default))]
     pub uncertainty: UncertaintySettings,
 }
 
 impl Settings {
-    /// These parts, and the defaults for all else: a plane, no friction, the paper's contact law.
+    /// Settings with these parts and defaults for everything else: a plane, no friction, the paper's contact law.
     #[must_use]
     pub fn new(tool: ToolSettings, filament: FilamentSettings, process: ProcessSettings) -> Self {
         Self {
@@ -71,7 +71,7 @@ pub struct ToolSettings {
     pub body_radius_m: f64,
     /// Width of the brush along its axis, in m.
     pub width_m: f64,
-    /// Number `N_f` of filaments on the tool. An estimate need not be whole.
+    /// Number `N_f` of filaments on the tool. As an estimate, it need not be a whole number.
     #[cfg_attr(feature = "serde", serde(default = "default_filament_count"))]
     pub filament_count: f64,
     /// Uncertainty of the number of filaments: its standard deviation.
@@ -94,7 +94,7 @@ pub enum ToolKind {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FilamentSettings {
-    /// Number `n` of rigid segments that stand for the filament.
+    /// Number `n` of rigid segments that model the filament.
     #[cfg_attr(feature = "serde", serde(default = "default_segments"))]
     pub segments: usize,
     /// Free length `l_f`, in m.
@@ -123,7 +123,7 @@ pub struct ContactSettings {
     pub exponent: f64,
     /// Contact damping `χ` (Hunt and Crossley), in s/m.
     pub damping_s_m: f64,
-    /// Contact radius of a node, taken off the gap, in m.
+    /// Contact radius of a node, subtracted from the gap, in m.
     pub radius_m: f64,
     /// Coefficient of friction `µ`.
     pub friction_coefficient: f64,
@@ -151,8 +151,8 @@ impl Default for ContactSettings {
 pub struct WorkpieceSettings {
     /// The kind of workpiece.
     pub kind: WorkpieceKind,
-    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`. The penetration depth
-    /// is measured along it.
+    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`. The penetration
+    /// depth is measured along it.
     pub normal: [f64; 3],
     /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n × z`.
     pub feed_velocity_m_s: f64,
@@ -179,11 +179,11 @@ pub enum WorkpieceKind {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessSettings {
-    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. May be left out where `[study]` sweeps it.
+    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. May be left out if `[study]` sweeps it.
     pub brushing_velocity_m_s: f64,
-    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out where `[study]` sweeps it.
+    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if `[study]` sweeps it.
     pub penetration_depth_m: f64,
-    /// Acceleration of free fall, in m/s².
+    /// Gravitational acceleration, in m/s².
     #[cfg_attr(feature = "serde", serde(default))]
     pub gravity_m_s2: [f64; 3],
     /// Angle before nominal entry at which the simulation starts, in rad.
@@ -211,10 +211,10 @@ impl Default for SolverSettings {
     }
 }
 
-/// How exactly the filaments are known: standard deviations of normal distributions about the settings in `[filament]`.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`.
 ///
-/// Where one is above zero, a study repeats each case with sampled tools, and states the distribution of the tool force. The
-/// filaments of one sampled tool are all alike.
+/// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
+/// filaments of a sampled tool are alike.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -227,15 +227,15 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
-    /// Number of sampled tools. Powers of two fill the space of the inputs most evenly.
+    /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
     pub seed: u32,
-    /// What stays the same where the length of the filaments is another one.
+    /// What stays the same if the filaments have another length.
     pub hold: Hold,
 }
 
-/// What stays the same on tools with filaments of another length.
+/// What stays the same on tools whose filaments have another length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -262,7 +262,7 @@ impl Default for UncertaintySettings {
 }
 
 impl ToolSettings {
-    /// A round brush of this body radius `r_g` and width, both in m, with the paper's number of filaments.
+    /// A round brush with this body radius `r_g` and width, both in m, and the paper's number of filaments.
     #[must_use]
     pub fn new(body_radius_m: f64, width_m: f64) -> Self {
         Self {
@@ -276,7 +276,7 @@ impl ToolSettings {
 }
 
 impl FilamentSettings {
-    /// A filament of this free length `l_f` and diameter `d`, both in m, of PA 6.12, in 25 segments.
+    /// A PA 6.12 filament with this free length `l_f` and diameter `d`, both in m, in 25 segments.
     #[must_use]
     pub fn new(length_m: f64, diameter_m: f64) -> Self {
         Self {

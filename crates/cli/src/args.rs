@@ -1,4 +1,4 @@
-//! The command line: commands, their common arguments, and what the help says.
+//! The command line: commands, shared argument parsing, and the help text.
 
 use bristle::model::parameters::Parameter;
 use clap::{Parser, Subcommand};
@@ -14,25 +14,25 @@ use crate::commands::validate::ValidateArgs;
 
 const EXAMPLES: &str = "\
 Examples:
-  bristle study examples/zirconia.toml --out results    all contacts of a study
-  bristle simulate examples/zirconia.toml --out one     one contact and its course over time
-  bristle plot results                                  the figures of a study once more
-  bristle advise results --max-velocity 20              where its tool force is high
-  bristle derive --segments 2                           the equations of motion, to read
-  bristle validate                                      the simulator beside exact solutions
+  bristle study examples/zirconia.toml --out results    simulate all contacts of a study
+  bristle simulate examples/zirconia.toml --out one     simulate one contact over time
+  bristle plot results                                  redraw the figures of a study
+  bristle advise results --max-velocity 20              show where its tool force is high
+  bristle derive --segments 2                           show the equations of motion
+  bristle validate                                      compare with exact solutions
 
 Units are SI throughout, angles in radians. The unit is part of each name, as in length_m or
 contact_normal_impulse_n_s.
 
-RUST_LOG=debug writes a log to stderr; RUST_LOG=bristle_study::study=debug that of one module.
+RUST_LOG=debug writes a log to stderr; RUST_LOG=bristle_study::study=debug logs one module only.
 
 Exit status:
-  0    all is well
-  1    a comparison has found a deviation
-  2    the input or the call is wrong, or a file cannot be read or written; no file of results has
-       been changed, and a study keeps in its journal what it has simulated
+  0    success
+  1    a comparison found a deviation
+  2    the input or the call is wrong, or a file cannot be read or written; no result file has
+       changed, and a study keeps the cases it has simulated in its journal
   3    a simulation failed; a study has written the results of the others
-  130  Ctrl-C has stopped a study, which the same command continues";
+  130  Ctrl-C stopped a study; the same command resumes it";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -54,12 +54,12 @@ pub enum Command {
     Advise(AdviseArgs),
     /// Print the JSON schema of an input file
     ///
-    /// The schema states each setting's meaning, unit, default and limits. An editor that knows it completes and checks input
-    /// files as they are written.
+    /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks
+    /// input files as you type.
     Schema,
 }
 
-/// Reads a whole number that the setting at `path` may be.
+/// Parses a whole number within the range of the setting at `path`.
 pub fn parse_count(text: &str, path: &str) -> Result<usize, String> {
     let parameter = Parameter::find(path).ok_or("no such setting")?;
     let allowed = || format!("must be {}", parameter.allowed());

@@ -1,4 +1,4 @@
-//! What can end a command early, and the exit status that it gives.
+//! The errors that end a command early, and their exit statuses.
 
 use std::io;
 use std::path::PathBuf;
@@ -18,14 +18,14 @@ use crate::journal_file::JournalFileError;
 use crate::pictures::PicturesError;
 use crate::saved::SavedError;
 
-/// Exit status where what is compared disagrees.
+/// Exit status of a comparison that found a deviation.
 const DISAGREEMENT: u8 = 1;
-/// Exit status where the input or the call is wrong.
+/// Exit status if the input or the call is wrong.
 const BAD_INPUT: u8 = 2;
-/// Exit status where a simulation failed.
+/// Exit status if a simulation failed.
 pub const SIMULATION_FAILED: u8 = 3;
 
-/// What can end a command early.
+/// An error that ends a command early.
 #[derive(Debug, Error)]
 pub enum CliError {
     #[error(transparent)]
@@ -53,7 +53,7 @@ pub enum CliError {
     #[error(transparent)]
     Journal(#[from] JournalFileError),
     #[error(
-        "{error}\n{done} of {total} cases are in the journal: once there is room, the same command goes on from there"
+        "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
     )]
     Unfinished { error: FileError, done: usize, total: usize },
     #[error("cannot write to stdout: {0}")]

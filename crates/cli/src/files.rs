@@ -25,10 +25,10 @@ impl FileError {
     }
 }
 
-/// A longer input file is taken for a mistake.
+/// A longer input file is regarded as a mistake.
 const MAX_INPUT_BYTES: u64 = 64 << 20;
 
-/// A longer result file is not one of ours: a study has a million cases at most, and a row some 300 bytes.
+/// A longer result file cannot be one of ours: a study has at most a million cases, and a row has some 300 bytes.
 const MAX_RESULT_BYTES: u64 = 1 << 30;
 
 /// Reads a text file.
@@ -36,7 +36,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
 }
 
-/// Reads a result file, which is as large as a study.
+/// Reads a result file, whose size grows with the study.
 pub fn read_results(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_RESULT_BYTES)
 }
@@ -62,40 +62,40 @@ fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
     read().map_err(|error| FileError::new("read", path, error))
 }
 
-/// Makes a directory where there is none, and makes sure that the files `names` can be made in it.
+/// Creates a directory if it does not exist, and checks that the files `names` can be created in it.
 pub fn prepare_directory(path: &Path, names: &[&str]) -> Result<(), FileError> {
     for name in names {
         writable_target(&path.join(name))?;
     }
-    fs::create_dir_all(path).map_err(|error| FileError::new("make the directory", path, error))?;
+    fs::create_dir_all(path).map_err(|error| FileError::new("create the directory", path, error))?;
     let any = OsStr::new(names.first().copied().unwrap_or_default());
     temporary_file(path, any).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
 }
 
-/// Removes what a process that was killed has left of the files `names`, which no other process may be writing.
+/// Removes temporary files of `names` that a killed process left behind. No other process may be writing these files.
 pub fn remove_leftovers(path: &Path, names: &[&str]) {
     remove_leftovers_of(path, |name| names.contains(&name));
 }
 
-/// Removes what a process that was killed has left of the files whose names are `ours`.
+/// Removes temporary files that a killed process left behind, of those files whose names are `ours`.
 pub fn remove_leftovers_of(path: &Path, ours: impl Fn(&str) -> bool) {
-    // What cannot be seen or removed does no harm.
+    // A leftover that cannot be seen or removed does no harm.
     let Ok(entries) = fs::read_dir(path) else { return };
     for entry in entries.flatten() {
         let file = entry.file_name();
         let is_leftover = file.to_str().and_then(final_name).is_some_and(&ours);
         if is_leftover && fs::remove_file(entry.path()).is_ok() {
-            debug!(path = %entry.path().display(), "removed what a killed process has left");
+            debug!(path = %entry.path().display(), "removed a temporary file of a killed process");
         }
     }
 }
 
-/// The name that a temporary file was to get.
+/// The final name that a temporary file was meant to get.
 fn final_name(temporary: &str) -> Option<&str> {
     Some(temporary.strip_prefix('.')?.split_once(SUFFIX)?.0)
 }
 
-/// Removes a file of earlier results, if there is one, that would be taken for one of the new results.
+/// Removes a file of earlier results, if it exists, as it would be mistaken for a new one.
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new("remove", path, error)),
@@ -103,23 +103,23 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// The file that a target stands for, behind links; an error if that exists and is no regular file.
+/// The file that a target refers to after following links. An error if it exists and is not a regular file.
 fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
     match fs::metadata(target) {
         Ok(metadata) if !metadata.is_file() => {
-            Err(FileError::new("write", target, io::Error::other("it exists and is no regular file")))
+            Err(FileError::new("write", target, io::Error::other("it exists and is not a regular file")))
         }
         Ok(_) => fs::canonicalize(target).map_err(|error| FileError::new("write", target, error)),
         Err(_) => Ok(target.to_owned()),
     }
 }
 
-/// A file under a temporary name beside its target, which [`StagedFile::commit`] gives its own name.
+/// A file under a temporary name in the directory of its target, until [`StagedFile::commit`] renames it.
 ///
-/// Dropped before, it leaves nothing behind, and the target as it was.
+/// If it is dropped before that, it is deleted and the target stays as it was.
 #[derive(Debug)]
 pub struct StagedFile {
-    /// Closed, so that there can be more of them than a process may have open.
+    /// Closed, so that more of them can exist than a process may have open.
     file: TempPath,
     target: PathBuf,
 }
@@ -137,7 +137,7 @@ impl StagedFile {
         };
         let write = || {
             let file = temporary_file(directory, target.file_name().unwrap_or_default())?;
-            // Into the file itself: an error is to name the target, not what it is called for now.
+            // Written to the file itself, so that an error names the target and not its temporary name.
             let mut writer = BufWriter::new(file.as_file());
             content(&mut writer)?;
             writer.flush()?;
@@ -151,12 +151,12 @@ impl StagedFile {
         }
     }
 
-    /// A file of a directory with this text, under a temporary name.
+    /// Writes a text under a temporary name, for the file `name` in a directory.
     pub fn text(directory: &Path, name: &str, text: &str) -> Result<Self, FileError> {
         Self::write(directory.join(name), |out| out.write_all(text.as_bytes()))
     }
 
-    /// Gives the file its name, in place of an older one, and returns it.
+    /// Gives the file its final name, replacing an older file, and returns the path.
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
         match file.persist(&target) {
@@ -166,10 +166,10 @@ impl StagedFile {
     }
 }
 
-/// What stands between a file's name and the digits that make it a temporary one.
+/// Separates the name of a file from the random characters of its temporary name.
 const SUFFIX: &str = ".bristle-";
 
-/// How the temporary names of a file begin.
+/// The start of all temporary names of a file.
 fn temporary_prefix(name: &OsStr) -> OsString {
     let mut prefix = OsString::from(".");
     prefix.push(name);
@@ -177,7 +177,7 @@ fn temporary_prefix(name: &OsStr) -> OsString {
     prefix
 }
 
-/// A temporary file that others may read as far as the user's settings let them, once it has its name.
+/// A temporary file with the permissions that the user's settings give to new files, which it keeps under its final name.
 fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
     let prefix = temporary_prefix(name);
     let mut builder = Builder::new();
@@ -189,7 +189,7 @@ fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
     builder.tempfile_in(directory)
 }
 
-/// A path that a file states, which is relative to the file's directory.
+/// Resolves a path that a file states, relative to the directory of that file.
 pub fn beside(file: &Path, path: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
 }

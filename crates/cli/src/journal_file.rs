@@ -1,8 +1,8 @@
-//! The file of a study's journal: locked, read, appended to, and brought to the disk.
+//! The journal file of a study: locked, read, appended to, and synced to disk.
 //!
-//! A case's line is with the operating system before the next case of its lane begins, so that the death of the program
-//! loses only what was being simulated. A thread of its own has the disk write the lines down, many at a time: waiting for
-//! the disk after each case would cost more than to simulate it.
+//! The operating system has the line of a case before the next case of its lane starts, so a killed program loses only the
+//! cases in progress. A separate thread syncs the lines to disk, many at a time: waiting for the disk after each case would
+//! take longer than simulating it.
 
 use std::convert::Infallible;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -20,31 +20,31 @@ use tracing::{debug, warn};
 
 use crate::files::FileError;
 
-/// Name of the file in the directory of the results.
+/// Name of the file in the results directory.
 pub const JOURNAL: &str = "journal.jsonl";
 
-/// Time between two calls for the disk to write down what has come since, so that they do not slow the study: what a loss
-/// of power can cost, beside the cases that were being simulated.
+/// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the cases of this time, in
+/// addition to those in progress.
 const PAUSE: Duration = Duration::from_millis(100);
 
-const UNBROKEN: &str = "nothing panics with the state in hand";
+const UNBROKEN: &str = "nothing panics while holding the state";
 
-/// Why a study cannot go on from the journal in its directory, or not begin one.
+/// Why a study cannot resume from the journal in its directory, or cannot start a new one.
 #[derive(Debug, Error)]
 pub enum JournalFileError {
     /// Another process has the lock.
     #[error(
-        "another study is writing to the directory `{}`: wait until it ends, or choose another one with --out",
+        "another study is writing to the directory `{}`: wait until it ends, or choose another directory with --out",
         directory.display()
     )]
     InUse { directory: PathBuf },
-    /// The journal is none that the study can go on from.
-    #[error("cannot go on from `{}`: {error}\n{}", path.display(), advice(error))]
+    /// The study cannot resume from this journal.
+    #[error("cannot resume from `{}`: {error}\n{}", path.display(), advice(error))]
     Unusable { path: PathBuf, error: JournalError },
     /// The file cannot be opened, read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The thread that has the disk write cannot be started.
+    /// The thread that syncs to disk cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
 }
@@ -53,18 +53,18 @@ fn advice(error: &JournalError) -> &'static str {
     match error {
         JournalError::Foreign => "help: move the file away, or choose another directory with --out",
         _ => {
-            "help: give another directory with --out to keep these results, \
-             or --restart to give them up and simulate all cases anew"
+            "help: choose another directory with --out to keep these results, \
+             or use --restart to discard them and simulate all cases again"
         }
     }
 }
 
-/// The journal of a study that is being simulated. No other process can open it meanwhile.
+/// The journal of a running study. No other process can open it meanwhile.
 #[derive(Debug)]
 pub struct JournalFile {
     journal: Journal,
     shared: Arc<Shared>,
-    /// None once it has ended.
+    /// `None` once the thread has ended.
     syncing: Option<JoinHandle<()>>,
 }
 
@@ -73,35 +73,35 @@ struct Shared {
     path: PathBuf,
     file: File,
     state: Mutex<State>,
-    /// There is something for the disk, or the end has come.
+    /// Signals that there are lines to sync, or that the journal is closing.
     changed: Condvar,
 }
 
 #[derive(Debug)]
 struct State {
-    /// Length in bytes of the lines that are whole.
+    /// Length of the complete lines in bytes.
     length: u64,
     cases: usize,
-    /// Whether lines have come since the disk was last told to write.
+    /// Whether lines were appended since the last sync.
     fresh: bool,
     closing: bool,
-    /// What went wrong first. Nothing is written after it.
+    /// The first error. Nothing is written after it.
     error: Option<io::Error>,
 }
 
 /// What the journal held when it was opened.
 #[derive(Debug)]
 pub struct Earlier {
-    /// The result of each case, none where it has to be simulated.
+    /// The result of each case; `None` if the case has yet to be simulated.
     pub results: Vec<Option<CaseResult>>,
-    /// Length in bytes of an end that was cut off, and has been dropped.
+    /// Length in bytes of an incomplete last line, which has been dropped.
     pub torn: u64,
-    /// Whether a restart has given up what there was.
-    pub given_up: bool,
+    /// Whether a restart has discarded the earlier contents.
+    pub discarded: bool,
 }
 
 impl JournalFile {
-    /// Opens the journal of `study` in a directory, and begins one where there is none, or where a `restart` is wanted.
+    /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if `restart` is set.
     pub fn open(directory: &Path, study: &Study, restart: bool) -> Result<(Self, Earlier), JournalFileError> {
         let path = directory.join(JOURNAL);
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
@@ -110,11 +110,11 @@ impl JournalFile {
 
         let journal = Journal::new(study);
         let nothing = || Contents { results: vec![None; study.case_count()], intact: 0, torn: 0 };
-        let (contents, given_up) = match journal.read(study, BufReader::new(&file)) {
+        let (contents, discarded) = match journal.read(study, BufReader::new(&file)) {
             Ok(Contents { intact, .. }) if restart => (nothing(), intact > 0),
             Ok(contents) => (contents, false),
             Err(JournalError::Unreadable(error)) => return Err(FileError::new("read", &path, error).into()),
-            // A file that is no journal is somebody's, whom no restart of a study concerns.
+            // A file that is not a journal belongs to someone else: not even a restart may discard it.
             Err(error) if !restart || matches!(error, JournalError::Foreign) => {
                 return Err(JournalFileError::Unusable { path, error });
             }
@@ -123,7 +123,7 @@ impl JournalFile {
         let Contents { results, intact, torn } = contents;
         let cases = results.iter().flatten().count();
         if torn > 0 {
-            warn!(path = %path.display(), bytes = torn, "the end of the journal was cut off and is dropped");
+            warn!(path = %path.display(), bytes = torn, "dropped an incomplete line at the end of the journal");
         }
         debug!(path = %path.display(), cases, "journal opened");
 
@@ -135,10 +135,10 @@ impl JournalFile {
             let shared = Arc::clone(&shared);
             Some(thread::Builder::new().spawn(move || shared.sync()).map_err(JournalFileError::Threads)?)
         };
-        Ok((Self { journal, shared, syncing }, Earlier { results, torn, given_up }))
+        Ok((Self { journal, shared, syncing }, Earlier { results, torn, discarded }))
     }
 
-    /// Appends the line of a case, counted from 0. After an error, which [`Self::settle`] returns, nothing is appended.
+    /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`] returns that error.
     pub fn append(&self, case: usize, result: &CaseResult) -> ControlFlow<()> {
         let line = self.journal.entry(case, result);
         let mut state = self.shared.state();
@@ -152,14 +152,14 @@ impl JournalFile {
         if state.error.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 
-    /// Has the disk write what it has not yet. The error is the first since the journal was opened.
+    /// Syncs everything to disk. Returns the first error since the journal was opened.
     ///
-    /// Nothing is to be appended after this. The lock is kept until the process ends.
+    /// Do not append after this. The lock is kept until the process ends.
     pub fn settle(&mut self) -> Result<(), FileError> {
         self.shared.state().closing = true;
         self.shared.changed.notify_one();
         if let Some(syncing) = self.syncing.take() {
-            syncing.join().expect("nothing panics between the calls for the disk");
+            syncing.join().expect("the thread that syncs does not panic");
         }
         match self.shared.state().error.take() {
             None => Ok(()),
@@ -172,9 +172,9 @@ impl JournalFile {
         self.shared.state().cases
     }
 
-    /// A function that waits until the line being written is whole, and calls `end` with the number of cases.
+    /// A function that waits until the line in progress is complete, then calls `end` with the number of cases.
     ///
-    /// It is for a signal that ends the program: `end` does not return, and no line is begun meanwhile.
+    /// It is meant for a signal that ends the program: `end` does not return, and no further line is started.
     pub fn stopper(&self, end: impl Fn(usize) -> Infallible + Send + 'static) -> impl Fn() + Send + 'static {
         let shared = Arc::clone(&self.shared);
         move || {
@@ -184,13 +184,13 @@ impl JournalFile {
     }
 }
 
-/// Takes the lock that the operating system gives back when the process ends, however it ends.
+/// Takes the lock. The operating system releases it when the process ends, however it ends.
 fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileError> {
     match file.try_lock() {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(JournalFileError::InUse { directory: directory.to_owned() }),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-            warn!(path = %path.display(), "this file system has no locks: no second study would be noticed");
+            warn!(path = %path.display(), "this file system has no locks: a second study would go unnoticed");
             Ok(())
         }
         Err(TryLockError::Error(error)) => Err(FileError::new("lock", path, error).into()),
@@ -202,7 +202,7 @@ impl Shared {
         self.state.lock().expect(UNBROKEN)
     }
 
-    /// Has the disk write what has come, until the journal is closed.
+    /// Syncs appended lines to disk until the journal closes.
     fn sync(&self) {
         let mut state = self.state();
         loop {
@@ -223,7 +223,7 @@ impl Shared {
 }
 
 impl State {
-    /// Writes the first line, into a file that the disk knows by its name before a case is simulated.
+    /// Writes the header. The file and its name are on disk before any case is simulated.
     fn begin(&mut self, mut file: &File, header: &str, directory: &Path) -> io::Result<()> {
         self.cut(file)?;
         if let Err(error) = file.write_all(header.as_bytes()).and_then(|()| file.sync_all()) {
@@ -231,14 +231,14 @@ impl State {
             return Err(error);
         }
         self.length = header.len() as u64;
-        // Not every system can do this, and those that cannot need not.
+        // Not every system supports this, and those that don't support it don't need it.
         if let Ok(directory) = File::open(directory) {
             let _ = directory.sync_all();
         }
         Ok(())
     }
 
-    /// Appends a line, or nothing.
+    /// Appends a whole line, or nothing.
     fn append(&mut self, mut file: &File, line: &str) {
         match file.write_all(line.as_bytes()) {
             Ok(()) => {
@@ -247,14 +247,14 @@ impl State {
                 self.fresh = true;
             }
             Err(error) => {
-                // If this fails too, the end is dropped when the journal is read.
+                // If this fails too, the incomplete line is dropped when the journal is next read.
                 let _ = self.cut(file);
                 self.error = Some(error);
             }
         }
     }
 
-    /// Cuts the file behind the last whole line, and goes on there.
+    /// Truncates the file after the last complete line, and continues there.
     fn cut(&self, mut file: &File) -> io::Result<()> {
         file.seek(SeekFrom::Start(self.length))?;
         if file.metadata()?.len() == self.length { Ok(()) } else { file.set_len(self.length) }

@@ -1,4 +1,4 @@
-//! Pictures of results as files: `DIR/figures/NAME.svg` and `NAME.png`, of results at hand or of saved ones.
+//! Figures as files, `DIR/figures/NAME.svg` and `NAME.png`, drawn from new or saved results.
 
 use std::ffi::OsStr;
 use std::io;
@@ -19,13 +19,13 @@ use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_l
 use crate::saved::{SavedError, saved_case, saved_study};
 use crate::terminal::say;
 
-/// Directory of the pictures within that of the results.
+/// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
-/// Names of the measured forces beside the results, and of what compares them.
+/// Names of the copy of the measured forces, and of their comparison with the results.
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
 
-/// Why there are no pictures.
+/// Why the pictures cannot be drawn or written.
 #[derive(Debug, Error)]
 pub enum PicturesError {
     /// A file cannot be read or written.
@@ -39,24 +39,24 @@ pub enum PicturesError {
     Saved(#[from] SavedError),
 }
 
-/// What has been drawn, for people.
+/// A report of what has been drawn.
 #[derive(Debug)]
 pub struct Drawn {
-    /// How many pictures, where, and what is left out.
+    /// The number of pictures, where they are, and which are left out.
     pub message: String,
     /// Deviations from measured forces.
     pub comparisons: Vec<Comparison>,
 }
 
-/// Reads measured forces, and their text as it is.
+/// Reads measured forces. Returns the text of the file, too.
 pub fn measured_forces(path: &Path) -> Result<(String, Vec<Measurement>), PicturesError> {
     let text = read_text(path)?;
     let measured = read_measured(&text, &path.to_string_lossy())?;
     Ok((text, measured))
 }
 
-/// Draws a study below `directory`, and compares it with measured forces if there are any. Pictures of an earlier study that
-/// this one does not have are removed.
+/// Draws a study below `directory`, and compares it with measured forces if there are any. Removes pictures of an earlier
+/// study that this one does not have.
 pub fn draw_study(
     directory: &Path,
     study: &Study,
@@ -83,9 +83,9 @@ pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -
     Ok(Drawn { message: write_pictures(directory, &[picture], None)?, comparisons: Vec::new() })
 }
 
-/// Draws the results that are saved in `saved` once more, below `directory`: of a study, of one contact, or of both.
+/// Redraws the results saved in `saved` below `directory`: those of a study, of one contact, or of both.
 pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
-    // All is read before anything is written.
+    // Everything is read before anything is written.
     let (study, case) = (saved_study(saved)?, saved_case(saved)?);
     if study.is_none() && case.is_none() {
         return Err(SavedError::NoResults(saved.to_owned()).into());
@@ -107,8 +107,8 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     Ok(drawn)
 }
 
-/// Writes pictures as SVG and PNG, all of them or none, and says so. Without a number there are as many threads as cores; it
-/// does not change the files.
+/// Writes pictures as SVG and PNG, all of them or none. Returns a message. Without a number there are as many threads as
+/// cores; the number does not change the files.
 fn write_pictures(
     directory: &Path,
     pictures: &[Picture],
@@ -150,13 +150,15 @@ fn write_pictures(
     Ok(format!("wrote {} {figures} as SVG and PNG to {}", pictures.len(), directory.display()))
 }
 
-/// Removes what a study that was killed has left of the pictures below `directory`, to which no other process may be writing.
+/// Removes temporary files of pictures below `directory` that a killed study left behind. No other process may be writing
+/// there.
 pub fn remove_unfinished(directory: &Path) {
     let of_study = |name: &str| Path::new(name).file_stem().and_then(OsStr::to_str).is_some_and(is_of_study);
     remove_leftovers_of(&directory.join(FIGURES), of_study);
 }
 
-/// Removes pictures of an earlier study, which would be taken for this one's. That one stays is no error.
+/// Removes pictures of an earlier study, which would be mistaken for those of this one. A failure to remove one is not an
+/// error.
 fn remove_others(directory: &Path, pictures: &[Picture]) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
@@ -170,7 +172,7 @@ fn remove_others(directory: &Path, pictures: &[Picture]) {
     }
 }
 
-/// Tells the user of what was drawn.
+/// Tells the user what was drawn.
 pub fn say_drawn(Drawn { message, comparisons }: &Drawn) {
     say(message);
     if !comparisons.is_empty() {

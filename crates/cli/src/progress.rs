@@ -1,4 +1,4 @@
-//! How far a study is: a bar for people at a terminal, or a JSON object a line for programs.
+//! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -11,42 +11,42 @@ use serde::Serialize;
 
 use crate::terminal;
 
-/// Least time between two objects that tell the progress.
+/// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
-/// Time over which the rate is taken, as cases of one study can differ in length by a hundred.
+/// Time in s over which the rate is averaged, as the cases of one study can differ in length by a factor of a hundred.
 const WINDOW_S: f64 = 10.0;
-/// Least time between the points of time that the rate is taken from.
+/// Shortest time in s between the samples that the rate is computed from.
 const SPACING_S: f64 = 0.2;
 
-/// One line on stdout with `--json`. Further keys may come.
+/// One line on stdout with `--json`. Keys may be added.
 #[derive(Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
 enum Event<'a> {
-    /// After cases, at most ten times a second; the first before any, the last after all.
+    /// Written at most ten times per second: first before any case, last after all of them.
     Progress {
-        /// Cases that have a result, those of an earlier run included.
+        /// Cases that have a result, including those of an earlier run.
         done: usize,
         total: usize,
         /// Those of `done` that ended with an error.
         failures: usize,
-        /// Cases per second, lately; null before the first.
+        /// Recent rate in cases per second; null before the first case.
         rate: Option<f64>,
-        /// Seconds left at this rate.
+        /// Time left at this rate, in s.
         seconds_left: Option<f64>,
     },
     /// The last line, once all files are written.
     Summary {
         cases: usize,
         failures: usize,
-        /// Cases whose results an earlier run has left in the journal.
+        /// Cases whose results came from the journal of an earlier run.
         resumed: usize,
-        /// Time that the others took.
+        /// Time taken by the other cases, in s.
         seconds: f64,
         files: &'a [PathBuf],
     },
 }
 
-/// Tells how far a study is, from any thread.
+/// Reports the progress of a study, from any thread.
 pub struct Progress {
     total: usize,
     resumed: usize,
@@ -69,7 +69,7 @@ struct State {
 }
 
 impl Progress {
-    /// Begins with the cases that have a result already.
+    /// Starts with the cases that already have a result.
     pub fn begin(total: usize, resumed: usize, failures: usize, json: bool) -> Self {
         let begun = Instant::now();
         let output = if json {
@@ -102,7 +102,7 @@ impl Progress {
         }
     }
 
-    /// Ends the bar, and returns the seconds since the beginning.
+    /// Ends the bar, and returns the time since the start in s.
     pub fn end(&self) -> f64 {
         match &self.output {
             Output::Bar(bar) => bar.finish_and_clear(),
@@ -112,7 +112,7 @@ impl Progress {
         self.begun.elapsed().as_secs_f64()
     }
 
-    /// Writes the last object, if objects are wanted.
+    /// Writes the last object, if the output is JSON.
     pub fn summarise(&self, seconds: f64, files: &[PathBuf]) {
         if let Output::Json = self.output {
             let State { done, failures, .. } = *self.state();
@@ -136,16 +136,16 @@ impl Progress {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().expect("nothing panics with the progress in hand")
+        self.state.lock().expect("nothing panics while holding the progress")
     }
 }
 
-/// Style of a bar, which indicatif shows on a terminal only. The message is what stands behind the number of cases.
+/// Style of the bar. indicatif shows it on a terminal only. The message follows the number of cases.
 pub fn style() -> ProgressStyle {
     ProgressStyle::with_template("{bar:30} {pos}/{len} cases{msg}").unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// What stands behind the number of cases, as `, 680/s, 2 s left, 1 failed`.
+/// The text after the number of cases, such as `, 680/s, 2 s left, 1 failed`.
 fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> String {
     let mut text = String::new();
     if let Some(rate) = rate {
@@ -166,28 +166,28 @@ fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> St
     text
 }
 
-/// Writes a line to stdout. That nobody listens is no reason to stop a study.
+/// Writes a line to stdout. A closed stdout does not stop a study.
 fn print_event(event: &Event<'_>) {
-    // A path that is no Unicode has no JSON; the file is written all the same.
+    // A path that is not Unicode cannot be written as JSON; its file is written all the same.
     if let Ok(line) = serde_json::to_string(event) {
         let _ = writeln!(std::io::stdout(), "{line}");
     }
 }
 
-/// The rate at which something is counted, lately.
+/// The recent rate of a count.
 struct Pace {
-    /// Seconds and counts, the earliest first, one before the window among them.
+    /// Times in s and counts, the earliest first, including one before the window.
     points: VecDeque<(f64, usize)>,
     last: (f64, usize),
 }
 
 impl Pace {
-    /// Begins at zero seconds with a count of zero.
+    /// Starts at zero seconds with a count of zero.
     fn new() -> Self {
         Self { points: VecDeque::from([(0.0, 0)]), last: (0.0, 0) }
     }
 
-    /// Notes a count, which must not be less than the one before, and nor must the time.
+    /// Records a count. Neither the count nor the time may be less than before.
     fn count(&mut self, seconds: f64, count: usize) {
         self.last = (seconds, count);
         if self.points.back().is_none_or(|&(latest, _)| seconds - latest >= SPACING_S) {
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rate_is_that_of_late() {
+    fn the_rate_is_recent() {
         let mut pace = Pace::new();
         assert_eq!(pace.rate(), None);
         pace.count(0.0, 1);

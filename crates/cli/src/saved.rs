@@ -1,4 +1,4 @@
-//! Saved results, read from the directory that a command has written them to.
+//! Reads saved results from the directory that a command has written them to.
 
 use std::path::{Path, PathBuf};
 
@@ -31,21 +31,21 @@ pub enum SavedError {
     Data(#[from] DataError),
     /// A directory has no results.
     #[error(
-        "`{}` has neither {STUDY} nor {CASE}\n   = help: name the directory that `bristle study` or `bristle simulate` \
-         has written to, and run these again if they were of an older version",
+        "`{}` has neither {STUDY} nor {CASE}\n   = help: name a directory that `bristle study` or `bristle simulate` \
+         has written to; if an older version wrote it, run the command again",
         .0.display()
     )]
     NoResults(PathBuf),
     /// A directory has no results of a study.
     #[error(
-        "`{}` has no {STUDY}\n   = help: advice compares the cases of a study: name the directory that `bristle study` has \
-         written to, and run it again if it was of an older version",
+        "`{}` has no {STUDY}\n   = help: advice compares the cases of a study; name a directory that `bristle study` has \
+         written to; if an older version wrote it, run the command again",
         .0.display()
     )]
     NoStudy(PathBuf),
 }
 
-/// The study in a directory, with its results; none if there is none.
+/// The study in a directory, with its results; `None` if there is no study.
 pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, SavedError> {
     if !directory.join(STUDY).exists() {
         return Ok(None);
@@ -56,12 +56,12 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     let results = read_runs(&text, &name, &saved)?;
     if saved.version != env!("CARGO_PKG_VERSION") || saved.equations != FINGERPRINT {
         let version = &saved.version;
-        say(format_args!("note: `{name}` was simulated by another build of Bristle, of version {version}"));
+        say(format_args!("note: `{name}` was simulated by another build of Bristle, version {version}"));
     }
     Ok(Some((saved, results)))
 }
 
-/// The contact over time in a directory; none if there is none.
+/// The contact over time in a directory; `None` if there is no contact.
 pub fn saved_case(directory: &Path) -> Result<Option<(Settings, Vec<Sample>)>, SavedError> {
     if !directory.join(CASE).exists() {
         return Ok(None);
@@ -72,7 +72,7 @@ pub fn saved_case(directory: &Path) -> Result<Option<(Settings, Vec<Sample>)>, S
     Ok(Some((settings, read_history(&text, &name)?)))
 }
 
-/// The text of a file, and what errors call it.
+/// The text of a file, and its name for error messages.
 fn read(directory: &Path, name: &str) -> Result<(String, String), FileError> {
     let path = directory.join(name);
     Ok((read_results(&path)?, path.to_string_lossy().into_owned()))

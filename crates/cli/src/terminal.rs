@@ -1,4 +1,4 @@
-//! Text for people, on stderr and above a progress bar where there is one, and the log that `RUST_LOG` asks for.
+//! Text for people, on stderr and above the progress bar if there is one, and the log requested by `RUST_LOG`.
 
 use std::env::{self, VarError};
 use std::fmt::Display;
@@ -11,29 +11,29 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
-/// The bar that stands below what is written.
+/// The bar below the text.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Lets a bar stand below all that is written from now on.
+/// Keeps a bar below all text written from now on.
 pub fn keep_below(bar: &ProgressBar) {
     *BAR.lock().expect(UNBROKEN) = Some(bar.clone());
 }
 
-/// Forgets the bar, which has been cleared.
+/// Forgets the bar, once it has been cleared.
 pub fn nothing_below() {
     *BAR.lock().expect(UNBROKEN) = None;
 }
 
-const UNBROKEN: &str = "nothing panics with the bar in hand";
+const UNBROKEN: &str = "nothing panics while holding the bar";
 
-/// Tells the user something. That nobody listens is no error.
+/// Tells the user something. A closed stderr is not an error.
 pub fn say(message: impl Display) {
     above_the_bar(|| {
         let _ = writeln!(io::stderr(), "{message}");
     });
 }
 
-/// Tells the user a last thing, in place of the bar.
+/// Writes a last message in place of the bar.
 pub fn say_at_the_end(message: impl Display) {
     let bar = BAR.lock().expect(UNBROKEN).take();
     if let Some(bar) = bar {
@@ -50,16 +50,16 @@ fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
     }
 }
 
-/// Writes a log to stderr if the environment variable `RUST_LOG` asks for one, as in `debug` or `bristle_study::study=debug`.
+/// Writes a log to stderr if the environment variable `RUST_LOG` requests one, with values such as `debug` or
+/// `bristle_study::study=debug`.
 ///
-/// Levels by module are what there is to choose from, so a filter of them does, without the regular expressions of the
-/// usual one.
+/// Only levels per module can be selected. The usual filter would add regular expressions.
 pub fn start_log() {
     const VARIABLE: &str = "RUST_LOG";
     let wanted = match env::var(VARIABLE) {
         Ok(wanted) if !wanted.is_empty() => wanted,
         Ok(_) | Err(VarError::NotPresent) => return,
-        Err(VarError::NotUnicode(_)) => return say(format_args!("note: {VARIABLE} is no text and has no effect")),
+        Err(VarError::NotUnicode(_)) => return say(format_args!("note: {VARIABLE} is not text and has no effect")),
     };
     match wanted.parse::<Targets>() {
         Ok(targets) => {
@@ -87,7 +87,7 @@ impl Write for Log {
     }
 }
 
-/// Writes data to stdout. That a reader such as `head` has seen enough is no error.
+/// Writes data to stdout. A reader that stops early, such as `head`, is not an error.
 pub fn print(data: &str) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(data.as_bytes()).and_then(|()| stdout.flush()) {
@@ -96,12 +96,12 @@ pub fn print(data: &str) -> io::Result<()> {
     }
 }
 
-/// Tells the user of a file.
+/// Tells the user that a file was written.
 pub fn say_written(path: &Path) {
     say(format_args!("wrote {}", path.display()));
 }
 
-/// Style of the progress bar, which indicatif shows on a terminal only.
+/// Style of the progress bar. indicatif shows it on a terminal only.
 pub fn progress_style() -> ProgressStyle {
     ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar())

@@ -10,16 +10,16 @@ use bristle_report::vtk::{file_names, files, is_file_name};
 
 use crate::files::{FileError, StagedFile, prepare_directory, remove, remove_leftovers_of};
 
-/// Directory of the files within that of the results.
+/// Subdirectory of the results for the files.
 const VTK: &str = "vtk";
 
-/// Makes sure that the files for `shapes` shapes can be written below `directory`.
+/// Checks that the files for `shapes` shapes can be written below `directory`.
 pub fn prepare_vtk(directory: &Path, shapes: usize) -> Result<(), FileError> {
     let names: Vec<String> = file_names(shapes).collect();
     prepare_directory(&directory.join(VTK), &names.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// The files of the shapes below `directory` under temporary names, the collection last; none of no shapes.
+/// Writes the shapes below `directory` under temporary names, the collection last. Writes nothing if there are no shapes.
 pub fn stage_vtk(directory: &Path, settings: &Settings, shapes: &[Shape]) -> Result<Vec<StagedFile>, FileError> {
     if shapes.is_empty() {
         return Ok(Vec::new());
@@ -30,15 +30,15 @@ pub fn stage_vtk(directory: &Path, settings: &Settings, shapes: &[Shape]) -> Res
     files(settings, shapes).map(stage).collect()
 }
 
-/// Gives the files of `shapes` shapes their names, and returns the collection if there is one.
+/// Gives the files of `shapes` shapes their final names. Returns the path of the collection if there is one.
 ///
-/// What else an earlier run has written is removed: it would be taken for this run's. So is what a run that was killed has left.
+/// Removes other files of an earlier run, which would be mistaken for those of this run, and leftovers of a killed run.
 pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>, shapes: usize) -> Result<Option<PathBuf>, FileError> {
     let collection = staged.into_iter().try_fold(None, |_, file| file.commit().map(Some))?;
     let directory = directory.join(VTK);
     remove_leftovers_of(&directory, is_file_name);
     let own: BTreeSet<String> = if shapes == 0 { BTreeSet::new() } else { file_names(shapes).collect() };
-    // Where there is no directory there is nothing to remove.
+    // If there is no directory, there is nothing to remove.
     let entries = fs::read_dir(&directory).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
     for name in names.filter(|name| is_file_name(name) && !own.contains(name)) {

@@ -1,4 +1,4 @@
-//! A graph that another engine has derived, held against the built-in derivation.
+//! Compares a graph that another engine has derived with the built-in derivation.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -12,15 +12,15 @@ use bristle::model::parameters::MAX_SEGMENTS;
 
 pub use bristle_codegen::compare::States;
 
-/// A longer text is not read as a graph.
+/// Largest size of a graph in bytes.
 pub const MAX_GRAPH_BYTES: usize = json::MAX_BYTES;
 
-/// What a comparison has found.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// What made the graph, as it says itself.
+    /// The program that made the graph, as stated in the graph.
     pub generator: String,
-    /// Number of segments of whole equations; none for the solver's kernels.
+    /// Number of segments of whole equations; `None` for the solver's kernels.
     pub segments: Option<usize>,
     /// Number of states.
     pub states: usize,
@@ -34,11 +34,11 @@ pub enum ComparisonError {
     /// The graph cannot be read.
     #[error(transparent)]
     Exchange(#[from] ExchangeError),
-    /// It computes something else.
+    /// The graph computes something else.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// It has more segments than a filament can.
-    #[error("the equations are of {0} segments; at most {MAX_SEGMENTS} are derived")]
+    /// The graph has more segments than a filament may have.
+    #[error("the equations have {0} segments; at most {MAX_SEGMENTS} can be derived")]
     TooManySegments(usize),
     /// The built-in derivation fails.
     #[error(transparent)]
@@ -46,7 +46,7 @@ pub enum ComparisonError {
 }
 
 impl Comparison {
-    /// Whether every output agrees to [`compare::TOLERANCE`].
+    /// True if every output agrees to [`compare::TOLERANCE`].
     pub fn agrees(&self) -> bool {
         self.deviations.iter().all(agrees)
     }
@@ -59,7 +59,7 @@ fn agrees(deviation: &Deviation) -> bool {
 /// Reads the graph `text` and compares it with the built-in derivation of the same equations at `states` random states.
 ///
 /// # Errors
-/// If the graph cannot be read or computes other things.
+/// If the graph cannot be read or computes something else.
 pub fn compare_graph(text: &str, states: usize, which: States, seed: u64) -> Result<Comparison, ComparisonError> {
     let file = from_json(text)?;
     let segments = whole_segments(&file.kernels);
@@ -81,7 +81,7 @@ impl Display for Comparison {
         };
         let generator: String = self.generator.chars().take(200).collect();
         writeln!(formatter, "{what}, by {generator}")?;
-        writeln!(formatter, "against the built-in derivation at {} random states\n", self.states)?;
+        writeln!(formatter, "compared with the built-in derivation at {} random states\n", self.states)?;
         let name = |deviation: &Deviation| match deviation.kernel == deviation.output {
             true => deviation.kernel.clone(),
             false => format!("{}.{}", deviation.kernel, deviation.output),

@@ -1,4 +1,4 @@
-//! The equations of motion, whole or as the kernels of the solver, in a form to read or to pass on.
+//! Derives the equations of motion, whole or as the kernels of the solver, in a form for people or for other programs.
 
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
@@ -8,16 +8,16 @@ use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::dimension::DimensionError;
 
-/// What an exchanged graph says made it.
+/// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
 
 /// Title of the kernels.
 const KERNELS: &str = "Kernels of the solver";
 
-/// What is derived.
+/// The equations to derive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Equations {
-    /// The whole equations of a chain of so many segments.
+    /// The whole equations of a chain with this number of segments.
     Whole(usize),
     /// The kernels of one segment and one joint, which the solver loops over.
     Kernels,
@@ -41,7 +41,7 @@ pub enum DeriveFormat {
     Math,
     /// A LaTeX document.
     Latex,
-    /// Markdown with formulas; of whole equations, the way to them step by step.
+    /// Markdown with formulas; for whole equations, their derivation step by step.
     Markdown,
     /// Rust source.
     Rust,
@@ -65,10 +65,10 @@ impl DeriveFormat {
 /// Why the equations cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum DeriveError {
-    /// There is no chain without segments.
-    #[error("a filament has at least one segment")]
+    /// A chain needs at least one segment.
+    #[error("a filament must have at least one segment")]
     NoSegments,
-    /// A term of the derivation makes no physical sense.
+    /// The dimensions of a term in the derivation are inconsistent.
     #[error(transparent)]
     Dimension(#[from] DimensionError),
     /// The Rust form cannot be written.
@@ -82,7 +82,7 @@ pub enum DeriveError {
 /// Derives `equations` and writes them in `format`.
 ///
 /// # Errors
-/// If there are no segments.
+/// If there are no segments, or a form cannot be written.
 pub fn derive(equations: Equations, format: DeriveFormat) -> Result<String, DeriveError> {
     if equations == Equations::Whole(0) {
         return Err(DeriveError::NoSegments);
@@ -116,6 +116,6 @@ fn written_for_programs(equations: Equations, format: DeriveFormat, again: &str)
         return Ok(to_json(&kernels, GENERATOR)?);
     }
     let source = emit(&kernels, Origin { title: &title, maker: MAKER, again })?;
-    // Below the header, which ends at the first empty line.
+    // The import goes below the header, which ends at the first empty line.
     Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
 }

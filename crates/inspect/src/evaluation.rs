@@ -1,4 +1,4 @@
-//! The equations of motion at one state.
+//! Evaluates the equations of motion at one state.
 
 use bristle_codegen::ir::graph::NodeId;
 use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
@@ -26,7 +26,7 @@ pub struct ChainState {
     pub v: Vec<f64>,
 }
 
-/// What the equations give at a state; contact is left out.
+/// Values of the equations at a state, without contact.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Evaluation {
     /// `M`, by rows, in kg m², from the whole equations.
@@ -47,7 +47,7 @@ pub struct Evaluation {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvaluationError {
     /// The coordinates do not come in pairs, or the rates do not match them.
-    #[error("q holds {q} and v holds {v} values; both need φ and θ of each segment")]
+    #[error("q has {q} and v has {v} values; both need φ and θ for each segment")]
     Shape {
         /// Values in `q`.
         q: usize,
@@ -59,18 +59,18 @@ pub enum EvaluationError {
     Pole(#[from] PoleError),
     /// The equations have no finite solution there.
     #[error(
-        "the equations have no finite solution at this state: is a joint folded back on itself, or a number of extreme size?"
+        "the equations have no finite solution at this state: is a joint folded back on itself, or a number extremely large or small?"
     )]
     NotFinite,
 }
 
-/// Evaluates the equations of a filament on a round tool of the body radius `body_radius` (m).
+/// Evaluates the equations of a filament on a round tool with the body radius `body_radius` (m).
 ///
-/// The number of segments is that of `state`.
+/// The state determines the number of segments.
 ///
 /// # Errors
-/// If the state has another shape, a segment stands at a pole of its coordinates, or the equations are singular there
-/// for another reason.
+/// If the state has the wrong shape, a segment is at a pole of its coordinates, or the equations are singular for another
+/// reason.
 pub fn evaluate(
     filament: &FilamentSettings,
     body_radius: f64,
@@ -112,7 +112,7 @@ fn pairs(values: &[f64]) -> Vec<[f64; 2]> {
 /// The values of all symbols of `whole`, by symbol index.
 ///
 /// # Panics
-/// If the chain, `q` or `v` has another number of segments than `whole`.
+/// If the chain, `q` or `v` differs from `whole` in the number of segments.
 pub fn symbol_values(
     whole: &WholeEquations,
     chain: &Chain<f64>,

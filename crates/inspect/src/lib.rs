@@ -1,5 +1,5 @@
-//! The equations of motion themselves: to read ([`derive`](mod@derive)), to compare with those of another engine
-//! ([`comparison`]), and to evaluate at one state ([`evaluation`], [`state`]).
+//! Tools for the equations of motion themselves: show them ([`derive`](mod@derive)), compare them with those of another
+//! engine ([`comparison`]), and evaluate them at one state ([`evaluation`], [`state`]).
 
 pub mod comparison;
 pub mod derive;

@@ -1,4 +1,4 @@
-//! Reads a state of the filament, as `bristle evaluate` takes it, from JSON.
+//! Reads a state of the filament from JSON, for `bristle evaluate`.
 
 use serde::Deserialize;
 use thiserror::Error;
@@ -7,13 +7,13 @@ use crate::evaluation::ChainState;
 use bristle::equations::find_pole;
 use bristle::model::parameters::MAX_SEGMENTS;
 
-/// How errors call what concerns no single key.
+/// The key in errors that concern no single key.
 const WHOLE: &str = "state";
 
-/// The ways in which a state can be wrong.
+/// Why a state is invalid.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StateError {
-    /// The text is no JSON, or a key is unknown, missing, or of a wrong type.
+    /// The text is not JSON, or a key is unknown, missing, or of the wrong type.
     #[error(
         "`{key}` at line {line}, column {column}: {message}\n   = help: a state is {{\"base_angle\": β, \"base_rate\": ω, \
          \"base_acceleration\": β̈, \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
@@ -25,11 +25,11 @@ pub enum StateError {
         line: usize,
         /// Column, counted from 1.
         column: usize,
-        /// What the parser says.
+        /// The message of the parser.
         message: String,
     },
-    /// The coordinates do not make whole segments, or too many.
-    #[error("`q` has {length} numbers, but must have two for each segment (φ and θ), of 1 to {MAX_SEGMENTS} segments")]
+    /// The coordinates do not form whole segments, or form too many.
+    #[error("`q` has {length} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments")]
     SegmentCount {
         /// Length of `q`.
         length: usize,
@@ -44,7 +44,7 @@ pub enum StateError {
     },
     /// A segment is parallel to the tool axis.
     #[error(
-        "`q[{index}]` = {polar_angle:?}: segment {segment} stands at a pole (sin φ = 0), where its azimuth has no meaning; \
+        "`q[{index}]` = {polar_angle:?}: segment {segment} is at a pole (sin φ = 0), where its azimuth is undefined; \
          turn it away from the tool axis"
     )]
     Pole {
@@ -57,7 +57,7 @@ pub enum StateError {
     },
 }
 
-/// The file's form of a [`ChainState`].
+/// A [`ChainState`] as in the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StateFile {
@@ -71,7 +71,7 @@ struct StateFile {
 
 /// Reads and checks a state.
 ///
-/// JSON has no NaN and no infinity, and a number too large for `f64` is an error: every number of a state is finite.
+/// Every number of a state is finite: JSON has no NaN and no infinity, and a number too large for `f64` is an error.
 pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let unreadable = |key: String, error: &serde_json::Error| {
@@ -85,7 +85,7 @@ pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
         }
     };
     let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        // Outside of any key the path is a mark only.
+        // Outside of any key the path is only a placeholder.
         let path = match error.path().to_string().as_str() {
             "." | "?" => WHOLE.to_owned(),
             path => path.to_owned(),
@@ -117,14 +117,14 @@ mod tests {
     }
 
     #[test]
-    fn a_good_state_is_read() {
+    fn a_valid_state_is_read() {
         let state = parse_state(&state("[1.5, -1.5, 1.6, -1.4]", "[0, 50, 0, 50]")).expect("the state is right");
         assert_eq!(state.base_rate, 50.0);
         assert_eq!(state.q, [1.5, -1.5, 1.6, -1.4]);
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_place() {
         let cases = [
             (state("[1.5, \"a\"]", "[0, 0]"), "`q[1]`"),
             (state("[1.5, 1e999]", "[0, 0]"), "`q[1]`"),

@@ -1,4 +1,4 @@
-//! The filaments, clamps and surfaces of the cases.
+//! The filaments, clamps and surfaces of the trials, and how their results are compared.
 
 use std::f64::consts::PI;
 
@@ -15,10 +15,10 @@ use bristle_study::study::Study;
 use serde::de::DeserializeOwned;
 
 use super::Failure;
-use super::case::{Axis, Check, Curve, Figure, Look};
+use super::trial::{Axis, Check, Curve, Figure, Look};
 use super::{sources, tolerances};
 
-/// The study of the paper's case, as users run it.
+/// The study of the paper, as users run it.
 const STUDY: &str = include_str!("../../../examples/zirconia.toml");
 
 /// The paper's 120 contacts.
@@ -36,7 +36,7 @@ pub fn paper_case(segments: usize, velocity: f64, depth: f64) -> Result<Settings
     Ok(settings)
 }
 
-/// A filament with `l_f = E I = ρ A = 1`, so that its numbers are those of dimensionless formulas; undamped.
+/// An undamped filament with `l_f = E I = ρ A = 1`, so that its numbers match dimensionless formulas.
 pub fn unit_beam(segments: usize) -> FilamentSettings {
     FilamentSettings {
         segments,
@@ -53,12 +53,12 @@ pub fn unit_chain(segments: usize) -> Chain<f64> {
     chain(&unit_beam(segments), [0.0; 3])
 }
 
-/// The same without stiffness: a rope.
+/// The chain without stiffness: a rope.
 pub fn without_stiffness(chain: Chain<f64>) -> Chain<f64> {
     Chain { root_stiffness: 0.0, joint_stiffness: 0.0, ..chain }
 }
 
-/// Rods of the length 1 m, one after the other from a fixed point on, each of the mass `mass` (kg) and with the inertia
+/// Rods of length 1 m, connected in series from a fixed point. Each has the mass `mass` (kg) and the moment of inertia
 /// `inertia` (kg m²) about its centre.
 pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chain<f64> {
     Chain {
@@ -77,13 +77,13 @@ pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chai
 /// A clamp at rest at the origin, along `x`.
 pub const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
 
-/// The system of a chain that nothing touches, with all integrals.
+/// The system of a chain without contact, with all integrals.
 pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem<M, Plane> {
     let far = Plane::new([0.0, -1e6, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
     FilamentSystem::new(chain, motion, ContactLaw::from(&ContactSettings::default()), far, true)
 }
 
-/// `E_kin + E_spring + E_grav` and what the closed contacts store, in J.
+/// `E_kin + E_spring + E_grav` and the energy stored in closed contacts, in J.
 pub fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, state: &FilamentState) -> f64 {
     let energies = system.energies(state);
     energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
@@ -94,8 +94,8 @@ pub fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The momentum of a filament, and its angular momentum about `z` through the origin: of the segments' centres, and about
-/// them. `root` and `nodes` are positions and velocities.
+/// The momentum of a filament, and its angular momentum about `z` through the origin, including the rotation of the segments
+/// about their centres. `root` and `nodes` are positions and velocities.
 pub fn momentum(
     chain: &Chain<f64>,
     root: [[f64; 3]; 2],
@@ -104,7 +104,7 @@ pub fn momentum(
     let (mut linear, mut angular) = ([0.0; 3], 0.0);
     let [mut inner, mut inner_rate] = root;
     for [outer, outer_rate] in nodes {
-        // A centre is where, and moves with, the mean of its segment's ends.
+        // Position and velocity of a centre are the means of those of the segment's ends.
         let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
         let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
         linear = add(linear, scale(chain.mass, rate));
@@ -114,18 +114,18 @@ pub fn momentum(
     (linear, angular)
 }
 
-/// What two solutions whose errors fall as n⁻² tend to, from those of n and 2n (Richardson).
+/// The limit of solutions whose errors fall as n⁻², from those of n and 2n (Richardson).
 pub fn extrapolated(coarse: f64, fine: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-/// The same from three solutions, of n/2, n and 2n, without the error of n⁻⁴ either.
+/// The same from three solutions, of n/2, n and 2n, which also removes the error of n⁻⁴.
 pub fn extrapolated_twice([half, coarse, fine]: [f64; 3]) -> f64 {
     let (first, second) = (extrapolated(half, coarse), extrapolated(coarse, fine));
     second + (second - first) / 15.0
 }
 
-/// The order at which the errors of n and 2n fall.
+/// The observed order of convergence from n to 2n.
 pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
     ((coarse - exact) / (fine - exact)).abs().log2()
 }
@@ -133,7 +133,7 @@ pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
 /// The numbers of segments of [`error_figure`].
 pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
 
-/// A diagram of errors over n: one curve for each of `names`, whose errors at n `errors` gives.
+/// A diagram of errors over n, with one curve for each of `curves`. `errors` gives their errors at n.
 pub fn error_figure<const N: usize>(
     name: &'static str,
     title: &str,
@@ -146,7 +146,7 @@ pub fn error_figure<const N: usize>(
             points.push((segments as f64, error.abs()));
         }
     }
-    // Half as high as the first curve, beside it.
+    // Parallel to the first curve and half as high.
     let slope = points[0].iter().map(|&(n, _)| (n, points[0][0].1 * (SEGMENTS[0] as f64 / n).powi(2) / 2.0));
     let mut curves: Vec<Curve> =
         curves.into_iter().zip(points.clone()).map(|(name, points)| Curve::new(name, Look::Joined, points)).collect();
@@ -155,8 +155,8 @@ pub fn error_figure<const N: usize>(
         name,
         title: title.to_owned(),
         description:
-            "Errors over the number of segments, both logarithmic: straight lines that fall by four for twice as \
-            many segments."
+            "Errors over the number of segments, both logarithmic: straight lines that fall by a factor of four for twice \
+            as many segments."
                 .to_owned(),
         x: Axis::logarithmic("number of segments n"),
         y: Axis::logarithmic("relative error"),
@@ -164,7 +164,7 @@ pub fn error_figure<const N: usize>(
     })
 }
 
-/// Where `f` changes its sign between 0 and 1, if it does.
+/// The point between 0 and 1 at which `f` changes its sign, if it does.
 pub fn crossing(f: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1.0);
     let rises = f(low) < 0.0;
@@ -182,23 +182,23 @@ pub fn crossing(f: impl Fn(f64) -> f64) -> Option<f64> {
     Some(low)
 }
 
-/// The larger of two errors; one that is not a number is larger than any.
+/// The larger of two errors; NaN counts as the largest.
 pub fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// The smaller of two numbers; one that is not a number is smaller than any.
+/// The smaller of two numbers; NaN counts as the smallest.
 pub fn lesser(a: f64, b: f64) -> f64 {
     if a.is_nan() || a < b { a } else { b }
 }
 
-/// The rows of a trajectory that is committed as CSV, with comments above its heading.
+/// The rows of a trajectory committed as CSV, with comments above its header.
 pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     reader.deserialize().collect::<Result<_, _>>().map_err(|error| Failure::Reference(error.to_string()))
 }
 
-/// Slope of the straight line through points in logarithms, by least squares.
+/// Slope of the least-squares line through points in logarithmic coordinates.
 pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
     let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
     let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
@@ -207,8 +207,8 @@ pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
         / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
 }
 
-/// A diagram of errors over the solver's tolerance, with a comparison of the slope of each curve, which should be one, from
-/// the errors above `known`: that of the reference.
+/// A diagram of errors over the solver's tolerance, and a check that the slope of each curve is one. Slopes use only errors
+/// above `known`, the error of the reference.
 pub fn tolerance_study(
     name: &'static str,
     title: &str,
@@ -232,8 +232,8 @@ pub fn tolerance_study(
         name,
         title: title.to_owned(),
         description:
-            "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to what the \
-            reference is good to."
+            "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to the accuracy of \
+            the reference."
                 .to_owned(),
         x: Axis::logarithmic("relative tolerance of the solver"),
         y: Axis::logarithmic("error"),

@@ -13,20 +13,20 @@ use bristle::tool::ClampMotion;
 use bristle_study::study::run_study;
 use serde::Deserialize;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
     axial, mechanical_energy, momentum, paper_case, paper_study, tolerance_study, trajectory_rows, worse,
 };
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Contact of a filament",
-    purpose: "Whole passes, as users simulate them: what must balance, what must not matter, and how errors fall.",
-    cases: &[energy, impulse, independence, segments, tolerance, stiffness],
+    purpose: "Whole passes, as users simulate them: balances that must hold, settings that must not matter, and how errors fall.",
+    trials: &[energy, impulse, independence, segments, tolerance, stiffness],
 };
 
-/// The unit vector across the default workpiece, and that along it.
+/// The unit vectors normal to the default workpiece and along it.
 const NORMAL: [f64; 3] = [0.0, 1.0, 0.0];
 const ALONG: [f64; 3] = [1.0, 0.0, 0.0];
 
@@ -37,7 +37,7 @@ fn name(velocity: f64, depth: f64) -> String {
     format!("v_b = {velocity} m/s, a_e = {} mm", 1e3 * depth)
 }
 
-fn energy(_: Extent) -> Result<Case, Failure> {
+fn energy(_: Extent) -> Result<Trial, Failure> {
     let mut dragging = paper_case(25, 10.0, 1e-3)?;
     dragging.contact.friction_coefficient = 0.3;
     dragging.workpiece.feed_velocity_m_s = 0.5;
@@ -74,8 +74,8 @@ fn energy(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_balance",
         title: "Energies of a pass at 10 m/s and 1 mm".to_owned(),
-        description: "Kinetic energy above that of the rigid rotation, energy of the springs, and energy taken by the dampers, over \
-            time: the first two exchange energy after each impact, the third rises to what the pass has cost."
+        description: "Kinetic energy less that of the rigid rotation, energy of the springs, and energy taken by the dampers, over \
+            time: the first two exchange energy after each impact; the third rises to the total loss of the pass."
             .to_owned(),
         x: Axis::linear("time t in ms"),
         y: Axis::linear("energy in mJ"),
@@ -85,30 +85,30 @@ fn energy(_: Extent) -> Result<Case, Failure> {
             course("taken by the dampers", &|sample| sample.dissipated_energy_j),
         ],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Energy balance of a pass",
-        text: "The work W of the clamp and of the moving workpiece is what the filament and the contact store, and what the \
-            dampers, contact damping and friction take:\n\n```text\nW = ΔE_kin + ΔE_spring + ΔE_grav + ΔE_contact + ∫ 2D dt + ∫ P_contact dt\n```\n\n\
-            at the solver's default tolerance of 1e-6. The integrals are taken by the method that takes the steps."
+        text: "The work W of the clamp and of the moving workpiece equals the change of the energy stored in the filament and the \
+            contact, plus the energy taken by the dampers, contact damping and friction:\n\n```text\nW = ΔE_kin + ΔE_spring + ΔE_grav + ΔE_contact + ∫ 2D dt + ∫ P_contact dt\n```\n\n\
+            The solver runs at its default tolerance of 1e-6, and the method that takes the steps also takes the integrals."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-/// How the momentum of a filament changes in a pass.
+/// The balance of the momentum of a filament in a pass.
 struct Balance {
-    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, where it is 1, and along the workpiece, where it is 0; and the
-    /// imbalance of the angular momentum about the tool's axis, over `p_n R`.
+    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, which should be 1, and along the workpiece, which should be 0;
+    /// and the imbalance of the angular momentum about the tool's axis, over `p_n R`.
     result: [f64; 3],
-    /// The normal impulse of the contact over time, and what the balance makes of it, in N s.
+    /// The normal impulse of the contact over time, in N s, and the impulse from the balance.
     impulse: Vec<(f64, f64)>,
     balanced: Vec<(f64, f64)>,
 }
 
 /// Follows the momentum through a pass.
 fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
-    /// Gauss's points and weights on a step.
+    /// Gauss points and weights on a step.
     const POINTS: [(f64, f64); 3] =
         [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
     let pass = Pass::new(settings);
@@ -138,7 +138,7 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             dynamics.residual(&clamp, &q, &v, &accelerations, &watching.loads(time), &mut rest);
             let weight = weight * step.length();
             root_impulse = add(root_impulse, scale(weight, dynamics.root_force()));
-            // The clamp's torque by the law of its joint, not by the equations of motion.
+            // The clamp's torque from the law of its joint, not from the equations of motion.
             let tool = pass.tool();
             let (bend, bend_rate) = (q[0][1] - tool.angle(time), v[0][1] - tool.rate);
             let mut torque = axial(clamp.position, dynamics.root_force());
@@ -165,7 +165,7 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     Ok(Balance { result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole, torque], impulse, balanced })
 }
 
-fn impulse(_: Extent) -> Result<Case, Failure> {
+fn impulse(_: Extent) -> Result<Trial, Failure> {
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (velocity, depth) in PASSES {
         let balance = momentum_balance(&paper_case(25, velocity, depth)?)?;
@@ -196,13 +196,14 @@ fn impulse(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("impulse along n⃗ in mN s"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Impulse against the change of momentum",
-        text: "What the filament's momentum changes by, and the clamp has not brought in, is the contact's impulse:\n\n\
+        text: "Without friction, the change of the filament's momentum less the impulse of the clamp is the impulse of the \
+            contact:\n\n\
             ```text\nΣ m ċ_k |end − Σ m ċ_k |start − ∫ F_root dt = p_n n⃗\n```\n\n\
-            without friction. The reaction `F_root` of the clamp comes from the equations of motion, at three points of each step, so \
-            this checks inertia, contact and integration, and not the springs. Those are in the balance of the angular momentum about \
-            the tool's axis, where the clamp's torque is that of its joint's law:\n\n\
+            The reaction `F_root` of the clamp comes from the equations of motion, at three points of each step. This checks inertia, \
+            contact and integration, but not the springs. They enter the balance of the angular momentum about the tool's axis, in \
+            which the clamp's torque follows from the law of its joint:\n\n\
             ```text\nΔL_z = ∫ [(r_0 × F_root)_z − c_1 (θ_1 − β) − d_1 (θ̇_1 − ω) + Σ (r_k × F_k)_z] dt\n```"
             .to_owned(),
         checks,
@@ -210,13 +211,13 @@ fn impulse(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-/// How many of two sets of [`values`] differ, to the bit.
+/// How many metrics of two passes differ, in any bit.
 fn differences(a: &Metrics, b: &Metrics) -> f64 {
     let differ = values(a).into_iter().zip(values(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
     (differ + usize::from(a.contact_count != b.contact_count)) as f64
 }
 
-fn independence(_: Extent) -> Result<Case, Failure> {
+fn independence(_: Extent) -> Result<Trial, Failure> {
     let mut checks = Vec::new();
     for (velocity, depth) in PASSES {
         let settings = paper_case(25, velocity, depth)?;
@@ -254,18 +255,18 @@ fn independence(_: Extent) -> Result<Case, Failure> {
         let quantity = "metrics that differ";
         checks.push(Check::value(subject.to_owned(), quantity, 0.0, sources::EXACT, count, tolerances::SAME));
     }
-    Ok(Case {
+    Ok(Trial {
         title: "Samples, lanes and threads",
-        text: "Metrics are not read off samples, and a pass has the same bits alone and beside seven others, on any number of \
-            threads. With samples the energies are integrated too, and forces evaluated anew at each stage, which changes the metrics far \
-            below the tolerance of 1e-6."
+        text: "Metrics do not come from samples. A pass has the same bits alone and in lanes with seven others, on any number of \
+            threads. With samples the solver also integrates the energies and evaluates the forces again at each stage, which changes \
+            the metrics by far less than the tolerance of 1e-6."
             .to_owned(),
         checks,
         figures: vec![],
     })
 }
 
-/// The metrics whose errors are looked at.
+/// The metrics whose errors are checked.
 const SYMBOLS: [&str; 5] = ["p_n", "s_n,max", "max F_n", "t_c", "ε_tc"];
 const ORDERS: [&str; 5] = ["order of p_n", "order of s_n,max", "order of max F_n", "order of t_c", "order of ε_tc"];
 
@@ -280,7 +281,7 @@ fn values(metrics: &Metrics) -> [f64; 5] {
     ]
 }
 
-fn segments(extent: Extent) -> Result<Case, Failure> {
+fn segments(extent: Extent) -> Result<Trial, Failure> {
     let (passes, finest) = match extent {
         Extent::Quick => (&PASSES[1..2], 100),
         Extent::Full => (&PASSES[..], 200),
@@ -312,18 +313,19 @@ fn segments(extent: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_segments",
         title: "Convergence of the impulse p_n in n".to_owned(),
-        description: "Relative error of the impulse over the number of segments: from n = 15 on it falls by four for twice as many."
+        description: "Relative error of the impulse over the number of segments: from n = 15 on it falls by a factor of four for \
+            twice as many."
             .to_owned(),
         x: Axis::logarithmic("number of segments n"),
         y: Axis::logarithmic("relative error of p_n"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Convergence in n",
         text: format!(
-            "The chain's error falls with n⁻² in all metrics of sweeping and of striking passes, impacts included: observed as \
-            `log₂` of the ratio of successive changes, at a relative tolerance of 1e-9. Errors in the diagram are against the \
-            value that n = {} and {finest} extrapolate to.",
+            "The chain's error falls as n⁻² in all metrics of sweeping and of striking passes, including impacts. The observed order \
+            is `log₂` of the ratio of successive changes, at a relative tolerance of 1e-9. The diagram shows errors relative to the \
+            value extrapolated from n = {} and {finest}.",
             finest / 2
         ),
         checks,
@@ -345,7 +347,7 @@ struct ReferenceContact {
 }
 
 impl ReferenceContact {
-    /// Its metrics, as [`values`] gives them.
+    /// Its metrics, in the order of [`values`].
     fn values(&self) -> [f64; 5] {
         [
             self.contact_normal_impulse_n_s,
@@ -356,14 +358,14 @@ impl ReferenceContact {
         ]
     }
 
-    /// How far `others` are off, relative.
+    /// The relative errors of `others`.
     fn errors(&self, others: [f64; 5]) -> [f64; 5] {
         let expected = self.values();
         std::array::from_fn(|i| (others[i] / expected[i] - 1.0).abs())
     }
 }
 
-fn tolerance(_: Extent) -> Result<Case, Failure> {
+fn tolerance(_: Extent) -> Result<Trial, Failure> {
     const DATA: &str = include_str!("../../../tests/data/reference_contacts_cvodes.csv");
     const RADAU: &str = include_str!("../../../tests/data/reference_contacts.csv");
     const EXPONENTS: std::ops::RangeInclusive<i32> = 3..=8;
@@ -388,7 +390,7 @@ fn tolerance(_: Extent) -> Result<Case, Failure> {
     let mut checks = Vec::new();
     for (symbol, course) in SYMBOLS.into_iter().zip(&courses) {
         for &(relative, error) in course {
-            let subject = format!("tolerance {relative:e}, worst of {} passes, over it", contacts.len());
+            let subject = format!("tolerance {relative:e}, worst of {} passes, error / tolerance", contacts.len());
             let computed = error / relative;
             checks.push(Check::value(subject, symbol, 0.0, sources::CVODES, computed, tolerances::PROPORTIONAL));
         }
@@ -420,23 +422,23 @@ fn tolerance(_: Extent) -> Result<Case, Failure> {
     let title = "Largest relative errors of six passes, against CVODES";
     let (slopes, figure) = tolerance_study("validation_tolerance", title, courses, tolerances::REFERENCES.value);
     checks.extend(slopes);
-    Ok(Case {
+    Ok(Trial {
         title: "Convergence in the tolerance",
-        text: "Six passes whose metrics an independent planar code has computed with CVODES at a tolerance of 1e-11, good to 1e-9 \
-            (`derivations/reference_contacts.py`), and Radau once more: how far the two are apart is what they are \
-            good to, and slopes are those of the errors above that. The step control is meant to make errors proportional to \
-            the tolerance: order 1. Times suffer most: where the tip leaves the workpiece at 1 m/s, an error of 1e-6 of its length \
-            in its place is one of 4e-5 of a contact of 1 ms."
+        text: "An independent planar code has computed the metrics of six passes with CVODES at a tolerance of 1e-11, accurate to \
+            1e-9 (`derivations/reference_contacts.py`), and again with Radau. The difference of the two shows their accuracy; slopes \
+            use only errors above it. The step control should make errors proportional to the tolerance, which is order 1. Times \
+            suffer most: if the tip leaves the workpiece at 1 m/s, an error of 1e-6 of the filament's length in its position is an \
+            error of 4e-5 of a contact of 1 ms."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn stiffness(_: Extent) -> Result<Case, Failure> {
+fn stiffness(_: Extent) -> Result<Trial, Failure> {
     const STIFFNESSES: [f64; 5] = [1e4, 1e5, 1e6, 1e7, 1e8];
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
-    // The first two sweep, but for an impact at their entry.
+    // The first two sweep, except for an impact at their entry.
     const STIFFNESS_PASSES: [(f64, f64); 5] = [(5.0, 3e-3), (10.0, 5e-3), (10.0, 1e-3), (20.0, 2e-3), (30.0, 5e-3)];
     for (velocity, depth) in STIFFNESS_PASSES {
         let mut metrics = Vec::new();
@@ -481,16 +483,16 @@ fn stiffness(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("p_n over p_n at 1e5 N/m"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Dependence on the contact stiffness",
-        text: "The stiffness k_c of the contact stands for a rigid workpiece. A sweeping tip lies `F_n/k_c` too deep, so that its \
-            deflection converges with the order 1. Impacts become shorter and harder without a limit: the end of a damped beam, \
-            `E I (1 + τ ∂/∂t)`, moved at the rate s, answers with `E I τ s κ³`, `κ⁴ = ρ A s/(E I τ)`, so with a stiffness that \
-            grows as `s^(7/4)`. Set equal to k_c this makes durations that fall as `k_c^(−4/7)` and peak forces that grow as \
-            `k_c^(3/7)`, for as long as the waves are longer than a segment: the peak force is no property of the filament alone. \
-            The impulse of the two passes that sweep after an impact at their entry converges with an order between ½ and 1; the \
-            deflection's order is seen in the slower one only, as in the other less than 1e-5 is left of it. In passes that strike \
-            several times a stiffer contact shifts the times of the later impacts, and no order can be seen in four decades."
+        text: "The contact stiffness k_c approximates a rigid workpiece. A sweeping tip is `F_n/k_c` too deep, so its deflection \
+            converges with order 1. Impacts become shorter and harder without limit. The end of a damped beam, \
+            `E I (1 + τ ∂/∂t)`, moved at the rate s, responds with `E I τ s κ³`, `κ⁴ = ρ A s/(E I τ)`, and thus with a stiffness that \
+            grows as `s^(7/4)`. Equating it to k_c gives durations that fall as `k_c^(−4/7)` and peak forces that grow as \
+            `k_c^(3/7)`, as long as the waves are longer than a segment: the peak force is not a property of the filament alone. \
+            In the two passes that sweep after an impact at their entry, the impulse converges with an order between ½ and 1. Only \
+            the slower one shows the order of the deflection; in the other, its change is less than 1e-5. In passes that strike \
+            several times, a stiffer contact shifts the times of the later impacts, and no order appears in four decades."
             .to_owned(),
         checks,
         figures: vec![figure],

@@ -1,4 +1,4 @@
-//! Shapes of a clamped chain at rest, by Newton's method on the solver's own equations and step matrix.
+//! Equilibria of a clamped chain, by Newton's method on the solver's own equations and step matrix.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,27 +8,27 @@ use bristle::tool::ClampMotion;
 use super::Failure;
 use super::chains::{WALL, worse};
 
-/// What acts on the chain beside its weight.
+/// The load on the chain, in addition to its weight.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Load {
     /// Dead force on the tip.
     pub force: [f64; 3],
-    /// Moment about `z` on the last segment, of a chain in the plane across `z`.
+    /// Moment about `z` on the last segment, for a chain in the plane perpendicular to `z`.
     pub moment: f64,
 }
 
 /// A chain at rest.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// Where its tip is.
+    /// Position of its tip.
     pub tip: [f64; 3],
-    /// Where its nodes are, the tip the last.
+    /// Positions of its nodes, from the root to the tip.
     pub nodes: Vec<[f64; 3]>,
     /// Polar angle and azimuth of its last segment.
     pub last: [f64; 2],
 }
 
-/// A part of a load, that the tip bears.
+/// A force on the tip.
 struct Tip {
     node: usize,
     force: [f64; 3],
@@ -44,7 +44,7 @@ impl NodeLoads<f64> for Tip {
     }
 }
 
-/// The shape of `chain`, clamped along `x`, under `load` and its weight, both brought on in `parts` equal parts.
+/// The shape of `chain`, clamped along `x`, under `load` and its weight, both applied in `parts` equal increments.
 ///
 /// # Errors
 /// If Newton's method does not converge.
@@ -63,7 +63,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             let mut change = rest.clone();
             dynamics.residual(&clamp, &q, &rest, &rest, &tip, &mut change);
             change[n - 1][1] -= share * load.moment;
-            // With so long a step, beside the periods of the chain, the stiffness is all that the step matrix sees.
+            // The step is so long, compared with the periods of the chain, that the step matrix reduces to the stiffness.
             let weights =
                 StepWeights { coordinates: 1e10 * chain.mass / chain.joint_stiffness * reach * reach, rates: 0.0 };
             dynamics.factorise(&clamp, &rest, &rest, &tip, weights, LaneSet::first(1));
@@ -74,7 +74,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
                 largest = worse(change.abs(), largest);
                 *q -= change.clamp(-0.2, 0.2);
             }
-            // What is left is that of the rounding in the torques, which grows with n².
+            // The remaining change comes from rounding in the torques, which grows with n².
             converged = largest < 1e-13 * (n * n) as f64;
             if largest < 1e-14 {
                 break;

@@ -9,18 +9,18 @@ use bristle::integrate::tableau::ESDIRK54;
 use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate};
 use bristle::workpiece::Plane;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{WALL, crossing, rods, tolerance_study};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Impact",
     purpose: "The contact law and the location of its events, on a single rod that turns about a fixed point at x = 0 and whose \
-        tip, at x = 1 m, meets a plane. Its penetrations are so small that the tip moves along a straight line: a point mass, \
-        of the moment of inertia over the square of the length.",
-    cases: &[restitutions, elastic, sliding],
+        tip, at x = 1 m, meets a plane. Penetrations are so small that the tip moves along a straight line. It acts as a point \
+        mass, the moment of inertia divided by the square of the length.",
+    trials: &[restitutions, elastic, sliding],
 };
 
 /// A law without friction.
@@ -31,19 +31,19 @@ fn law(stiffness: f64, exponent: f64, damping: f64) -> ContactLaw {
 /// Relative tolerance of the impacts.
 const RELATIVE: f64 = 1e-10;
 
-/// What is seen of an impact of a rod's tip.
+/// The observed impact of a rod's tip.
 struct Impact {
-    /// Speed of the tip after it, over that before.
+    /// Speed of the tip after the impact, over its speed before.
     restitution: f64,
     /// Time in contact in s.
     duration: f64,
-    /// Force where the tip turns back in N.
+    /// Force in N at the instant at which the tip turns back.
     peak: f64,
     /// `∫ F_n dt` in N s.
     impulse: f64,
-    /// Energy that the contact has taken, over that of the motion before.
+    /// Energy taken by the contact, over the kinetic energy before.
     dissipated: f64,
-    /// Force in N over the time since the contact's begin in s.
+    /// Force in N over the time in s since the contact began.
     force: Vec<(f64, f64)>,
 }
 
@@ -52,7 +52,7 @@ fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, 
     let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
     let mut system = FilamentSystem::new(point_mass(mass), WALL, law, plane, true);
     let elastic = Elastic { mass, speed, stiffness: law.stiffness, exponent: law.exponent };
-    // From a tenth of the duration before the contact; damping makes it no longer than twice as long.
+    // Starts a tenth of the duration before the contact. Damping makes the contact at most twice as long.
     let before = 0.1 * elastic.duration();
     let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
     let tolerances = Tolerances { relative, angle_scale: elastic.depth(), rate_scale: speed };
@@ -67,7 +67,7 @@ fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, 
                 let (position, velocity) = step.node(0, s);
                 law.normal_force(&law.approach(&plane, position, velocity, step.time(s)))
             };
-            // Without damping the force is largest where the tip turns back.
+            // Without damping, the force is largest when the tip turns back.
             if let Some(s) = crossing(|s| step.node(0, s).1[1]) {
                 peak = at(s);
             }
@@ -84,13 +84,13 @@ fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, 
     })
 }
 
-/// A rod whose tip, across it, has the inertia of the mass `mass` (kg).
+/// A rod whose tip has the inertia of the mass `mass` (kg) for motion across the rod.
 fn point_mass(mass: f64) -> Chain<f64> {
     // m L²/3 about the end of a slender rod.
     rods(1, 3.0 * mass, 3.0 * mass / 12.0, [0.0; 3])
 }
 
-fn restitutions(_: Extent) -> Result<Case, Failure> {
+fn restitutions(_: Extent) -> Result<Trial, Failure> {
     let mut checks = Vec::new();
     let mut curves = Vec::new();
     const SPEED: f64 = 2.0;
@@ -139,19 +139,19 @@ fn restitutions(_: Extent) -> Result<Case, Failure> {
     let (slopes, convergence) =
         tolerance_study("validation_restitution_tolerance", "Relative error of the restitution", courses, 0.0);
     checks.extend(slopes);
-    Ok(Case {
+    Ok(Trial {
         title: "Restitution under the law of Hunt and Crossley",
-        text: "A point mass at the speed v on `F_n = k_c δ^p (1 + χ δ̇)` leaves at e v with\n\n\
+        text: "A point mass that hits `F_n = k_c δ^p (1 + χ δ̇)` at the speed v leaves at e v with\n\n\
             ```text\n(1 + e) χv = ln[(1 + χv)/(1 − e χv)]\n```\n\n\
-            whatever stiffness, exponent and mass; the contact takes the share `1 − e²` of the energy, which the solver \
-            integrates beside the motion."
+            for any stiffness, exponent and mass. The contact takes the share `1 − e²` of the energy, which the solver \
+            integrates together with the motion."
             .to_owned(),
         checks,
         figures: vec![figure, convergence],
     })
 }
 
-fn elastic(_: Extent) -> Result<Case, Failure> {
+fn elastic(_: Extent) -> Result<Trial, Failure> {
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (exponent, stiffness, mass, speed) in [
         (1.0, 1e7, 0.1, 0.01),
@@ -182,32 +182,32 @@ fn elastic(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_impact",
         title: "Force in an impact without damping".to_owned(),
-        description: "Force over its peak, over the time in contact: half a sine for p = 1, and steeper bells with flatter feet for \
-            larger p."
+        description: "Force over its peak, over the time in contact: half a sine wave for p = 1, and steeper bell curves with flatter \
+            ends for larger p."
             .to_owned(),
         x: Axis::linear("t/T"),
         y: Axis::linear("F_n over its peak"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Duration and peak force without damping",
-        text: "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, where its energy is in the \
+        text: "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, when all its energy is in the \
             contact, after\n\n\
             ```text\nT/2 = δ_max/v ∫ dx/√(1 − x^(p+1)) = δ_max/v · √π Γ(1 + 1/(p+1))/Γ(½ + 1/(p+1))\n```\n\n\
-            which is `T = π √(m/k_c)` for p = 1 and `2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v."
+            This gives `T = π √(m/k_c)` for p = 1 and `T = 2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn sliding(_: Extent) -> Result<Case, Failure> {
+fn sliding(_: Extent) -> Result<Trial, Failure> {
     const GRAVITY: f64 = 9.81;
     const MASS: f64 = 2.0;
     const STIFFNESS: f64 = 1e6;
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (friction, speed, regularisation) in [(0.1, 1.0, 1e-3), (0.4, 2.0, 1e-3), (0.4, 2.0, 1e-4), (0.3, 0.5, 0.05)] {
-        // The tip bears half the weight, and is as deep in the plane as that takes where the rod is level.
+        // The tip bears half the weight. The plane is so high that the rod is level at the penetration that this takes.
         let normal = MASS * GRAVITY / 2.0;
         let plane = Plane::new([0.0, 0.0, normal / STIFFNESS], [0.0, 0.0, 1.0], [0.0; 3]);
         let law = ContactLaw { friction, regularisation, ..law(STIFFNESS, 1.0, 0.0) };
@@ -217,7 +217,7 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
         let mut system = FilamentSystem::new(chain, WALL, law, plane, true);
         let start: FilamentState = system.state(0.0, vec![[FRAC_PI_2, 0.0]], vec![[0.0, speed]]);
         let tolerances = Tolerances { relative: 1e-9, angle_scale: 1.0, rate_scale: speed };
-        // What is left of the speed falls with the time constant v_reg/a.
+        // In the end the speed decays with the time constant v_reg/a.
         let end_time = (speed + 40.0 * regularisation) / deceleration;
         let mut course = vec![(0.0, speed)];
         let (end, _) = integrate(&mut system, start, end_time, &ESDIRK54, tolerances, |step| {
@@ -246,19 +246,19 @@ fn sliding(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_sliding",
         title: "Speed of a tip that friction stops".to_owned(),
-        description: "Speed over time: straight lines to zero where the regularisation is small, and a rounded foot where it is a tenth of \
+        description: "Speed over time: straight lines to zero if the regularisation is small, and a rounded end if it is a tenth of \
             the speed."
             .to_owned(),
         x: Axis::linear("time t in s"),
         y: Axis::linear("speed of the tip in m/s"),
         curves,
     };
-    Ok(Case {
-        title: "Sliding to rest under Coulomb's friction",
-        text: "The tip of a level rod slides on a plane, on which it rests with half the weight of the rod, until friction has \
-            stopped it. With the deceleration `a = µ F_n L²/I` and the regularisation `v/√(v² + v_reg²)` the distance is\n\n\
+    Ok(Trial {
+        title: "Sliding to rest under Coulomb friction",
+        text: "The tip of a level rod bears half the weight of the rod, and slides on a plane until friction stops it. With the \
+            deceleration `a = µ F_n L²/I` and the regularisation `v/√(v² + v_reg²)` the distance is\n\n\
             ```text\n∫ √(v² + v_reg²) dv/a = [v √(v² + v_reg²) + v_reg² arsinh(v/v_reg)]/(2a)  →  v²/(2a)\n```\n\n\
-            and friction takes all of the energy."
+            Friction takes all of the energy."
             .to_owned(),
         checks,
         figures: vec![figure],

@@ -1,4 +1,4 @@
-//! What free motions keep, and what is known of them exactly.
+//! Conserved quantities and exact solutions of free motions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,38 +13,39 @@ use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
 use serde::Deserialize;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
     WALL, logarithmic_slope, mechanical_energy, momentum, rods, tolerance_study, trajectory_rows, unit_chain,
     untouched, worse,
 };
 use super::exact::pendulum::SphericalPendulum;
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Invariants",
-    purpose: "Motions without dampers and contact, over long times: what they must keep, and pendulums whose motion is known.",
-    cases: &[conservation, spherical_pendulum, double_pendulum, reversal],
+    purpose: "Long motions without dampers, most of them without contact: quantities that they must conserve, and pendulums whose \
+        motion is known.",
+    trials: &[conservation, spherical_pendulum, double_pendulum, reversal],
 };
 
-/// A system that nothing but its clamp, and perhaps a plane, touches.
+/// A system that only its clamp touches, and perhaps a plane.
 type System = FilamentSystem<FixedClamp, Plane>;
 
-/// Directions of the segments and their rates, whatever the charts.
+/// Directions of the segments and their rates, independent of the charts.
 fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
     let motion = |k: usize| [state.q[k], state.v[k], [0.0; 2]];
     (0..state.q.len()).map(|k| state.charts[k].direction(motion(k))).map(|[e, rate, _]| [e, rate]).collect()
 }
 
-/// The state at time zero with these directions and their rates times `factor`.
+/// The state at time zero with these directions, and with their rates multiplied by `factor`.
 fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> FilamentState {
     let coordinates = directions.iter().map(|[e, rate]| PolarAxis::Z.coordinates([*e, scale(factor, *rate), [0.0; 3]]));
     let (q, v) = coordinates.map(|[q, v, _]| (q, v)).unzip();
     system.state(0.0, q, v)
 }
 
-/// Angular momentum about `z` through the origin, where the root rests.
+/// Angular momentum about `z` through the origin, where the root is at rest.
 fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
     let root = [[0.0; 3]; 2];
     let nodes = directions(state).into_iter().scan(root, |node, [e, rate]| {
@@ -54,7 +55,8 @@ fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
     momentum(chain, root, nodes).1
 }
 
-/// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling.
+/// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling; with the period of a
+/// straight rod.
 fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
     let soft = 0.02 * unit_chain(4).joint_stiffness;
     let chain = Chain { root_stiffness: 0.0, joint_stiffness: soft, gravity: [0.0, 0.0, -1.0], ..unit_chain(4) };
@@ -63,11 +65,11 @@ fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
         let [e, rate, _] = PolarAxis::Z.direction([[polar, azimuth], [0.3, 0.8 - 0.2 * f64::from(k)], [0.0; 2]]);
         [e, rate]
     });
-    // Of a straight rod, m g L/2 over m L²/3.
+    // For a straight rod, from m g L/2 over m L²/3.
     (chain, start.collect(), 2.0 * PI * (2.0_f64 / 3.0).sqrt())
 }
 
-fn conservation(extent: Extent) -> Result<Case, Failure> {
+fn conservation(extent: Extent) -> Result<Trial, Failure> {
     const PERIODS: usize = 1000;
     const PARTS: usize = 100;
     let relatives: &[f64] = match extent {
@@ -94,7 +96,7 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
         for (quantity, drift, tolerance) in
             [("ΔE/E_kin", energy_drift, tolerances::DRIFT), ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM)]
         {
-            let subject = format!("{PERIODS} periods at a tolerance of {relative:e}, over it");
+            let subject = format!("{PERIODS} periods at a tolerance of {relative:e}, change / tolerance");
             checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, drift / relative, tolerance));
         }
         drifts.push((relative, energy_drift));
@@ -109,27 +111,26 @@ fn conservation(extent: Extent) -> Result<Case, Failure> {
         name: "validation_energy",
         title: "Energy lost in 1000 periods of a free spatial motion".to_owned(),
         description: "Change of the energy over the kinetic energy at the start, over the number of periods: it grows with time and \
-            falls with the tolerance, to a ten millionth at 1e-10."
+            falls with the tolerance, to one ten-millionth at 1e-10."
             .to_owned(),
         x: Axis::linear("periods"),
         y: Axis::logarithmic("ΔE/E_kin"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Energy and axial angular momentum of a free spatial motion",
         text: format!(
-            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z, which leaves \
-            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z` as they are; for \
-            {PERIODS} periods of the rod that the straight chain would be, half a million to two million steps. The method is \
-            L-stable: what it loses, it loses in each step, nearly in proportion to the tolerance, so the drift is stated over the \
-            tolerance."
+            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z. This conserves \
+            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z`. The motion lasts \
+            {PERIODS} periods of a rigid rod of the same length, half a million to two million steps. The method is L-stable and \
+            loses energy in each step, nearly in proportion to the tolerance, so the drift is stated relative to the tolerance."
         ),
         checks,
         figures: vec![figure],
     })
 }
 
-fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
+fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
     const GRAVITY: f64 = 9.81;
     const PERIODS: f64 = 20.0;
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
@@ -168,19 +169,19 @@ fn spherical_pendulum(_: Extent) -> Result<Case, Failure> {
         name: "validation_spherical_pendulum",
         title: "Height of three spherical pendulums".to_owned(),
         description:
-            "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps lie on them."
+            "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps coincide with them."
                 .to_owned(),
         x: Axis::linear("time t in s"),
         y: Axis::linear("cos φ"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Spherical pendulum",
         text: "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
             With `a = 3g/(2L)` and the zeros `u_1 < u_2 < u_3` of the cubic that its energy and angular momentum make:\n\n\
             ```text\ncos φ = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m),   m = (u_2 − u_1)/(u_3 − u_1)\n```\n\n\
-            and θ by elliptic integrals of the third kind. The largest errors at all steps of twenty periods, at a relative \
-            tolerance of 1e-11."
+            θ follows from elliptic integrals of the third kind. The errors are the largest at all steps of twenty periods, at a \
+            relative tolerance of 1e-11."
             .to_owned(),
         checks,
         figures: vec![figure],
@@ -197,7 +198,7 @@ struct DoublePendulum {
     theta_2_rate_rad_s: f64,
 }
 
-fn double_pendulum(_: Extent) -> Result<Case, Failure> {
+fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
     const DATA: &str = include_str!("../../../derivations/trajectories/double_pendulum.csv");
     let rows: Vec<DoublePendulum> = trajectory_rows(DATA)?;
     let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), WALL);
@@ -232,12 +233,11 @@ fn double_pendulum(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("θ_2 in rad"),
         curves: vec![Curve::new("50 digits", Look::Reference, reference), Curve::new("Bristle", Look::Markers, course)],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Double pendulum",
-        text: "Two rods in a plane, let go from 1.5 and 1.8 rad off the vertical, against a Taylor series in 50 digits from \
-            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows \
-            up to a million times in the ten seconds, so that any error in the equations would be seen. At a relative tolerance \
-            of 1e-12."
+        text: "Two rods in a plane, released at 1.5 and 1.8 rad from the vertical, compared with a Taylor series in 50 digits from \
+            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows up \
+            to a millionfold in the ten seconds, so any error in the equations would show. The relative tolerance is 1e-12."
             .to_owned(),
         checks,
         figures: vec![figure],
@@ -250,10 +250,10 @@ fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
     differences.fold(0.0, worse)
 }
 
-fn reversal(_: Extent) -> Result<Case, Failure> {
+fn reversal(_: Extent) -> Result<Trial, Failure> {
     const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
     let (chain, start, period) = swinging();
-    // Far below all, and where it is met some ten times a period.
+    // A floor that is never reached, and one that is hit some ten times per period.
     let law = ContactLaw { stiffness: 1e3, ..ContactLaw::from(&ContactSettings::default()) };
     let (mut checks, mut courses) = (Vec::new(), Vec::new());
     for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
@@ -275,14 +275,14 @@ fn reversal(_: Extent) -> Result<Case, Failure> {
         }
         courses.push((name.to_owned(), course));
     }
-    let title = "What is left of a motion that is turned round";
+    let title = "Return error of a reversed motion";
     let (slopes, figure) = tolerance_study("validation_reversal", title, courses, 0.0);
     checks.extend(slopes);
-    Ok(Case {
-        title: "Reversal of time",
-        text: "The motion of the first case, turned round after some time: without dampers it has to come back to its start. \
-            Once freely, and once bouncing on an elastic floor, with the outer two of its nodes, where each event is located twice, \
-            from either side. What is left falls in proportion to the tolerance."
+    Ok(Trial {
+        title: "Time reversal",
+        text: "The motion of the first case, reversed after some time. Without dampers it must return to its start. It runs once \
+            freely, and once with its two outer nodes bouncing on an elastic floor, where each event is located twice, once from \
+            each side. The return error falls in proportion to the tolerance."
             .to_owned(),
         checks,
         figures: vec![figure],

@@ -1,10 +1,9 @@
-//! `bristle validate`: the simulator beside exact solutions, other codes and the paper, case by case.
+//! `bristle validate`: compares the simulator with exact solutions, other codes and the paper.
 //!
-//! Every reference is a formula ([`exact`]), a number of the literature ([`sources`]), an exact property such as symmetry, or
-//! a trajectory of another code that is committed with the script that made it; none is a result of the solver that is checked. [`tolerances`] says how far a
-//! number may be off, and why. Only the public interface of the library is used.
+//! A reference is a formula ([`exact`]), a number from the literature ([`sources`]), an exact property such as symmetry, or
+//! a trajectory of another code that is committed with the script that made it. It is never a result of the solver under
+//! test. [`tolerances`] has all tolerances with their reasons. The trials use the public interface of the libraries only.
 
-mod case;
 mod chains;
 mod contact;
 mod equilibrium;
@@ -19,6 +18,7 @@ mod small_motion;
 mod sources;
 mod statics;
 mod tolerances;
+mod trial;
 mod vibration;
 
 use std::num::NonZeroUsize;
@@ -29,19 +29,19 @@ use bristle::integrate::IntegrationError;
 use bristle::simulation::SimulationError;
 use thiserror::Error;
 
-pub use case::{Case, Check, Figure};
 pub use report::{agrees, page, table, write_rows};
+pub use trial::{Check, Figure, Trial};
 
-/// How much is computed.
+/// The extent of a validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// What takes seconds.
+    /// Checks that take seconds.
     Quick,
-    /// Studies of convergence too.
+    /// The quick checks and convergence studies.
     Full,
 }
 
-/// Why a case could not be computed: that fails it.
+/// Why a trial could not be computed. It then counts as failed.
 #[derive(Clone, Debug, Error)]
 pub enum Failure {
     /// A trajectory ended early.
@@ -51,9 +51,9 @@ pub enum Failure {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// Newton's method found no equilibrium.
-    #[error("no equilibrium is found")]
+    #[error("no equilibrium was found")]
     NoEquilibrium,
-    /// Something that the case relies on does not hold.
+    /// The trial panicked.
     #[error("the case ended with: {0}")]
     Panic(String),
     /// A reference cannot be read.
@@ -61,16 +61,16 @@ pub enum Failure {
     Reference(String),
 }
 
-/// What computes a case.
-pub type Compute = fn(Extent) -> Result<Case, Failure>;
+/// A function that computes a trial.
+pub type Compute = fn(Extent) -> Result<Trial, Failure>;
 
-/// Cases of one kind.
+/// Trials of one kind.
 pub struct Group {
     /// Heading.
     pub title: &'static str,
-    /// What they are for; Markdown.
+    /// The purpose of the trials; Markdown.
     pub purpose: &'static str,
-    cases: &'static [Compute],
+    trials: &'static [Compute],
 }
 
 /// The suite, in the order of the page.
@@ -85,46 +85,46 @@ pub static GROUPS: [Group; 8] = [
     paper::GROUP,
 ];
 
-/// What became of a group, case by case.
+/// The results of a group.
 pub struct Outcome {
     /// The group.
     pub group: &'static Group,
-    /// Its cases, or why they could not be computed.
-    pub cases: Vec<Result<Case, Failure>>,
+    /// Its trials, or why they could not be computed.
+    pub trials: Vec<Result<Trial, Failure>>,
 }
 
 impl Outcome {
     /// All comparisons of the group.
     pub fn checks(&self) -> impl Iterator<Item = &Check> {
-        self.cases.iter().flatten().flat_map(|case| &case.checks)
+        self.trials.iter().flatten().flat_map(|trial| &trial.checks)
     }
 
     /// All diagrams of the group.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.cases.iter().flatten().flat_map(|case| &case.figures)
+        self.trials.iter().flatten().flat_map(|trial| &trial.figures)
     }
 }
 
-/// Number of cases.
-pub fn case_count() -> usize {
-    GROUPS.iter().map(|group| group.cases.len()).sum()
+/// Number of trials.
+pub fn trial_count() -> usize {
+    GROUPS.iter().map(|group| group.trials.len()).sum()
 }
 
-/// Computes all cases, on all cores, and calls `done` after each.
+/// Computes all trials, on all cores, and calls `done` after each.
 pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
     let all: Vec<(usize, usize)> = GROUPS
         .iter()
         .enumerate()
-        .flat_map(|(group, Group { cases, .. })| (0..cases.len()).map(move |case| (group, case)))
+        .flat_map(|(group, Group { trials, .. })| (0..trials.len()).map(move |trial| (group, trial)))
         .collect();
     let waiting = Mutex::new(all.iter());
     let finished = Mutex::new(Vec::new());
     let work = || {
         loop {
             let next = waiting.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
-            let Some(&(group, case)) = next else { return };
-            let result = compute(GROUPS[group].cases[case], extent);
-            finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(((group, case), result));
+            let Some(&(group, trial)) = next else { return };
+            let result = compute(GROUPS[group].trials[trial], extent);
+            finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(((group, trial), result));
             done();
         }
     };
@@ -136,16 +136,16 @@ pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
     });
     let mut finished = finished.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     finished.sort_by_key(|(place, _)| *place);
-    let mut outcomes: Vec<Outcome> = GROUPS.iter().map(|group| Outcome { group, cases: Vec::new() }).collect();
+    let mut outcomes: Vec<Outcome> = GROUPS.iter().map(|group| Outcome { group, trials: Vec::new() }).collect();
     for ((group, _), result) in finished {
-        outcomes[group].cases.push(result);
+        outcomes[group].trials.push(result);
     }
     outcomes
 }
 
-/// Computes a case. That it panics, as a solver that is wrong can make it, fails this case and no other.
-fn compute(case: Compute, extent: Extent) -> Result<Case, Failure> {
-    std::panic::catch_unwind(|| case(extent)).unwrap_or_else(|cause| {
+/// Computes a trial. If it panics, which a defective solver can cause, only this trial fails.
+fn compute(trial: Compute, extent: Extent) -> Result<Trial, Failure> {
+    std::panic::catch_unwind(|| trial(extent)).unwrap_or_else(|cause| {
         let message = cause.downcast_ref::<String>().cloned();
         let message = message.or_else(|| cause.downcast_ref::<&str>().map(|text| (*text).to_owned()));
         Err(Failure::Panic(message.unwrap_or_else(|| "an unknown cause".to_owned())))
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_fails_its_case() {
+    fn a_panic_fails_its_trial() {
         let result = compute(|_| panic!("no mass"), Extent::Quick);
         assert_eq!(result.expect_err("it panics").to_string(), "the case ended with: no mass");
     }

@@ -1,4 +1,4 @@
-//! What the paper found, on its grid.
+//! The findings of the paper, on its grid.
 
 use std::sync::OnceLock;
 
@@ -7,17 +7,17 @@ use bristle::model::parameters::Parameter;
 use bristle::simulation::{Pass, simulate_with_history};
 use bristle_study::study::{DEPTH, Study, Sweep, VELOCITY, run_study};
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{lesser, paper_case, paper_study, worse};
 use super::tolerances::Tolerance;
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "The paper",
-    purpose: "The findings of Uhlmann and Hoyer (2021), as docs/MODEL.md sums them up, each with numbers, on the grid of 120 \
-        passes at n = 25 with the defaults that MODEL gives for what the paper leaves open.",
-    cases: &[deflection, contact_time, tier, impulse, tool_force, segments, magnitude],
+    purpose: "The findings of Uhlmann and Hoyer (2021), as summarised in docs/MODEL.md, each with a numeric criterion. The grid has \
+        120 passes at n = 25; settings that the paper leaves open have the defaults of MODEL.",
+    trials: &[deflection, contact_time, tier, impulse, tool_force, segments, magnitude],
 };
 
 /// The metrics of a study over depth and velocity.
@@ -30,13 +30,13 @@ struct Grid {
 }
 
 impl Grid {
-    /// That of the paper with 25 segments, computed once for all findings.
+    /// The grid of the paper with 25 segments, computed once for all findings.
     fn paper() -> Result<&'static Self, Failure> {
         static GRID: OnceLock<Result<Grid, Failure>> = OnceLock::new();
         GRID.get_or_init(|| Self::new(25.0)).as_ref().map_err(Clone::clone)
     }
 
-    /// That of the paper, with so many segments.
+    /// The grid of the paper with `segments` segments.
     fn new(segments: f64) -> Result<Self, Failure> {
         let unusable = |error: &dyn std::fmt::Display| Failure::Reference(error.to_string());
         let paper = paper_study()?;
@@ -75,7 +75,7 @@ impl Grid {
         depth < self.tier(velocity)
     }
 
-    /// One metric over the velocities, a curve for each of five depths.
+    /// One metric over the velocities, with one curve for each of five depths.
     fn curves(&self, metric: fn(&Metrics) -> f64) -> Vec<Curve> {
         let rows = self.rows(metric);
         const SHOWN_MM: [f64; 5] = [0.5, 1.0, 2.0, 3.0, 5.0];
@@ -109,7 +109,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Slope and offset of the straight line through points, by least squares.
+/// Slope and offset of the least-squares line through points.
 fn line(x: &[f64], y: &[f64]) -> [f64; 2] {
     let (x_mean, y_mean) = (mean(x), mean(y));
     let products: f64 = x.iter().zip(y).map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
@@ -124,19 +124,19 @@ fn range(values: &[f64]) -> f64 {
     high - low
 }
 
-/// The worst distance of values from a straight line over `x`, over their range.
+/// The largest distance of values from a straight line over `x`, divided by the range of the values.
 fn misfit(x: &[f64], y: &[f64]) -> f64 {
     let [slope, offset] = line(x, y);
     let distances = x.iter().zip(y).map(|(x, y)| (y - offset - slope * x).abs());
     distances.fold(0.0, worse) / range(y)
 }
 
-/// A criterion: `computed` has to lie between the bounds of `tolerance`.
+/// A criterion: `computed` must lie within the bounds of `tolerance`.
 fn criterion(subject: &str, quantity: &'static str, tolerance: &'static Tolerance, computed: f64) -> Check {
     Check::within(subject.to_owned(), quantity, sources::PAPER, computed, tolerance)
 }
 
-fn deflection(_: Extent) -> Result<Case, Failure> {
+fn deflection(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
     let columns = grid.columns(metric);
@@ -183,9 +183,9 @@ fn deflection(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("s_n,max in mm"),
         curves: grid.curves(|metrics| 1e3 * metrics.max_tip_deflection_m),
     };
-    Ok(Case {
+    Ok(Trial {
         title: "1. Tip deflection grows degressively with depth, and with velocity once striking",
-        text: "Striking are passes with `ε_tc < ½`. At the smallest depth the deflection saturates at the highest velocities \
+        text: "Passes with `ε_tc < ½` are striking. At the smallest depth the deflection saturates at the highest velocities \
             (−0.7 % over the last step), so single steps may fall by 1 %."
             .to_owned(),
         checks,
@@ -193,7 +193,7 @@ fn deflection(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-fn contact_time(_: Extent) -> Result<Case, Failure> {
+fn contact_time(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let rows = grid.rows(|metrics| metrics.contact_time_s);
     let last = grid.velocities.len() - 1;
@@ -220,17 +220,17 @@ fn contact_time(_: Extent) -> Result<Case, Failure> {
         y: Axis::logarithmic("t_c in ms"),
         curves: grid.curves(|metrics| 1e3 * metrics.contact_time_s),
     };
-    Ok(Case {
+    Ok(Trial {
         title: "2. Contact time falls steeply with velocity, most at large depth",
-        text: "The paper's \"highly regressive decrease\": twelve times the velocity leaves less than a tenth of the time, and takes \
-            more milliseconds at each larger depth."
+        text: "The paper's \"highly regressive decrease\": at twelve times the velocity less than a tenth of the time remains, and the \
+            loss in milliseconds grows with the depth."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn tier(_: Extent) -> Result<Case, Failure> {
+fn tier(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
     let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
@@ -281,7 +281,7 @@ fn tier(_: Extent) -> Result<Case, Failure> {
             ),
         ],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "3. Contact time ratio has a tier, nearly proportional between velocity and depth",
         text: "The depth at which `ε_tc = ½`, interpolated at each velocity. The paper calls the line \"approximately proportional\"; \
             here it is straight, and a_e/v_b on it stays within a factor of two of its mean."
@@ -291,7 +291,7 @@ fn tier(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-fn impulse(_: Extent) -> Result<Case, Failure> {
+fn impulse(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
     let rows = grid.rows(metric);
@@ -335,17 +335,17 @@ fn impulse(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("p_n in mN s"),
         curves: grid.curves(|metrics| 1e3 * metrics.contact_normal_impulse_n_s),
     };
-    Ok(Case {
+    Ok(Trial {
         title: "4. Impulse falls with velocity, most at large depth, and is low below the tier",
-        text: "While passes sweep, the impulse falls from each velocity to the next; from 15 m/s on, where both kinds of motion \
-            occur, the least impulse at a velocity is that of a striking pass, and the deepest sweep has a quarter more at least."
+        text: "While passes sweep, the impulse falls from each velocity to the next. From 15 m/s on, both kinds of motion occur. \
+            There the least impulse at each velocity is that of a striking pass, and the deepest sweep has at least a quarter more."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn tool_force(_: Extent) -> Result<Case, Failure> {
+fn tool_force(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
     let columns = grid.columns(metric);
@@ -402,25 +402,25 @@ fn tool_force(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_paper_force",
         title: "Finding 5: contact normal force of the tool".to_owned(),
-        description: "Tool force over the brushing velocity for five depths: flat at low velocities; at 1, 2 and 3 mm with a local \
-            maximum that moves to higher velocities; at small depths rising steeply beyond."
+        description: "Tool force over the brushing velocity for five depths: flat at low velocities; at 1, 2 and 3 mm a local maximum \
+            that moves to higher velocities; beyond it, at small depths, a steep rise."
             .to_owned(),
         x: Axis::linear("brushing velocity v_b in m/s"),
         y: Axis::linear("F_n,w in N"),
         curves: grid.curves(metric),
     };
-    Ok(Case {
+    Ok(Trial {
         title: "5. Tool force: high at high velocity, linear in depth only when slow, a maximum along the tier",
-        text: "At 1, 2 and 3 mm, whose rows of the grid cross the tier, the tool force has a local maximum, 2 % at least above the \
-            next velocity, on the tier; there the filament makes a contact more than it does at 30 m/s, and its last contact begins in \
-            the second half of the nominal contact time. The maximum moves to higher velocities with the depth."
+        text: "The rows of the grid at 1, 2 and 3 mm cross the tier. On the tier the tool force has a local maximum, at least 2 % \
+            above the force at the next velocity. There the filament makes at least one contact more than at 30 m/s, and its last \
+            contact begins in the second half of the nominal contact time. With the depth, the maximum moves to higher velocities."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-/// When the last contact of a pass begins, counted from nominal entry, over the nominal contact time.
+/// The start of the last contact of a pass, measured from nominal entry and divided by the nominal contact time.
 fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
     let settings = paper_case(25, velocity, depth)?;
     let [entry, exit, _] = Pass::new(&settings).times();
@@ -432,7 +432,7 @@ fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
     Ok(begins.map_or(f64::NAN, |pair| (pair[1].time_s - entry) / (exit - entry)))
 }
 
-fn segments(_: Extent) -> Result<Case, Failure> {
+fn segments(_: Extent) -> Result<Trial, Failure> {
     let (paper, fine) = (Grid::paper()?, &Grid::new(50.0)?);
     let pairs = || paper.metrics.iter().flatten().zip(fine.metrics.iter().flatten());
     let change = |metric: fn(&Metrics) -> f64| {
@@ -467,14 +467,14 @@ fn segments(_: Extent) -> Result<Case, Failure> {
         name: "validation_paper_segments",
         title: "Finding 6: tool force for n = 25 and n = 50".to_owned(),
         description:
-            "Tool force over the brushing velocity for five depths: that of 25 segments lies on the lines of 50."
+            "Tool force over the brushing velocity for five depths: the markers of 25 segments lie on the lines of 50."
                 .to_owned(),
         x: Axis::linear("brushing velocity v_b in m/s"),
         y: Axis::linear("F_n,w in N"),
         curves,
     };
-    Ok(Case {
-        title: "6. More than 25 segments change nothing noticeable",
+    Ok(Trial {
+        title: "6. More than 25 segments make no noticeable difference",
         text: "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio."
             .to_owned(),
         checks,
@@ -482,7 +482,7 @@ fn segments(_: Extent) -> Result<Case, Failure> {
     })
 }
 
-fn magnitude(_: Extent) -> Result<Case, Failure> {
+fn magnitude(_: Extent) -> Result<Trial, Failure> {
     let grid = Grid::paper()?;
     let forces: Vec<f64> = grid.metrics.iter().flatten().map(|metrics| metrics.tool_contact_normal_force_n).collect();
     let (low, high) = forces
@@ -492,10 +492,10 @@ fn magnitude(_: Extent) -> Result<Case, Failure> {
         criterion("least of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, low),
         criterion("largest of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, high),
     ];
-    Ok(Case {
-        title: "7. Tool force lies in the order of magnitude of measured ones",
-        text: "Tens to hundreds of newtons. The paper's measurements are figures without a table, and Young's modulus and damping \
-            are assumptions: more than the order of magnitude cannot be claimed."
+    Ok(Trial {
+        title: "7. Tool force is of the same order of magnitude as measured forces",
+        text: "Tens to hundreds of newtons. The paper shows its measurements in figures without a table, and Young's modulus and \
+            damping are assumptions. Therefore only the order of magnitude can be compared."
             .to_owned(),
         checks,
         figures: vec![],

@@ -1,21 +1,21 @@
-//! Other codes, at equal models.
+//! Other codes, with the same model.
 
 use bristle::simulation::{Sample, Simulation, simulate_with_history};
 use serde::Deserialize;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
 use super::sources::Source;
 use super::tolerances::Tolerance;
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Other codes",
-    purpose: "One pass of the paper's case (v_b = 10 m/s, a_e = 1 mm: four contacts, some struck, some swept) in other codes, as \
-        trajectories of 1001 instants that are committed with the scripts that made them. Each file tells command, versions, \
-        settings and its own error.",
-    cases: &[cvodes, mujoco, ancf],
+    purpose: "One pass of the paper's filament (v_b = 10 m/s, a_e = 1 mm: four contacts, some struck, some swept) in other codes. \
+        Their trajectories of 1001 instants are committed with the scripts that made them. Each file states its command, versions, \
+        settings and error.",
+    trials: &[cvodes, mujoco, ancf],
 };
 
 /// An instant of another code's trajectory.
@@ -39,15 +39,15 @@ struct PeerMetrics {
     max_tip_deflection_m: f64,
 }
 
-/// The pass by Bristle with `n` segments, at the instants of the others.
+/// Bristle's pass with `segments` segments, sampled at the instants of the other codes.
 fn pass(segments: usize) -> Result<Simulation, Failure> {
     let mut settings = paper_case(segments, 10.0, 1e-3)?;
     settings.solver.relative_tolerance = 1e-10;
     Ok(simulate_with_history(&settings, 1001)?)
 }
 
-/// Largest distance of the tips over l_f, largest difference of the tip deflections over the largest, and the root mean
-/// square of the difference of the forces over that of the force.
+/// Largest distance of the tips over l_f, largest difference of the tip deflections over the largest deflection, and root
+/// mean square of the force difference over that of the force.
 fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
     let (mut tip, mut deflection, mut largest, mut force, mut difference) = (0.0, 0.0, 0.0_f64, 0.0, 0.0);
     for (sample, row) in history.iter().zip(rows) {
@@ -60,22 +60,22 @@ fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
     [tip / 0.040, deflection / largest, (difference / force).sqrt()]
 }
 
-/// Another code's file, and how it compares.
+/// The data of another code, and the tolerances for it.
 struct Peer {
     code: &'static str,
     rows: &'static str,
     source: &'static Source,
-    /// Of the tip's trajectory, of the force's, of the metrics, and of the peak force.
+    /// For the trajectory of the tip, the force over time, the metrics, and the peak force.
     tolerances: [&'static Tolerance; 4],
 }
 
 impl Peer {
-    /// Compares a pass, and its metrics as [`metrics`] gives them.
+    /// Compares a pass and its metrics, in the order of [`metrics`].
     fn checks(&self, history: &[Sample], subject: &str, metrics: [f64; 5]) -> Result<(Vec<Check>, Vec<Row>), Failure> {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
         let rows: Vec<Row> = trajectory_rows(self.rows)?;
         if rows.len() != history.len() || rows.iter().zip(history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
-            return Err(Failure::Reference(format!("{}: other instants than those of the pass", self.code)));
+            return Err(Failure::Reference(format!("{}: its instants differ from those of the pass", self.code)));
         }
         let expected = trajectory_rows::<PeerMetrics>(METRICS)?.into_iter().find(|metrics| metrics.code == self.code);
         let expected = expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
@@ -103,7 +103,7 @@ impl Peer {
     }
 }
 
-/// The metrics that are compared.
+/// The metrics to compare.
 fn metrics(pass: &Simulation) -> [f64; 5] {
     let metrics = &pass.metrics;
     [
@@ -146,13 +146,13 @@ const ANCF: Peer = Peer {
     tolerances: [tolerances::ANCF_TIP, tolerances::ANCF_FORCE, tolerances::ANCF_METRICS, tolerances::ANCF_PEAK],
 };
 
-/// A diagram of the forces of a pass, and of another code's.
+/// A diagram of the force over time from Bristle and from another code.
 fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]) -> Figure {
     Figure {
         name,
         title: format!("Contact normal force of one pass, Bristle and {code}"),
         description:
-            "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; both codes on one line."
+            "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; the curves of both codes coincide."
                 .to_owned(),
         x: Axis::linear("time t in ms"),
         y: Axis::linear("F_n in N"),
@@ -171,27 +171,27 @@ fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]
     }
 }
 
-fn cvodes(_: Extent) -> Result<Case, Failure> {
+fn cvodes(_: Extent) -> Result<Trial, Failure> {
     let pass = pass(25)?;
     let (checks, rows) = CVODES.checks(&pass.history, "n = 25", metrics(&pass))?;
-    Ok(Case {
+    Ok(Trial {
         title: "CasADi and CVODES: the chain in the plane",
-        text: "The same chain of 25 segments, written down once more for the plane alone, differentiated by CasADi and integrated \
-            by CVODES at 1e-11. Agreement is limited by CVODES' own error, 1e-9 of l_f in the tip."
+        text: "The same chain of 25 segments, stated again for the plane alone, differentiated by CasADi and integrated by CVODES \
+            at 1e-11. Agreement is limited by the error of CVODES, 1e-9 of l_f in the tip."
             .to_owned(),
         checks,
         figures: vec![force_figure("validation_cvodes", CVODES.code, &pass.history, &rows)],
     })
 }
 
-fn mujoco(_: Extent) -> Result<Case, Failure> {
+fn mujoco(_: Extent) -> Result<Trial, Failure> {
     let pass = pass(25)?;
     let (checks, rows) = MUJOCO.checks(&pass.history, "n = 25", metrics(&pass))?;
     let figure = Figure {
         name: "validation_mujoco",
         title: "Tip deflection of one pass, Bristle and MuJoCo".to_owned(),
-        description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, swings back through zero and to 7 mm; both \
-            codes on one line."
+        description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, then swings back through zero to 7 mm; the \
+            curves of both codes coincide."
             .to_owned(),
         x: Axis::linear("time t in ms"),
         y: Axis::linear("s_n in mm"),
@@ -208,30 +208,30 @@ fn mujoco(_: Extent) -> Result<Case, Failure> {
             ),
         ],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "MuJoCo: rigid bodies on hinges",
-        text: "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, on the same \
-            chain. Its method is of first order: agreement is limited by its step of 5 ns, which leaves 8e-7 in its impulse."
+        text: "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, applied to the \
+            same chain. Its method is of first order. Agreement is limited by its step of 5 ns, which leaves an error of 8e-7 in the \
+            impulse."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn ancf(_: Extent) -> Result<Case, Failure> {
+fn ancf(_: Extent) -> Result<Trial, Failure> {
     let (coarse, fine) = (pass(100)?, pass(200)?);
     let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
     let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
     let (checks, rows) = ANCF.checks(&fine.history, "n = 200; metrics n → ∞", limits)?;
-    Ok(Case {
+    Ok(Trial {
         title: "Exudyn: a beam in absolute nodal coordinates",
-        text: "No chain at all, but the beam that it stands for: 64 cable elements of the absolute nodal coordinate formulation, \
-            with the damping `2ζ/Ω_1 · E I` and an axial stiffness a thousand times that of the filament, as the chain does not \
-            stretch. So this checks what the chain converges to. The metrics are extrapolated from n = 100 and 200, the \
-            trajectory is that of n = 200. Agreement is limited by what the beam still stretches: 2e-5 of l_f in the tip, 1e-5 in the \
-            impulse. (With the filament's own axial stiffness, which the \
-            model leaves out, the same pass has an impulse 1.8 % larger, a peak force of 4.6 N instead of 6.1 N, and six contacts \
-            instead of four.)"
+        text: "Not a chain, but the beam that the chain approximates: 64 cable elements of the absolute nodal coordinate \
+            formulation, with the damping `2ζ/Ω_1 · E I`. Its axial stiffness is a thousand times that of the filament, as the \
+            chain does not stretch. This checks the limit to which the chain converges. The metrics are extrapolated from n = 100 and \
+            200; the trajectory is for n = 200. Agreement is limited by the remaining stretch of the beam: 2e-5 of l_f in the tip, \
+            1e-5 in the impulse. (With the filament's own axial stiffness, which the model leaves out, the same pass has 1.8 % more \
+            impulse, a peak force of 4.6 N instead of 6.1 N, and six contacts instead of four.)"
             .to_owned(),
         checks,
         figures: vec![force_figure("validation_ancf", ANCF.code, &fine.history, &rows)],

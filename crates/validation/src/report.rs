@@ -1,49 +1,49 @@
-//! What the comparisons say, for a terminal, for programs and as a page: text from the outcomes and from nothing else, so that
-//! the same numbers make the same bytes.
+//! The outcomes as text for a terminal, for programs and as a page. The text depends on nothing else, so the same numbers
+//! give the same bytes.
 
 use std::io::{self, Write};
 
 use bristle_report::drawing::power_of_ten;
 
-use super::case::{Case, Check, Expected};
 use super::sources;
 use super::tolerances::{self, Measure};
+use super::trial::{Check, Expected, Trial};
 use super::{Extent, Failure, Outcome};
 
-/// Significant digits of a number and of an error.
+/// Significant digits of numbers and of errors.
 const DIGITS: usize = 8;
 const ERROR_DIGITS: usize = 2;
-/// Width that the lines of the table keep to where they can, and the least width of their first column.
+/// Width that the lines of the table stay within if possible, and the smallest width of their first column.
 const TABLE_WIDTH: usize = 120;
 const MIN_SUBJECT: usize = 24;
 
-/// True if each case compares something, and all numbers are near enough.
+/// True if every trial has checks, and all checks pass.
 pub fn agrees(outcomes: &[Outcome]) -> bool {
-    outcomes.iter().flat_map(|outcome| &outcome.cases).all(case_agrees)
+    outcomes.iter().flat_map(|outcome| &outcome.trials).all(trial_agrees)
 }
 
-fn case_agrees(case: &Result<Case, Failure>) -> bool {
-    problem(case).is_none() && case.iter().flat_map(|case| &case.checks).all(Check::passes)
+fn trial_agrees(trial: &Result<Trial, Failure>) -> bool {
+    problem(trial).is_none() && trial.iter().flat_map(|trial| &trial.checks).all(Check::passes)
 }
 
-/// Why a case has no numbers, if it has none.
-fn problem(case: &Result<Case, Failure>) -> Option<String> {
-    match case {
+/// Why a trial has no numbers, if it has none.
+fn problem(trial: &Result<Trial, Failure>) -> Option<String> {
+    match trial {
         Err(failure) => Some(format!("could not be computed: {failure}")),
-        Ok(case) if case.checks.is_empty() => Some("compares nothing".to_owned()),
+        Ok(trial) if trial.checks.is_empty() => Some("compares nothing".to_owned()),
         Ok(_) => None,
     }
 }
 
-/// The cases of a group and what to call them: one that could not be computed has no title.
-fn named(outcome: &Outcome) -> impl Iterator<Item = (String, &Result<Case, Failure>)> {
-    (1..).zip(&outcome.cases).map(|(place, case)| {
-        let name = case.as_ref().map_or_else(|_| format!("Case {place}"), |case| case.title.to_owned());
-        (name, case)
+/// The trials of a group with their names. A trial that could not be computed has no title, so it gets a number.
+fn named(outcome: &Outcome) -> impl Iterator<Item = (String, &Result<Trial, Failure>)> {
+    (1..).zip(&outcome.trials).map(|(place, trial)| {
+        let name = trial.as_ref().map_or_else(|_| format!("Case {place}"), |trial| trial.title.to_owned());
+        (name, trial)
     })
 }
 
-/// A number with at most so many significant digits, and without zeros at its end.
+/// A number with at most `digits` significant digits and without trailing zeros.
 fn number(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -63,7 +63,7 @@ fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// The same as a formula would have it.
+/// The same, typeset as in a formula.
 fn typeset(value: f64, digits: usize) -> String {
     let text = number(value, digits);
     let text = match text.split_once('e') {
@@ -79,7 +79,7 @@ fn typeset(value: f64, digits: usize) -> String {
     text.replace('-', "−").replace("inf", "∞")
 }
 
-/// A comparison as a person reads it.
+/// A comparison as text for people.
 struct Row {
     reference: String,
     computed: String,
@@ -105,7 +105,7 @@ impl Row {
     }
 }
 
-/// Bounds as a text.
+/// Bounds as text.
 fn bounds([low, high]: [f64; 2], number: impl Fn(f64) -> String) -> String {
     match (low, high) {
         (f64::NEG_INFINITY, high) => format!("≤ {}", number(high)),
@@ -114,7 +114,7 @@ fn bounds([low, high]: [f64; 2], number: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// Comparisons, all that agree, and cases.
+/// Numbers of comparisons, of those that agree, of trials, and of those without numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Counts {
     checks: usize,
@@ -128,12 +128,12 @@ impl Counts {
         outcomes.into_iter().fold(Self::default(), |counts, outcome| Self {
             checks: counts.checks + outcome.checks().count(),
             passing: counts.passing + outcome.checks().filter(|check| check.passes()).count(),
-            cases: counts.cases + outcome.cases.len(),
-            problems: counts.problems + outcome.cases.iter().filter_map(problem).count(),
+            cases: counts.cases + outcome.trials.len(),
+            problems: counts.problems + outcome.trials.iter().filter_map(problem).count(),
         })
     }
 
-    /// The outcome in a line.
+    /// The outcome in one line.
     fn verdict(self) -> String {
         let Self { checks, passing, cases, problems } = self;
         let plural = |count: usize, one: &'static str, many: &'static str| if count == 1 { one } else { many };
@@ -148,12 +148,12 @@ impl Counts {
 
 /// A line of the table.
 enum Line {
-    Case(String),
+    Title(String),
     Cells([String; 8]),
     Problem(String),
 }
 
-/// All comparisons for people, about 120 columns wide; those that fail once more at the end, and a verdict.
+/// All comparisons as a table about 120 columns wide. Failures are repeated at the end, before the verdict.
 pub fn table(outcomes: &[Outcome]) -> String {
     let mut text = String::new();
     for outcome in outcomes {
@@ -162,7 +162,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
     }
     if !agrees(outcomes) {
         text.push_str("Failed:\n\n");
-        for outcome in outcomes.iter().filter(|outcome| !outcome.cases.iter().all(case_agrees)) {
+        for outcome in outcomes.iter().filter(|outcome| !outcome.trials.iter().all(trial_agrees)) {
             text.push_str(&section(outcome, |check| !check.passes()));
             text.push('\n');
         }
@@ -174,11 +174,11 @@ pub fn table(outcomes: &[Outcome]) -> String {
 fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
     const HEADINGS: [&str; 8] = ["for", "quantity", "reference", "source", "computed", "error", "tolerance", ""];
     let mut lines = Vec::new();
-    for (name, case) in named(outcome) {
-        let checks = case.iter().flat_map(|case| &case.checks).filter(|check| shown(check));
-        let rows: Vec<_> = checks.map(cells).map(Line::Cells).chain(problem(case).map(Line::Problem)).collect();
+    for (name, trial) in named(outcome) {
+        let checks = trial.iter().flat_map(|trial| &trial.checks).filter(|check| shown(check));
+        let rows: Vec<_> = checks.map(cells).map(Line::Cells).chain(problem(trial).map(Line::Problem)).collect();
         if !rows.is_empty() {
-            lines.push(Line::Case(name));
+            lines.push(Line::Title(name));
             lines.extend(rows);
         }
     }
@@ -199,7 +199,7 @@ fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
         for (cell, &width) in cells.iter().zip(&widths) {
             text.push_str("  ");
             if length(cell) > width {
-                // Too long for its column: the rest follows below.
+                // The cell is too long for its column: the rest of the row follows below.
                 text.push_str(&format!("{cell}\n  {:width$}", ""));
             } else {
                 text.push_str(&format!("{cell:width$}"));
@@ -214,7 +214,7 @@ fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
     }
     for line in &lines {
         match line {
-            Line::Case(name) => text.push_str(&format!("{name}\n")),
+            Line::Title(name) => text.push_str(&format!("{name}\n")),
             Line::Cells(cells) => text.push_str(&row(cells)),
             Line::Problem(problem) => text.push_str(&format!("  {problem}  FAIL\n")),
         }
@@ -233,9 +233,9 @@ fn cells(check: &Check) -> [String; 8] {
     [check.subject.clone(), quantity, reference, source, computed, error, tolerance, mark.to_owned()]
 }
 
-/// Writes `validation.csv`: a heading, then a row a comparison.
+/// Writes `validation.csv`: a header, then one row per comparison.
 ///
-/// A case without numbers has one row, with the reason as its subject.
+/// A trial without numbers has one row, with the reason as its subject.
 pub fn write_rows(out: impl Write, outcomes: &[Outcome]) -> io::Result<()> {
     const COLUMNS: [&str; 13] = [
         "group",
@@ -255,12 +255,12 @@ pub fn write_rows(out: impl Write, outcomes: &[Outcome]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(COLUMNS)?;
     for outcome in outcomes {
-        for (name, case) in named(outcome) {
+        for (name, trial) in named(outcome) {
             let place = [outcome.group.title.to_owned(), name];
-            for check in case.iter().flat_map(|case| &case.checks) {
+            for check in trial.iter().flat_map(|trial| &trial.checks) {
                 writer.write_record(place.iter().chain(&fields(check)))?;
             }
-            if let Some(problem) = problem(case) {
+            if let Some(problem) = problem(trial) {
                 let mut fields = vec![String::new(); COLUMNS.len() - place.len()];
                 fields[0] = problem;
                 fields[COLUMNS.len() - place.len() - 1] = "false".to_owned();
@@ -271,7 +271,7 @@ pub fn write_rows(out: impl Write, outcomes: &[Outcome]) -> io::Result<()> {
     writer.flush()
 }
 
-/// A comparison as columns of `validation.csv`, after group and case.
+/// A comparison as columns of `validation.csv`, which follow group and case.
 fn fields(check: &Check) -> [String; 11] {
     let digits = |value: f64| format!("{value:?}");
     let limit = |value: f64| if value.is_infinite() { String::new() } else { digits(value) };
@@ -296,27 +296,25 @@ fn fields(check: &Check) -> [String; 11] {
     ]
 }
 
-/// The page of the validation, in Markdown; its figures lie beside it.
+/// The page of the validation, in Markdown. Its figures are in the same directory.
 pub fn page(outcomes: &[Outcome], extent: Extent) -> String {
     let made_by = match extent {
-        Extent::Full => "`bristle validate --full --out docs` makes this page",
-        Extent::Quick => {
-            "`bristle validate` has made this page, without the studies of convergence that `--full` adds,"
-        }
+        Extent::Full => "`bristle validate --full --out docs` writes this page",
+        Extent::Quick => "`bristle validate` wrote this page, without the convergence studies that `--full` adds,",
     };
     let mut text = format!(
         "# Validation\n\n\
-         Bristle beside exact solutions, other codes and the paper. Each case says what is computed and by which formula it \
-         is judged; each number stands beside what it should be, who says so, and how far it may be off, for reasons that \
-         [stand below](#tolerances). {made_by} with its figures and [validation.csv](validation.csv), and fails if one number \
-         is off by more than its tolerance. {}.\n\n",
+         Bristle compared with exact solutions, other codes and the paper. Each case states what is computed, and the formula \
+         that it is compared with. Each number has a reference, the source of the reference, and a tolerance; the \
+         [reasons for the tolerances](#tolerances) are at the end. {made_by} with its figures and \
+         [validation.csv](validation.csv). The command fails if a number is off by more than its tolerance. {}.\n\n",
         Counts::of(outcomes).verdict()
     );
     text.push_str(&summary(outcomes));
     for outcome in outcomes {
         text.push_str(&format!("\n## {}\n\n{}\n", outcome.group.title, outcome.group.purpose));
-        for (name, case) in named(outcome) {
-            text.push_str(&paragraph(&name, case));
+        for (name, trial) in named(outcome) {
+            text.push_str(&paragraph(&name, trial));
         }
     }
     text + &tolerances_and_sources(outcomes)
@@ -327,7 +325,7 @@ fn summary(outcomes: &[Outcome]) -> String {
     let row = |name: String, outcomes: &[&Outcome]| {
         let counts = Counts::of(outcomes.iter().copied());
         let largest = largest_share(outcomes.iter().flat_map(|outcome| outcome.checks()));
-        let all_agree = outcomes.iter().flat_map(|outcome| &outcome.cases).all(case_agrees);
+        let all_agree = outcomes.iter().flat_map(|outcome| &outcome.trials).all(trial_agrees);
         let [cases, checks] = [counts.cases, counts.checks].map(|count| count.to_string());
         vec![name, cases, checks, largest, mark(all_agree)]
     };
@@ -339,21 +337,21 @@ fn summary(outcomes: &[Outcome]) -> String {
     markdown_table(&heading, "lrrrc", groups.chain([all]))
 }
 
-/// A case, with its heading.
-fn paragraph(name: &str, case: &Result<Case, Failure>) -> String {
+/// The section of a trial, with its heading.
+fn paragraph(name: &str, trial: &Result<Trial, Failure>) -> String {
     let mut text = format!("\n### {name}\n");
-    if let Ok(case) = case {
-        text.push_str(&format!("\n{}\n", case.text));
-        for figure in &case.figures {
+    if let Ok(trial) = trial {
+        text.push_str(&format!("\n{}\n", trial.text));
+        for figure in &trial.figures {
             let description = figure.description.replace('[', "\\[").replace(']', "\\]");
             text.push_str(&format!("\n![{description}]({}.svg)\n", figure.name));
         }
-        if !case.checks.is_empty() {
+        if !trial.checks.is_empty() {
             let heading = ["for", "quantity", "reference", "source", "computed", "error", "tolerance", "agrees"];
-            let rows = case.checks.iter().map(|check| {
+            let rows = trial.checks.iter().map(|check| {
                 let Row { reference, computed, error, tolerance } = Row::new(check, typeset);
                 let named = format!("{tolerance} ({})", check.tolerance.name);
-                // Lines are broken between conditions, not within.
+                // Lines may break between conditions, not within them.
                 let subject = check.subject.replace(" = ", "\u{a0}=\u{a0}").replace(" → ", "\u{a0}→\u{a0}");
                 let cells = [&subject, check.quantity, &reference, check.source.key, &computed, &error, &named];
                 cells.into_iter().map(escape).chain([mark(check.passes())]).collect()
@@ -361,7 +359,7 @@ fn paragraph(name: &str, case: &Result<Case, Failure>) -> String {
             text.push_str(&format!("\n{}", markdown_table(&heading, "llllllll", rows)));
         }
     }
-    if let Some(problem) = problem(case) {
+    if let Some(problem) = problem(trial) {
         text.push_str(&format!("\n**This case {}.**\n", escape(&problem)));
     }
     text
@@ -385,16 +383,16 @@ fn tolerances_and_sources(outcomes: &[Outcome]) -> String {
         let count = uses(&|check| check.source.key == source.key).len();
         vec![escape(source.key), count.to_string(), escape(source.citation)]
     });
-    let heading = ["name", "tolerance", "measure", "comparisons", "largest error / tolerance", "why so much"];
+    let heading = ["name", "tolerance", "measure", "comparisons", "largest error / tolerance", "reason"];
     let tolerances = markdown_table(&heading, "lllrrl", tolerances);
     let sources = markdown_table(&["key", "comparisons", "source"], "lrl", sources);
     format!(
-        "\n## Tolerances\n\nA relative error is divided by the reference, an absolute one has the unit of the number. One \
-         outside bounds is measured from the nearer bound.\n\n{tolerances}\n## Sources\n\n{sources}"
+        "\n## Tolerances\n\nA relative error is divided by the reference; an absolute error has the unit of the number. For \
+         bounds, the error is the distance from the nearer bound.\n\n{tolerances}\n## Sources\n\n{sources}"
     )
 }
 
-/// The largest error in units of its tolerance; of comparisons without a tolerance, that there is none.
+/// The largest ratio of error to tolerance. A passing comparison whose tolerance is zero counts as zero.
 fn largest_share<'a>(checks: impl Iterator<Item = &'a Check>) -> String {
     let share = |check: &Check| match check.error() / check.tolerance.value {
         _ if check.passes() && check.tolerance.value == 0.0 => 0.0,
@@ -408,7 +406,7 @@ fn mark(agrees: bool) -> String {
     if agrees { "yes".to_owned() } else { "**no**".to_owned() }
 }
 
-/// A table in Markdown; `l`, `r` and `c` say on which side a column is aligned.
+/// A table in Markdown; `sides` has the alignment of each column: `l`, `r` or `c`.
 fn markdown_table(headings: &[&str], sides: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
     let rules = sides.chars().map(|side| match side {
         'r' => "---:",
@@ -422,7 +420,7 @@ fn markdown_table(headings: &[&str], sides: &str, rows: impl Iterator<Item = Vec
     text
 }
 
-/// Plain text in a cell of a table.
+/// Escapes plain text for the cell of a table.
 fn escape(text: &str) -> String {
     text.chars()
         .flat_map(|character| match character {
@@ -433,7 +431,7 @@ fn escape(text: &str) -> String {
         .collect()
 }
 
-/// What a page calls the place of a heading.
+/// The anchor of a heading.
 fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter(|character| character.is_alphanumeric() || "-_ ".contains(*character));
     kept.collect::<String>().to_lowercase().replace(' ', "-")
@@ -442,12 +440,12 @@ fn anchor(heading: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::Group;
-    use super::super::case::{Axis, Curve, Figure, Look};
+    use super::super::trial::{Axis, Curve, Figure, Look};
     use super::*;
 
-    static GROUP: Group = Group { title: "Made up", purpose: "What is *not* computed.", cases: &[] };
+    static GROUP: Group = Group { title: "Made up", purpose: "What is *not* computed.", trials: &[] };
 
-    /// A group with one case of these comparisons.
+    /// A group with one trial of these comparisons.
     fn outcomes(checks: Vec<Check>) -> Vec<Outcome> {
         let figure = Figure {
             name: "made_up",
@@ -458,8 +456,8 @@ mod tests {
             curves: vec![Curve::new("y = x", Look::Line, vec![(0.0, 0.0), (1.0, 1.0)])],
         };
         let text = "The formula:\n\n```text\n|x| = y\n```".to_owned();
-        let case = Case { title: "A case", text, checks, figures: vec![figure] };
-        vec![Outcome { group: &GROUP, cases: vec![Ok(case)] }]
+        let trial = Trial { title: "A case", text, checks, figures: vec![figure] };
+        vec![Outcome { group: &GROUP, trials: vec![Ok(trial)] }]
     }
 
     fn check(computed: f64) -> Check {
@@ -479,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_near_enough_agrees() {
+    fn numbers_within_their_tolerance_agree() {
         let outcomes = outcomes(vec![check(0.3), bounded(0.5, [0.5, f64::INFINITY])]);
         assert!(agrees(&outcomes));
         let table = table(&outcomes);
@@ -509,25 +507,25 @@ mod tests {
             let outcomes = outcomes(vec![check(0.3), wrong.clone()]);
             assert!(!agrees(&outcomes), "{wrong:?}");
             let table = table(&outcomes);
-            assert_eq!(table.matches("FAIL").count(), 2, "once in its place, once at the end:\n{table}");
+            assert_eq!(table.matches("FAIL").count(), 2, "not once in its place and once at the end:\n{table}");
             assert!(table.ends_with("\n1 of 2 comparisons in 1 case agree\n"), "{table}");
             assert_eq!(csv_rows(&outcomes)[2].last().map(String::as_str), Some("false"));
             let page = page(&outcomes, Extent::Full);
-            // Its row, and those of its group and of all.
+            // Its own row, the row of its group, and the row of all groups.
             assert_eq!(page.matches("| **no** |").count(), 3, "{page}");
         }
     }
 
     #[test]
-    fn a_case_without_numbers_fails() {
+    fn a_trial_without_numbers_fails() {
         let no_equilibrium = || Err(Failure::NoEquilibrium);
-        let empty = Case { title: "Empty", text: String::new(), checks: vec![], figures: vec![] };
-        for (case, name, said) in [
-            (no_equilibrium(), "Case 2", "could not be computed: no equilibrium is found"),
+        let empty = Trial { title: "Empty", text: String::new(), checks: vec![], figures: vec![] };
+        for (trial, name, said) in [
+            (no_equilibrium(), "Case 2", "could not be computed: no equilibrium was found"),
             (Ok(empty), "Empty", "compares nothing"),
         ] {
             let mut outcomes = outcomes(vec![check(0.3)]);
-            outcomes[0].cases.push(case);
+            outcomes[0].trials.push(trial);
             assert!(!agrees(&outcomes));
             let table = table(&outcomes);
             assert_eq!(table.matches(&format!("\n{name}\n  {said}  FAIL\n")).count(), 2, "{table}");
@@ -552,7 +550,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_stand_below_each_other() {
+    fn columns_are_aligned() {
         let long = Check { subject: "a subject that is much longer than its column can be, ".repeat(2), ..check(0.3) };
         let table = table(&outcomes(vec![check(0.3), long, bounded(-2.5e-12, [-1.0, 1.0])]));
         let column = |text: &str| {

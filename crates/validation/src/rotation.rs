@@ -11,26 +11,26 @@ use bristle::simulation::integrate;
 use bristle::tool::{ClampMotion, radial_clamp};
 use serde::Deserialize;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
     extrapolated, extrapolated_twice, lesser, order, paper_case, trajectory_rows, unit_chain, untouched, worse,
 };
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
 use super::small_motion::{Direction, modes};
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Rotation",
     purpose: "A brush turns, and centrifugal tension stiffens its filaments. These cases check the inertia of the turning \
-        filament, which the model has through the motion of the clamp alone.",
-    cases: &[frequencies, spin_up],
+        filament, which enters the model only through the motion of the clamp.",
+    trials: &[frequencies, spin_up],
 };
 
-/// Segments of the solutions that are extrapolated.
+/// Numbers of segments of the extrapolated solutions.
 const SEGMENTS: [usize; 3] = [25, 50, 100];
-/// Modes that are looked at.
+/// Number of modes compared.
 const MODES: usize = 3;
 
 /// The first frequencies of a chain that turns at `speed` on a hub of the radius `hub`.
@@ -39,7 +39,7 @@ fn chain_frequencies(chain: Chain<f64>, speed: f64, hub: f64, direction: Directi
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
-fn frequencies(_: Extent) -> Result<Case, Failure> {
+fn frequencies(_: Extent) -> Result<Trial, Failure> {
     const DIRECTIONS: [(Direction, &str); 2] = [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
     let paper = paper_case(25, 30.0, 1e-3)?;
     let ratio = paper.tool.body_radius_m / paper.filament.length_m;
@@ -114,15 +114,15 @@ fn frequencies(_: Extent) -> Result<Case, Failure> {
         y: Axis::linear("frequency ω in √(E I/(ρ A L⁴))"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Flap and lag frequencies of a rotating cantilever",
         text: format!(
-            "Out of the plane of rotation (flap), on a hub of the radius r (in L), with ω and Ω in `√(E I/(ρ A L⁴))`:\n\n\
+            "Out of the plane of rotation (flap), on a hub of radius r (in L), with ω and Ω in `√(E I/(ρ A L⁴))`:\n\n\
             ```text\nw⁗ − (T w′)′ = ω² w,   T = Ω² [½ (1 − ξ²) + r (1 − ξ)],   ω_lag² = ω_flap² − Ω²\n```\n\n\
-            solved by Ritz's method with 22 Legendre polynomials, which gives the tables of Wright et al. (1982). Chains of 25, \
-            50 and 100 segments are extrapolated. The first flap must also lie between `ω² = ω_0² + Ω²` and Southwell's \
-            `ω² = ω_0² + K Ω²`, K being Rayleigh's quotient of the tension with the mode at rest; and that lag and flap differ \
-            by Ω² holds for a chain of any n. r_g is {ratio:.1} L for the paper's brush; at 30 m/s it turns at Ω = 0.55."
+            This is solved by Ritz's method with 22 Legendre polynomials, which reproduces the tables of Wright et al. (1982). Chains \
+            of 25, 50 and 100 segments are extrapolated. The first flap must also lie between `ω² = ω_0² + Ω²` and Southwell's \
+            `ω² = ω_0² + K Ω²`, where K is Rayleigh's quotient of the tension with the mode at rest. The squares of flap and lag \
+            differ by Ω² for a chain of any n. The paper's brush has r_g = {ratio:.1} L; at 30 m/s it turns at Ω = 0.55."
         ),
         checks,
         figures: vec![figure],
@@ -146,7 +146,7 @@ fn paper_brush() -> Result<Check, Failure> {
     Ok(Check::value(subject, "ω of flap 1", exact, sources::WRIGHT, computed, tolerances::FREQUENCY))
 }
 
-/// A clamp at the axis that is brought to 6 rad/s in 15 s (Simo and Vu-Quoc 1986).
+/// A clamp at the axis that is accelerated to 6 rad/s in 15 s (Simo and Vu-Quoc 1986).
 #[derive(Clone, Copy, Debug)]
 struct SpinUp;
 
@@ -178,7 +178,7 @@ struct SpinUpRow {
     tip_across_m: f64,
 }
 
-fn spin_up(_: Extent) -> Result<Case, Failure> {
+fn spin_up(_: Extent) -> Result<Trial, Failure> {
     const DATA: &str = include_str!("../../../benches/peers/trajectories/spin_up.csv");
     const LENGTH: f64 = 10.0;
     let rows: Vec<SpinUpRow> = trajectory_rows(DATA)?;
@@ -237,8 +237,8 @@ fn spin_up(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_spin_up",
         title: "Tip of a beam that is spun up, across its clamp".to_owned(),
-        description: "Deflection of the tip over time: it lags by up to 0.57 m at 6.8 s and comes back to a small vibration about \
-            zero from 15 s on; both codes on one line."
+        description: "Deflection of the tip over time: it lags by up to 0.57 m at 6.8 s and returns to a small vibration about zero \
+            from 15 s on; the curves of both codes coincide."
             .to_owned(),
         x: Axis::linear("time t in s"),
         y: Axis::linear("tip across the clamp's direction in m"),
@@ -247,14 +247,14 @@ fn spin_up(_: Extent) -> Result<Case, Failure> {
             Curve::new("Exudyn", Look::Markers, rows.iter().step_by(4).map(|row| (row.time_s, row.tip_across_m)).collect()),
         ],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Spin-up of a flexible beam",
-        text: "The beam of Simo and Vu-Quoc (1986): L = 10, E I = 1.4e4, ρ A = 1.2, undamped, clamped at the axis and turned by\n\n\
+        text: "The beam of Simo and Vu-Quoc (1986), with L = 10, E I = 1.4e4, ρ A = 1.2, undamped, clamped at the axis and turned by\n\n\
             ```text\nψ = (6/15) [t²/2 + (15/2π)² (cos(2πt/15) − 1)] for t < 15,   6t − 45 after\n```\n\n\
-            A theory without centrifugal stiffening diverges here. Their beam stretches; the chain does not, so the reference is \
-            Exudyn's cable elements with a hundred times the axial stiffness, whose own error is 5e-6 m (Exudyn's geometrically exact \
-            elements agree with them to 8e-7 m); with the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. Chains of 25 and 50 segments are \
-            extrapolated, instant by instant."
+            A theory without centrifugal stiffening diverges here. The published beam stretches, but the chain does not. The reference \
+            is therefore Exudyn's cable elements with a hundred times the axial stiffness; its error is 5e-6 m (Exudyn's geometrically \
+            exact elements agree with it to 8e-7 m). With the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. \
+            Chains of 25 and 50 segments are extrapolated at each instant."
             .to_owned(),
         checks,
         figures: vec![figure],

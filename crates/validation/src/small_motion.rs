@@ -5,12 +5,12 @@ use std::f64::consts::FRAC_PI_2;
 use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Which of a segment's coordinates moves.
+/// The coordinate of a segment that moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// The azimuth: in the plane across `z`, that of a turning tool (lag).
+    /// The azimuth, in the plane perpendicular to `z`, the plane of rotation (lag).
     InPlane,
-    /// The polar angle: out of it (flap).
+    /// The polar angle, out of that plane (flap).
     OutOfPlane,
 }
 
@@ -28,12 +28,12 @@ impl Direction {
 pub struct Mode {
     /// Angular frequency.
     pub frequency: f64,
-    /// Angles of the segments, of no particular size.
+    /// Angles of the segments, arbitrarily scaled.
     pub shape: Vec<f64>,
 }
 
-/// Size of the angles by which the residual is differenced, and of those along a whole mode. With the formula of sixth
-/// order its error is below that of rounding.
+/// Size of the angles for finite differences of the residual, of one segment or along a whole mode. With the formula of
+/// sixth order the truncation error is below rounding.
 const DIFFERENCE: f64 = 2e-2;
 
 /// `f′(0)` of a vector, from three central differences.
@@ -79,8 +79,9 @@ impl Linearised<'_> {
 /// The natural vibrations of `chain` about its straight shape along the clamp, which turns at `rate` (rad/s), by
 /// ascending frequency. The damping is left out.
 ///
-/// `M` is the residual's slope by the accelerations, `K` that by the coordinates. Each frequency is in the end Rayleigh's
-/// quotient of its mode: of the differences along a smooth shape, rounding takes less than of those by single angles.
+/// `M` is the derivative of the residual with respect to the accelerations, `K` that with respect to the coordinates. Each
+/// frequency is finally computed as Rayleigh's quotient of its mode, because rounding affects differences along a smooth
+/// shape less than those of single angles.
 pub fn modes(chain: Chain<f64>, clamp: &Clamp<f64>, rate: f64, direction: Direction) -> Vec<Mode> {
     let n = chain.segments;
     let mut equations = Linearised {

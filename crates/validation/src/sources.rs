@@ -1,15 +1,15 @@
-//! Where the references come from.
+//! The sources of the references.
 
 /// A source.
 #[derive(Debug)]
 pub struct Source {
-    /// How it is called in tables.
+    /// Its name in tables.
     pub key: &'static str,
-    /// What it is.
+    /// The citation.
     pub citation: &'static str,
 }
 
-/// Declares sources, and the list of them.
+/// Declares the sources and their list.
 macro_rules! sources {
     ($($constant:ident = $key:literal: $citation:literal;)*) => {
         $(
@@ -24,9 +24,9 @@ macro_rules! sources {
 
 sources! {
     EXACT = "exact": "An exact property of the model, stated with the case";
-    SYMMETRY = "symmetry": "The model has no direction of its own: the same motion in other coordinates";
-    CHAIN = "order of chain": "The chain's error falls as n⁻², docs/MODEL.md, \"Energies\"";
-    MODEL = "model": "docs/MODEL.md, which defines it";
+    SYMMETRY = "symmetry": "The model has no preferred direction: the same motion in other coordinates";
+    CHAIN = "order of chain": "The chain's error falls as n⁻² (docs/MODEL.md, \"Energies\")";
+    MODEL = "model": "The definition in docs/MODEL.md";
     BISSHOPP = "Bisshopp 1945": "K. E. Bisshopp and D. C. Drucker, Large deflection of cantilever beams, Quarterly of \
         Applied Mathematics 3 (1945) 272–275";
     HEAVY_ELASTICA = "heavy elastica": "F. V. Rohde, Large deflections of a cantilever beam with uniformly distributed load, \
@@ -51,12 +51,12 @@ sources! {
     CVODES = "CVODES": "tests/data/reference_contacts_cvodes.csv, by derivations/reference_contacts.py: CasADi and SUNDIALS' \
         CVODES at 1e-11";
     RADAU = "Radau": "tests/data/reference_contacts.csv, by derivations/reference_contacts.py: CasADi and SciPy's Radau at 1e-9";
-    CONTROL = "step control": "Errors in proportion to the tolerance, which a step control aims at";
-    PENALTY = "penalty": "What a linear contact of the stiffness k_c does to a steady tip: a depth of F_n/k_c";
+    CONTROL = "step control": "Errors proportional to the tolerance, the aim of a step control";
+    PENALTY = "penalty": "The depth F_n/k_c of a steady tip in a linear contact of stiffness k_c";
     CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
     MUJOCO = "MuJoCo 4.0": "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
     EXUDYN = "Exudyn 1.13": "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
-    DAMPED_BEAM = "damped beam": "The end of a beam with damping in proportion to its stiffness, as stated with the case";
+    DAMPED_BEAM = "damped beam": "The end of a beam with damping proportional to its stiffness, as stated with the case";
     SIMO = "Exudyn, spin-up": "The beam and the motion of J. C. Simo and L. Vu-Quoc, On the dynamics of flexible beams under large \
         overall motions, the plane case, part II, Journal of Applied Mechanics 53 (1986) 855–863, by Exudyn 1.13: \
         benches/peers/trajectories/spin_up.csv, by benches/peers/trajectories.py";

@@ -1,4 +1,4 @@
-//! Equilibria against the elastica.
+//! Equilibria compared with the elastica.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,26 +7,27 @@ use bristle::model::filament::bending_stiffness;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sample, simulate_with_history};
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{error_figure, extrapolated, order, paper_case, unit_chain};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::elastica::{TipLoad, arc, buckled_force, hanging_tip};
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Statics",
-    purpose: "Large bending is what gives a filament its force. Equilibria are found by Newton's method on the solver's own \
-        residual and step matrix, so that these cases check both, without the integrator; the last one checks whole passes.",
-    cases: &[tip_load, end_moment, hanging, buckled],
+    purpose: "A filament gets its force from large bending. Newton's method finds equilibria with the solver's own residual and step \
+        matrix, so these cases check both without the integrator. The last case checks whole passes.",
+    trials: &[tip_load, end_moment, hanging, buckled],
 };
 
-/// Segments of the two solutions that are extrapolated.
+/// Numbers of segments of the two extrapolated solutions.
 const COARSE: usize = 100;
 const FINE: usize = 200;
-/// Parts in which a load is brought on.
+/// Number of increments in which a load is applied.
 const PARTS: usize = 16;
-fn tip_load(_: Extent) -> Result<Case, Failure> {
+
+fn tip_load(_: Extent) -> Result<Trial, Failure> {
     const ALPHAS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0];
     const QUANTITIES: [&str; 3] = ["w/L", "Δ/L", "tip angle in rad"];
     // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of rotation.
@@ -65,21 +66,21 @@ fn tip_load(_: Extent) -> Result<Case, Failure> {
         }
         Ok(errors)
     })?;
-    Ok(Case {
+    Ok(Trial {
         title: "Elastica under a dead load at its tip",
         text: "A clamped beam under a transverse dead load `P` at its tip, `α = P L²/(E I)`. With the angle φ of the tip, \
             `m = (1 + sin φ)/2` and `sin ϑ = 1/√(2m)`:\n\n\
             ```text\n√α = K(m) − F(ϑ, m)\nw/L = 1 − 2/√α · (E(m) − E(ϑ, m))\nΔ/L = 1 − √(2 sin φ/α)\n```\n\n\
-            w is the deflection of the tip, Δ what it comes nearer to the clamp. The chain's equilibria for n = 100 and 200 \
-            are extrapolated to n → ∞. A load that is inclined to the plane of rotation, by which φ and θ both move, must bend \
-            as far as one in the plane."
+            w is the deflection of the tip, Δ its displacement towards the clamp. The chain's equilibria for n = 100 and 200 \
+            are extrapolated to n → ∞. A load inclined to the plane of rotation moves both φ and θ; it must bend the beam as far as \
+            a load in the plane."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn end_moment(_: Extent) -> Result<Case, Failure> {
+fn end_moment(_: Extent) -> Result<Trial, Failure> {
     const TURNS: [(f64, &str); 4] = [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2"), (2.0 * PI, "2π")];
     let bend = |segments: usize, turn: f64| {
         equilibrium(unit_chain(segments), Load { force: [0.0; 3], moment: turn }, 4 * PARTS)
@@ -125,19 +126,19 @@ fn end_moment(_: Extent) -> Result<Case, Failure> {
         let order = order(coarse, fine, exact);
         checks.push(Check::value(subject, "order of w", 2.0, sources::CHAIN, order, tolerances::ORDER));
     }
-    Ok(Case {
+    Ok(Trial {
         title: "Circle under a pure end moment",
         text: "A moment `M` at the tip bends a beam to an arc of the angle `ϕ = M L/(E I)`, with `w/L = (1 − cos ϕ)/ϕ`; \
-            `M = 2π E I/L` closes the circle. The chain is then a regular polygon, which closes for every n; that its clamp's joint \
-            is 2 E I/h, half a segment's compliance, shows in the angle π/n of the first segment, and in the order of w/L, which \
-            would be 1."
+            `M = 2π E I/L` closes the circle. The chain is then a regular polygon that closes for every n. The joint at the clamp \
+            has the stiffness 2 E I/h, half the compliance of a segment. This shows in the angle π/n of the first segment, and in \
+            the order of w/L, which would otherwise be 1."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn hanging(_: Extent) -> Result<Case, Failure> {
+fn hanging(_: Extent) -> Result<Trial, Failure> {
     const QUANTITIES: [&str; 2] = ["x_tip/L", "w/L"];
     let hang = |segments: usize, kappa: f64| -> Result<[f64; 2], Failure> {
         let chain = Chain { gravity: [0.0, -kappa, 0.0], ..unit_chain(segments) };
@@ -171,27 +172,28 @@ fn hanging(_: Extent) -> Result<Case, Failure> {
     let figure = Figure {
         name: "validation_hanging",
         title: "Tip of a filament under its own weight".to_owned(),
-        description: "Place of the tip over the weight: with more weight it comes nearer to the clamp and hangs lower; the chains of 25 \
-            segments lie on the curves."
+        description: "Position of the tip over the weight: with more weight it comes closer to the clamp and hangs lower; the chains of \
+            25 segments lie on the curves."
             .to_owned(),
         x: Axis::logarithmic("κ = ρ A g L³/(E I)"),
         y: Axis::linear("x_tip/L, w/L"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Filament hanging under gravity",
         text: "A beam clamped horizontally bends under its own weight, `κ = ρ A g L³/(E I)`: from κ = 0.1, where `w/L ≈ κ/8`, \
             to κ = 50, where most of it hangs straight down. The slope ψ over the arc length σ from the tip (in L) obeys\n\n\
             ```text\nψ″ = −κ σ cos ψ,   ψ′(0) = 0,   ψ(1) = 0\n```\n\n\
-            which is solved by Taylor series of 24 terms, one after the other along the beam, and a search for ψ(0); to rounding."
+            This is solved to rounding, by consecutive Taylor series of 24 terms along the beam and a search for ψ(0)."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn buckled(extent: Extent) -> Result<Case, Failure> {
-    // Of the coarse solution: segments, which are doubled, and the brushing velocity in m/s, which is halved.
+fn buckled(extent: Extent) -> Result<Trial, Failure> {
+    // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has twice the number and half the
+    // velocity.
     let (segments, velocity, tolerance) = match extent {
         Extent::Quick => (25, 0.05, 1e-7),
         Extent::Full => (50, 0.02, 1e-8),
@@ -223,8 +225,8 @@ fn buckled(extent: Extent) -> Result<Case, Failure> {
         name: "validation_buckled",
         title: "Contact force where the clamp points at the workpiece".to_owned(),
         description:
-            "Force over the buckling force, over the penetration depth from 1 to 5 mm: it rises from 1.01 to 1.07, and \
-            the passes lie on the curve of the elastica."
+            "Force over the buckling force, over the penetration depth from 1 to 5 mm: it rises from 1.01 to 1.07; the \
+            passes lie on the curve of the elastica."
                 .to_owned(),
         x: Axis::linear("penetration depth a_e in mm"),
         y: Axis::linear("F_n / P_cr"),
@@ -233,21 +235,21 @@ fn buckled(extent: Extent) -> Result<Case, Failure> {
             Curve::new("passes", Look::Markers, computed_curve),
         ],
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Buckled elastica in the middle of a slow pass",
-        text: "The paper's filament passes the workpiece so slowly that it is in equilibrium all the time. Where its clamp \
-            points at the workpiece, it is a clamped-free column that has buckled by a_e:\n\n\
+        text: "The paper's filament passes the workpiece so slowly that it is always in equilibrium. When its clamp points at the \
+            workpiece, it is a clamped-free column that has buckled by a_e:\n\n\
             ```text\nF_n/P_cr = (2K/π)²,   (a_e − F_n/k_c)/L = 2 − 2E/K,   P_cr = π² E I/(4 L²)\n```\n\n\
-            with the complete elliptic integrals K and E of one parameter; F_n/k_c is the tip's penetration of the workpiece. \
-            These are passes from start to end, with impacts at the entry that have died away; the results of two velocities \
-            and of two n are extrapolated."
+            K and E are the complete elliptic integrals of the same parameter; F_n/k_c is the tip's penetration of the workpiece. \
+            These are passes from start to end. By the middle, vibrations from impacts at the entry have died away. The results are \
+            extrapolated from two velocities and two n."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-/// Contact force in N where the clamp points at the workpiece.
+/// Contact force in N when the clamp points at the workpiece.
 fn mid_contact_force(settings: &Settings) -> Result<f64, Failure> {
     let history = simulate_with_history(settings, 10_001)?.history;
     let before = |sample: &Sample| sample.base_angle_rad < -FRAC_PI_2;

@@ -1,33 +1,33 @@
-//! How far a number may be off, and why not less: one table.
+//! The tolerances and their reasons, in one table.
 
-/// What a tolerance is relative to.
+/// How a tolerance measures an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// The reference.
+    /// Relative to the reference.
     Relative,
-    /// Nothing: it has the unit of the number.
+    /// In the unit of the number.
     Absolute,
-    /// There is no reference, but the number has to lie between these; the tolerance is zero.
+    /// There is no reference, but the number must lie between these bounds. The tolerance is zero.
     Between(f64, f64),
 }
 
-/// How far a number may be off.
+/// The allowed error of a number.
 #[derive(Debug)]
 pub struct Tolerance {
-    /// What it is called on the page.
+    /// Its name on the page.
     pub name: &'static str,
-    /// The number.
+    /// Its value.
     pub value: f64,
-    /// What it is relative to.
+    /// How it measures an error.
     pub measure: Measure,
-    /// Why so much.
+    /// Why it is not smaller.
     pub reason: &'static str,
 }
 
 /// No limit.
 const ANY: f64 = f64::INFINITY;
 
-/// Declares tolerances, and the table of them.
+/// Declares the tolerances and their table.
 macro_rules! tolerances {
     ($($constant:ident = $measure:ident $([$low:expr, $high:expr])? $value:literal, $name:literal: $reason:literal;)*) => {
         $(
@@ -42,83 +42,83 @@ macro_rules! tolerances {
 }
 
 tolerances! {
-    SAME = Absolute 0.0, "the same": "Numbers that have to be the same to the bit, and counts.";
-    SOUTHWELL = Absolute 0.0, "Southwell": "Bounds that the case states.";
-    ROUNDING = Absolute 1e-12, "rounding": "Exact for every n: what is left is rounding, which the stiffness of the joints \
-        over that of the whole, n² = 10⁴, enlarges.";
+    SAME = Absolute 0.0, "the same": "Numbers that must be the same to the bit, and counts.";
+    SOUTHWELL = Absolute 0.0, "Southwell": "Bounds stated in the case.";
+    ROUNDING = Absolute 1e-12, "rounding": "Exact for every n, except for rounding. The ratio of the joint stiffness to that of \
+        the whole filament, n² = 10⁴, amplifies it.";
     DIFFERENCES = Absolute 1e-10, "differences": "Exact for every n, but the stiffness is a difference of residuals: its \
-        formula is good to (0.02)⁶/140 = 5e-13, and divides roundings by 0.02.";
-    STATICS = Relative 2e-7, "statics": "Extrapolated from n = 100 and 200, which leaves the next term, of n⁻⁴: up to 7e-8 \
+        formula is accurate to (0.02)⁶/140 = 5e-13 and divides rounding errors by 0.02.";
+    STATICS = Relative 2e-7, "statics": "Extrapolation from n = 100 and 200 leaves the next term, of order n⁻⁴: up to 7e-8 \
         for a filament that bends within a few segments.";
-    QUASI_STATICS = Relative 5e-6, "quasi-statics": "Extrapolated in n and in the velocity from four passes, each good to some 3e-7 \
-        at a tolerance of 1e-7, which that enlarges five times; and what v_b² leaves.";
+    QUASI_STATICS = Relative 5e-6, "quasi-statics": "Extrapolated in n and in the velocity from four passes, each accurate to some \
+        3e-7 at a tolerance of 1e-7. Extrapolation amplifies this five times and leaves a term of order v_b².";
     ORDER = Absolute 0.1, "order": "At the n of the case the next term of the error still shows.";
-    PEAK_ORDER = Absolute 0.2, "order of peaks": "In an impact only a few segments next to the tip move: the next term shows \
+    PEAK_ORDER = Absolute 0.2, "order of peaks": "In an impact only a few segments near the tip move, so the next term shows \
         more.";
     PEAK_GROWTH = Absolute 0.02, "growth of peaks": "An asymptotic law, over one decade.";
-    FREQUENCY = Relative 1e-6, "frequency": "Extrapolated twice from n, 2n and 4n, which leaves the term of n⁻⁶ of beams that \
-        bend within a few segments where they are clamped.";
-    QUOTED = Absolute 5e-6, "quoted": "The reference is quoted with as many digits.";
-    DAMPING = Relative 2e-6, "damping": "Extrapolated from n = 25 and 50, which leaves the term of n⁻⁴; and 1 mrad is not \
+    FREQUENCY = Relative 1e-6, "frequency": "Extrapolating twice, from n, 2n and 4n, leaves a term of order n⁻⁶ for beams that \
+        bend within a few segments at the clamp.";
+    QUOTED = Absolute 5e-6, "quoted": "The reference is quoted with this many digits.";
+    DAMPING = Relative 2e-6, "damping": "Extrapolation from n = 25 and 50 leaves a term of order n⁻⁴; and 1 mrad is not \
         infinitely small: (10⁻³)².";
-    DAMPING_25 = Relative 1e-3, "damping, n = 25": "The chain's frequency is off by 0.073 % at n = 25, and its damping ratio with \
-        it.";
-    SPIN_UP = Absolute 2e-6, "spin-up": "The reference's own error, 5e-6 m of 10 m, and as much that the extrapolation from n = 25 and \
-        50 leaves.";
-    DRIFT = Absolute 2e3, "drift": "Half a million to two million steps that all lose energy, each a thousandth of its \
+    DAMPING_25 = Relative 1e-3, "damping, n = 25": "The chain's frequency is off by 0.073 % at n = 25, and so is its damping \
+        ratio.";
+    SPIN_UP = Absolute 2e-6, "spin-up": "The error of the reference, 5e-6 m of 10 m, and as much again from the extrapolation from \
+        n = 25 and 50.";
+    DRIFT = Absolute 2e3, "drift": "Half a million to two million steps, each of which loses energy, a thousandth of its \
         tolerance.";
     DRIFT_MOMENTUM = Absolute 3e2, "drift of momentum": "The same steps, whose errors in L_z have either sign.";
-    TRAJECTORY = Absolute 5e-9, "trajectory": "Thousands of steps at a tolerance of 1e-11, whose errors the azimuth adds up.";
-    CHAOS_EARLY = Absolute 1e-8, "chaos, to 6 s": "Errors of 1e-12 a step, in hundreds of steps, and what has grown until then.";
-    CHAOS = Absolute 1e-5, "chaos": "Errors of 1e-12 a step grow up to 1.2 million times.";
-    REVERSAL = Absolute 1e-7, "reversal": "Thousands of steps at a tolerance of 1e-10, there and back; each impact parts what \
-        was near.";
-    IMPACT = Relative 2e-7, "impact": "At a tolerance of 1e-10; penetrations of up to 0.6 mm of 1 m let the tip leave the straight \
-        line by their square, and p = 1.5 has no second derivative at δ = 0.";
-    SLIDING = Relative 1e-8, "sliding": "At a tolerance of 1e-9, and friction that is solved to it.";
-    REGULARISATION = Relative 1e-5, "regularisation": "The regularisation is left out of the reference: (v_reg/v)² times a \
+    TRAJECTORY = Absolute 5e-9, "trajectory": "Thousands of steps at a tolerance of 1e-11, whose errors add up in the azimuth.";
+    CHAOS_EARLY = Absolute 1e-8, "chaos, to 6 s": "Errors of 1e-12 per step, in hundreds of steps, and their growth until then.";
+    CHAOS = Absolute 1e-5, "chaos": "Errors of 1e-12 per step grow up to 1.2 million times.";
+    REVERSAL = Absolute 1e-7, "reversal": "Thousands of steps at a tolerance of 1e-10, there and back; each impact amplifies \
+        differences.";
+    IMPACT = Relative 2e-7, "impact": "At a tolerance of 1e-10. With penetrations of up to 0.6 mm of 1 m, the tip deviates from the \
+        straight line by their square; and p = 1.5 has no second derivative at δ = 0.";
+    SLIDING = Relative 1e-8, "sliding": "At a tolerance of 1e-9, to which friction is solved too.";
+    REGULARISATION = Relative 1e-5, "regularisation": "The reference leaves the regularisation out: (v_reg/v)² times a \
         logarithm.";
-    ENERGY = Absolute 5e-6, "energy": "Of the tolerance of 1e-6 of each of some 400 steps the dampers take most before it adds up; \
-        friction turns sharply with the sliding velocity.";
-    MOMENTUM = Absolute 1e-6, "momentum": "The default tolerance of 1e-6: forces are evaluated at interpolated states.";
+    ENERGY = Absolute 5e-6, "energy": "Each of some 400 steps has an error of the tolerance, 1e-6; the dampers remove most of it \
+        before it adds up. Friction varies sharply with the sliding velocity.";
+    MOMENTUM = Absolute 1e-6, "momentum": "The default tolerance of 1e-6, as forces are evaluated at interpolated states.";
     SAMPLES = Absolute 1e-10, "samples": "With samples the force is evaluated at each stage instead of corrected to first order, \
         which differs by the square of the correction.";
-    SLOPE = Between [0.6, 1.6] 0.0, "slope over the tolerance": "An error per step that is controlled makes 0.8 to 1 with a method \
-        of order 5; at three to five points, whose errors are sums of either sign, a slope is known to some 0.2, and a steeper one \
-        is no fault.";
-    RIGID_LIMIT = Between [0.5, 1.0] 0.0, "rigid limit": "Between that of impacts, ½, and that of a steady depth, 1.";
-    PROPORTIONAL = Absolute 3.0, "proportional": "Errors over the tolerance, which is meant for one step: contact times add up \
-        those of the events.";
+    SLOPE = Between [0.6, 1.6] 0.0, "slope over the tolerance": "Controlling the error per step gives slopes of 0.8 to 1 with a \
+        method of order 5. From three to five points, whose errors are sums of either sign, a slope is known to some 0.2. A steeper \
+        slope is not a fault.";
+    RIGID_LIMIT = Between [0.5, 1.0] 0.0, "rigid limit": "Between the order of impacts, ½, and that of a steady depth, 1.";
+    PROPORTIONAL = Absolute 3.0, "proportional": "Errors over the tolerance. The tolerance applies to one step; contact times add up \
+        the errors of the events.";
     REFERENCES = Absolute 2e-9, "references": "CVODES at a tolerance of 1e-11 and Radau at 1e-9.";
-    CVODES_TIP = Absolute 1e-8, "CVODES, tip": "CVODES' own error is 4e-11 m; of s_n,max, 5e-9.";
-    CVODES_FORCE = Absolute 2e-8, "CVODES, force": "CVODES' own error is 1e-7 N of 6 N.";
-    CVODES_METRICS = Relative 3e-9, "CVODES, metrics": "CVODES' own error is 1e-9 in the contact time.";
-    MUJOCO_TIP = Absolute 5e-6, "MuJoCo, tip": "MuJoCo's own error at its step is 1e-8 m; of s_n,max, 1e-6.";
-    MUJOCO_FORCE = Absolute 1e-4, "MuJoCo, force": "MuJoCo's own error at its step is 3e-4 N of 6 N.";
-    MUJOCO_METRICS = Relative 2e-5, "MuJoCo, metrics": "MuJoCo's own error at its step: 8e-7 in the impulse, 4e-5 N in the peak \
+    CVODES_TIP = Absolute 1e-8, "CVODES, tip": "The error of CVODES is 4e-11 m, which is 5e-9 of s_n,max.";
+    CVODES_FORCE = Absolute 2e-8, "CVODES, force": "The error of CVODES is 1e-7 N of 6 N.";
+    CVODES_METRICS = Relative 3e-9, "CVODES, metrics": "The error of CVODES is 1e-9 in the contact time.";
+    MUJOCO_TIP = Absolute 5e-6, "MuJoCo, tip": "The error of MuJoCo at its step is 1e-8 m, which is 1e-6 of s_n,max.";
+    MUJOCO_FORCE = Absolute 1e-4, "MuJoCo, force": "The error of MuJoCo at its step is 3e-4 N of 6 N.";
+    MUJOCO_METRICS = Relative 2e-5, "MuJoCo, metrics": "The error of MuJoCo at its step: 8e-7 in the impulse, 4e-5 N in the peak \
         force, a few steps in the contact times.";
-    ANCF_TIP = Absolute 2e-4, "ANCF, tip": "The beam still stretches: a ninth of the 6e-6 m by which ten times the axial stiffness \
-        moves the tip, of s_n,max 8e-5; and the chain's error at n = 200, 1e-5.";
+    ANCF_TIP = Absolute 2e-4, "ANCF, tip": "The beam still stretches, by a ninth of the 6e-6 m by which ten times the axial \
+        stiffness moves the tip, which is 8e-5 of s_n,max. The error of the chain at n = 200 is 1e-5.";
     ANCF_FORCE = Absolute 3e-3, "ANCF, force": "The same: a ninth of 0.09 N of 6 N.";
     ANCF_METRICS = Relative 5e-5, "ANCF, metrics": "The same in the impulse, 1e-5; the extrapolation leaves as much.";
     ANCF_PEAK = Relative 2e-3, "ANCF, peak": "The same in the largest force: 0.01 N of 6 N.";
-    GROWS = Between [1.0 + 1e-9, ANY] 0.0, "grows": "A growth, whatever its size.";
-    FALLS = Between [0.0, 1.0 - 1e-9] 0.0, "falls": "A fall, whatever its size.";
-    HARDLY_FALLS = Between [0.99, ANY] 0.0, "hardly falls": "A growth that saturates may turn by 1 %.";
+    GROWS = Between [1.0 + 1e-9, ANY] 0.0, "grows": "An increase of any size.";
+    FALLS = Between [0.0, 1.0 - 1e-9] 0.0, "falls": "A decrease of any size.";
+    HARDLY_FALLS = Between [0.99, ANY] 0.0, "hardly falls": "A saturating increase may reverse by 1 %.";
     DEGRESSIVE = Between [0.0, 0.5] 0.0, "degressive": "The curve has lost at least half of its slope.";
-    STEEP = Between [0.0, 0.1] 0.0, "steep": "Twelve times the velocity: less than a tenth is left, more than in proportion.";
+    STEEP = Between [0.0, 0.1] 0.0, "steep": "At twelve times the velocity less than a tenth remains: more than proportional.";
     MOST_LOST = Between [0.0, 0.4] 0.0, "most is lost": "More than half of it is lost everywhere.";
     SWEEPS = Between [0.9, 1.0] 0.0, "sweeps": "Near one: in contact nearly all the time.";
     STRIKES = Between [0.0, 0.4] 0.0, "strikes": "Well below one half.";
     STRAIGHT = Between [0.0, 0.1] 0.0, "straight": "Within a tenth of its range of a straight line.";
-    BENT = Between [0.12, ANY] 0.0, "not straight": "Farther from a straight line than what is called one.";
+    BENT = Between [0.12, ANY] 0.0, "not straight": "Farther from a straight line than the bound for \"straight\".";
     NEARLY_PROPORTIONAL = Between [0.5, 2.0] 0.0, "nearly proportional": "Within a factor of two of proportional.";
-    DISTINCT = Between [1.25, ANY] 0.0, "distinct": "A quarter more is seen in a diagram.";
+    DISTINCT = Between [1.25, ANY] 0.0, "distinct": "A quarter more is visible in a diagram.";
     ALONG_TIER = Between [0.3, 0.6] 0.0, "along the tier": "Between the levels of striking and of sweeping passes.";
-    ONE_MORE = Between [1.0, ANY] 0.0, "one more": "One contact at least.";
+    ONE_MORE = Between [1.0, ANY] 0.0, "one more": "At least one contact.";
     LATE = Between [0.5, 1.2] 0.0, "late": "In the second half of the nominal contact, or after it.";
     NONE = Between [0.0, 0.0] 0.0, "none": "Not a single one.";
-    UNNOTICEABLE = Between [0.0, 5e-3] 0.0, "not noticeable": "Half a percent is not seen in a diagram.";
+    UNNOTICEABLE = Between [0.0, 5e-3] 0.0, "not noticeable": "Half a percent is not visible in a diagram.";
     UNNOTICEABLE_RATIO = Between [0.0, 0.01] 0.0, "not noticeable, ε_tc": "A hundredth of the range.";
     MAGNITUDE = Between [10.0, 1000.0] 0.0, "magnitude": "Tens to hundreds of newtons.";
 }

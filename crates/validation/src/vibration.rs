@@ -1,4 +1,4 @@
-//! Small vibrations against beams and ropes.
+//! Small vibrations compared with beams and ropes.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -10,24 +10,25 @@ use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::simulation::integrate;
 use bristle::tool::ClampMotion;
 
-use super::case::{Axis, Case, Check, Curve, Figure, Look};
 use super::chains::{
     SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, logarithmic_slope, order, paper_case,
     unit_chain, untouched, without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::small_motion::{Direction, modes};
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use super::{Extent, Failure, Group, sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {
     title: "Vibration",
-    purpose: "Between its contacts a filament vibrates. Frequencies are those of the solver's equations, linearised: `M` is the \
-        residual's slope by the accelerations, `K` that by the coordinates. The damping ratio is measured in the time domain.",
-    cases: &[cantilever, damping, hanging_chain],
+    purpose: "Between its contacts a filament vibrates. Frequencies come from the solver's linearised equations: `M` is the \
+        derivative of the residual with respect to the accelerations, `K` that with respect to the coordinates. The damping ratio \
+        is measured in the time domain.",
+    trials: &[cantilever, damping, hanging_chain],
 };
 
-/// Modes that are looked at.
+/// Number of modes compared.
 const MODES: usize = 5;
 
 /// The first frequencies of a chain at rest, clamped along `x`.
@@ -36,7 +37,7 @@ fn frequencies<const N: usize>(chain: Chain<f64>, direction: Direction) -> [f64;
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
-fn cantilever(_: Extent) -> Result<Case, Failure> {
+fn cantilever(_: Extent) -> Result<Trial, Failure> {
     const COMPARED: [usize; 5] = [5, 10, 25, 50, 100];
     let exact: [f64; MODES] = std::array::from_fn(|i| cantilever_root(i + 1).powi(2));
     let at = |segments: usize, direction| frequencies::<MODES>(unit_chain(segments), direction);
@@ -74,11 +75,11 @@ fn cantilever(_: Extent) -> Result<Case, Failure> {
     let figure = error_figure("validation_cantilever", title, names, |segments| {
         Ok(std::array::from_fn::<f64, MODES, _>(|i| in_plane[&segments][i] / exact[i] - 1.0))
     })?;
-    Ok(Case {
+    Ok(Trial {
         title: "First five frequencies of a cantilever",
         text: "`ω_k = (β_k L)² √(E I/(ρ A L⁴))` with the roots of `cos βL cosh βL = −1`. In the plane of rotation (θ) and out \
-            of it (φ) the chain is the same. Its segments' ends are on the beam, so frequencies come from below, and their \
-            errors fall with n⁻²; orders are those between successive n from 10 on; the extrapolation is from n = 25, 50 and 100."
+            of it (φ) the chain behaves the same. The ends of its segments lie on the beam, so frequencies converge from below, and \
+            their errors fall as n⁻². Orders are those between successive n from 10 on; the extrapolation is from n = 25, 50 and 100."
             .to_owned(),
         checks,
         figures: vec![figure],
@@ -88,7 +89,7 @@ fn cantilever(_: Extent) -> Result<Case, Failure> {
 /// Size of the motion, in rad.
 const SIZE: f64 = 1e-3;
 
-/// How a filament swings to rest.
+/// The result of a filament that swings to rest.
 struct Swing {
     /// Damping ratio, and frequency over that of the beam.
     result: [f64; 2],
@@ -96,7 +97,7 @@ struct Swing {
     extremes: Vec<(f64, f64)>,
 }
 
-/// Lets the paper's filament, with so many segments and the setting ζ, swing to rest in its first mode.
+/// Lets the paper's filament swing to rest in its first mode, with this number of segments and damping ratio.
 fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Swing, Failure> {
     const HALF_PERIODS: usize = 8;
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
@@ -118,7 +119,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
         if step.start.time == 0.0 {
             first_deflection = step.node(segments - 1, 0.0).0[across].abs();
         }
-        // The first point, at rest, is the start.
+        // At the start the tip is at rest, too; that point does not count.
         let turning = crossing(|s| step.node(segments - 1, s).1[across]).filter(|_| step.start.time > 0.0);
         if let Some(s) = turning {
             extremes.push((step.time(s), step.node(segments - 1, s).0[across].abs()));
@@ -126,7 +127,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     })?;
     let [first, last] = [extremes.first(), extremes.get(HALF_PERIODS)].map(|extreme| extreme.copied());
     let (Some(first), Some(last)) = (first, last) else {
-        return Err(Failure::Reference(format!("the tip has swung {} times only", extremes.len())));
+        return Err(Failure::Reference(format!("the tip has only swung {} times", extremes.len())));
     };
     let count = HALF_PERIODS as f64;
     let decrement = (first.1 / last.1).ln() / count;
@@ -135,7 +136,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     Ok(Swing { result, extremes: extremes.collect() })
 }
 
-fn damping(_: Extent) -> Result<Case, Failure> {
+fn damping(_: Extent) -> Result<Trial, Failure> {
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for (damping_ratio, direction, name) in [
         (0.01, Direction::InPlane, "in the plane"),
@@ -176,18 +177,18 @@ fn damping(_: Extent) -> Result<Case, Failure> {
         y: Axis::logarithmic("deflection of the tip over the first"),
         curves,
     };
-    Ok(Case {
+    Ok(Trial {
         title: "Damping ratio of the first mode",
         text: "The paper's filament is released from its first mode, of 1 mrad, and swings to rest. The extremes of its tip and \
-            their times give the logarithmic decrement and so ζ, and the frequency `ω_d = Ω_1 √(1 − ζ²)`. As the dampers are \
-            proportional to the springs, the ratio of the chain is off by as much as its frequency: 0.073 % at n = 25."
+            their times give the logarithmic decrement, and thus ζ, and the frequency `ω_d = Ω_1 √(1 − ζ²)`. As the dampers are \
+            proportional to the springs, the chain's damping ratio is off by as much as its frequency: 0.073 % at n = 25."
             .to_owned(),
         checks,
         figures: vec![figure],
     })
 }
 
-fn hanging_chain(_: Extent) -> Result<Case, Failure> {
+fn hanging_chain(_: Extent) -> Result<Trial, Failure> {
     const HANGING_MODES: usize = 3;
     // The tension vanishes at the tip, where the chain is coarsest: more segments than a beam needs.
     const HALF: usize = 50;
@@ -218,10 +219,10 @@ fn hanging_chain(_: Extent) -> Result<Case, Failure> {
     let figure = error_figure("validation_hanging_chain", title, names, |segments| {
         Ok(std::array::from_fn::<f64, HANGING_MODES, _>(|i| in_plane[&segments][i] / hanging_rope(i + 1) - 1.0))
     })?;
-    Ok(Case {
+    Ok(Trial {
         title: "Hanging chain without stiffness",
-        text: "For `E I → 0` only weight brings the filament back: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
-            zeros of the Bessel function J₀. Rigid segments under tension approach it with n⁻²."
+        text: "For `E I → 0` weight alone restores the filament: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
+            zeros of the Bessel function J₀. Rigid segments under tension approach it with an error of order n⁻²."
             .to_owned(),
         checks,
         figures: vec![figure],

@@ -15,10 +15,11 @@ use crate::terminal::print;
 
 /// Say where the tool force of a study is high, from saved results
 ///
-/// DIR is what `bristle study` has written to. The table has the highest tool force F_n,w of all cases and within the limits, at
-/// each brushing velocity and at each penetration depth; the most force per velocity and per depth; and local maxima along the
-/// tier, the line between sweeping and striking. Each line names a case by its row in runs.csv, and has a sentence on it. Nothing
-/// is interpolated. Where further settings are swept, there is a table for each of their combinations.
+/// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases,
+/// within the limits, at each brushing velocity, and at each penetration depth. It also shows the most force per velocity
+/// and per depth, and local maxima along the tier, the line between sweeping and striking. Each line identifies a case by
+/// its row in runs.csv and explains it in a sentence. Nothing is interpolated. If further settings are swept, each
+/// combination of their values has a table.
 #[derive(Args)]
 pub struct AdviseArgs {
     /// Directory with the results of a study
@@ -33,7 +34,7 @@ pub struct AdviseArgs {
     /// Highest contact time ratio
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     max_ratio: Option<f64>,
-    /// Print one JSON object, in SI units, in place of the table
+    /// Print one JSON object, in SI units, instead of the table
     #[arg(long)]
     json: bool,
 }
@@ -54,14 +55,14 @@ pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads a brushing velocity.
+/// Parses a brushing velocity.
 fn parse_velocity(text: &str) -> Result<f64, String> {
     let parameter = Parameter::find(VELOCITY).ok_or("no such setting")?;
     let velocity = text.parse().ok().filter(|&velocity| parameter.check(velocity).is_ok());
     velocity.ok_or_else(|| format!("must be {}", parameter.allowed()))
 }
 
-/// Reads a contact time ratio.
+/// Parses a contact time ratio.
 fn parse_ratio(text: &str) -> Result<f64, String> {
     let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
     ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())

@@ -13,11 +13,11 @@ use crate::terminal::print;
 /// Most states that a comparison may ask for.
 const MAX_STATES: u64 = 100_000;
 
-/// Compare a graph of another engine with the built-in derivation, output by output, at random states
+/// Compare a graph from another engine with the built-in derivation, output by output, at random states
 ///
-/// GRAPH.json holds the whole equations of some number of segments, or the kernels of the solver; derivations/ has
-/// such graphs and what makes them, docs/graph-format.md the format. The table shows the largest deviation of each
-/// output relative to its size. The exit status is 1 if one deviates by more than 1e-12.
+/// GRAPH.json holds either the whole equations for some number of segments, or the kernels of the solver. derivations/ has
+/// such graphs and the scripts that make them; docs/graph-format.md describes the format. The table shows the largest
+/// deviation of each output, relative to its size. The exit status is 1 if one deviates by more than 1e-12.
 #[derive(Args)]
 pub struct CompareArgs {
     /// The graph
@@ -29,7 +29,7 @@ pub struct CompareArgs {
     /// Seed of the states
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Leave straight states out, where springs stated through the arc cosine are singular
+    /// Leave out straight states, at which springs stated with the arc cosine are singular
     #[arg(long)]
     bent: bool,
 }

@@ -13,12 +13,12 @@ use crate::terminal::{print, say_written};
 
 /// Show the equations of motion of a filament
 ///
-/// Either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
+/// Shows either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
 #[derive(Args)]
 pub struct DeriveArgs {
     #[command(flatten)]
     equations: EquationsArgs,
-    /// Form of the equations; math, latex and markdown are for reading, and take minutes beyond 100 segments
+    /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
     /// File to write instead of stdout
@@ -39,7 +39,7 @@ pub struct EquationsArgs {
 
 impl From<&EquationsArgs> for Equations {
     fn from(arguments: &EquationsArgs) -> Self {
-        // clap lets exactly one of the two pass.
+        // clap accepts exactly one of the two.
         arguments.segments.map_or(Self::Kernels, Self::Whole)
     }
 }
@@ -50,7 +50,7 @@ pub enum Format {
     Math,
     /// A LaTeX document
     Latex,
-    /// A page with formulas; of whole equations, the way from the energies to them
+    /// A page with formulas; for whole equations, the derivation from the energies
     Markdown,
     /// Rust source
     Rust,

@@ -15,14 +15,14 @@ use crate::terminal::print;
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
 ///
-/// The state is a JSON file of base angle (rad), rate (rad/s) and acceleration (rad/s²),
-/// gravity (m/s²), and for each segment the polar angle φ and the azimuth θ (rad) in q, their
-/// rates (rad/s) in v:
+/// The state is a JSON file with the angle (rad), rate (rad/s) and acceleration (rad/s²) of the
+/// base, and gravity (m/s²). For each segment, q holds the polar angle φ and the azimuth θ (rad),
+/// and v their rates (rad/s):
 ///
 ///   {"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0],
 ///    "q": [1.57, -1.5], "v": [0, 50]}
 ///
-/// The number of segments follows from q. Contact is left out, so FILE.toml need not state
+/// The length of q gives the number of segments. Contact is left out, so FILE.toml may omit
 /// velocity and depth.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]

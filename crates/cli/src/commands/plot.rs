@@ -8,12 +8,12 @@ use clap::Args;
 use crate::error::CliError;
 use crate::pictures::{draw_saved, say_drawn};
 
-/// Draw saved results once more, to DIR/figures
+/// Redraw the figures of saved results, to DIR/figures
 ///
-/// DIR is what `bristle study` or `bristle simulate` has written to. Of a study: maps and curves of tip deflection, contact time,
-/// contact time ratio, impulse and tool force over the swept settings, and the tool force beside measured ones. Of one contact:
-/// force and tip deflection over time. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the
-/// results.
+/// DIR is a directory that `bristle study` or `bristle simulate` has written to. The figures of a study are maps and curves
+/// of tip deflection, contact time, contact time ratio, impulse and tool force over the swept settings, and a comparison of
+/// the tool force with measured forces. The figure of one contact shows force and tip deflection over time. Each figure is
+/// drawn as SVG and PNG, with the same bytes as by the command that made the results.
 #[derive(Args)]
 pub struct PlotArgs {
     /// Directory with results

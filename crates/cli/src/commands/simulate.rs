@@ -19,31 +19,31 @@ use crate::saved::{CASE, HISTORY, HISTORY_PARQUET};
 use crate::terminal::say_written;
 use crate::vtk_files::{commit_vtk, prepare_vtk, stage_vtk};
 
-/// Name of the file of metrics.
+/// Name of the metrics file.
 const METRICS: &str = "metrics.json";
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
-/// metrics.json is a flat object with the contact metrics and the solver's statistics. history.csv has forces, deflection, tip
-/// position and energies at equally spaced times; their number changes no metric. A program built with the feature parquet writes
-/// the same table as history.parquet too. DIR/figures/history.svg and .png show force and tip deflection over time. [study] is
-/// ignored.
+/// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
+/// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
+/// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
+/// time. [study] is ignored.
 ///
-/// With --vtk the filament's nodes are written for ParaView: open DIR/vtk/contact.pvd. It lists a file for each of 200 equally
-/// spaced times in s, or N with --vtk=N, the first and the last instant included, and the workpiece. Positions are in m; at each
-/// node stand arc length, velocity, contact force, gap to the workpiece and angle of the joint.
+/// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
+/// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
+/// Each node has its arc length, velocity, contact force, gap to the workpiece, and joint angle.
 #[derive(Args)]
 pub struct SimulateArgs {
     /// Input file, see `bristle schema`
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Directory for the results, made where there is none
+    /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Number of rows of history.csv, in place of [solver] samples
+    /// Number of rows in history.csv; overrides samples in [solver]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
-    /// Write N shapes of the filament to DIR/vtk, for ParaView [default: none; 200 if N is left out]
+    /// Write N shapes of the filament to DIR/vtk, for ParaView [default: none; 200 without N]
     #[arg(
         long,
         value_name = "N",

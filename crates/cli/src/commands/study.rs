@@ -24,16 +24,16 @@ use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
 
-/// Exit status where Ctrl-C has stopped a study, as shells have it: 128 and the signal's number.
+/// Exit status if Ctrl-C stopped a study. As in shells, it is 128 plus the number of the signal.
 const INTERRUPTED: i32 = 130;
 /// Name of the page.
 const REPORT: &str = "report.html";
-/// Most threads that a study may ask for.
+/// Largest number of threads for a study.
 const MAX_THREADS: u64 = 1024;
-/// Most failed cases that a study prints; the others stand in its file.
+/// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 
-/// Simulate every case that [study] of a file asks for, and write DIR/runs.csv, DIR/report.html and DIR/figures
+/// Simulate all cases of [study] in a file, and write DIR/runs.csv, DIR/report.html and DIR/figures
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -42,63 +42,64 @@ const MAX_FAILURES_SHOWN: usize = 5;
 ///   penetration_depth_m = [0.5e-3, 1.0e-3]
 ///   "filament.segments" = [10, 25, 50]
 ///
-/// The cases are all combinations. runs.csv has a row for each: settings, contact metrics,
-/// solver statistics, and status (ok or the error). A program built with the feature parquet
-/// writes the same table as runs.parquet too. A case that fails does not stop the others,
-/// and makes the exit status 3. report.html is a page to look
-/// through in a browser: maps, one contact at a time in motion, settings.
+/// The cases are all combinations. runs.csv has one row per case: settings, contact metrics,
+/// solver statistics, and status (ok or the error). A build with the feature parquet also writes
+/// this table as runs.parquet. A case that fails does not stop the others; the exit status is
+/// then 3. report.html is a page to explore in a browser. It shows maps, each contact in motion,
+/// and the settings.
 ///
-/// DIR/figures has maps and curves of the metrics as SVG and PNG;
-/// `bristle plot DIR` draws them again. Measured forces are drawn beside simulated ones, and
-/// deviations written to DIR/measured_comparison.csv, if the file names them:
+/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot DIR` redraws
+/// them. If the input file names measured forces, the figures compare them with the simulated
+/// ones, and DIR/measured_comparison.csv lists the deviations:
 ///
 ///   [measured]
 ///   file = "forces.csv"
 ///
-/// with the columns brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
+/// The columns of that file are brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
 ///
-/// Where filaments are not known exactly, standard deviations in the file make the study repeat each
-/// case with sampled tools, and state the band that 95 % of their forces lie in, and what it comes from:
+/// If the properties of the filaments are not known exactly, state standard deviations. The study
+/// then repeats each case with sampled tools. It shows the band that contains 95 % of their forces,
+/// and how much each property contributes to it:
 ///
 ///   [uncertainty]
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
 ///
-/// A study can be stopped at any moment, by Ctrl-C or a crash: the same command goes on where it
-/// was. Each case that is done is a line of DIR/journal.jsonl; what is lost are the cases that
-/// were being simulated, and after a loss of power those of the last tenth of a second. The
-/// results are the same to the bit. A journal of other settings, or made by another Bristle, is
-/// refused; --restart gives it up. Only one study at a time can write to a directory.
+/// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
+/// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
+/// after a power failure those of the last tenth of a second. The results are the same to the bit.
+/// A journal from other settings or another build of Bristle is refused; --restart discards it.
+/// Only one study at a time can write to a directory.
 ///
-/// With --json each line on stdout is an object. While cases are simulated, at most ten a second:
+/// With --json each line on stdout is an object. While cases are simulated, at most ten per second:
 ///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,"seconds_left":0.12}
-/// done counts the cases with a result, failures those of them that failed, rate cases a second;
-/// rate and seconds_left are null as long as they are unknown. At the end:
+/// done counts the cases with a result, failures those of them that failed. rate is in cases per
+/// second; rate and seconds_left are null while unknown. At the end:
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
 ///    "files":["results/runs.csv","results/study.json","results/report.html"]}
-/// resumed counts the cases that were in the journal already, and files are those now written.
+/// resumed counts the cases that were already in the journal, and files lists the files written.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct StudyArgs {
     /// Input file, see `bristle schema`
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Directory for the results, made where there is none
+    /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Number of threads [default: one a core]; does not change the results
+    /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
-    /// Simulate all cases anew, and give up what DIR/journal.jsonl holds
+    /// Discard DIR/journal.jsonl and simulate all cases again
     #[arg(long)]
     restart: bool,
-    /// Print progress and summary to stdout, as JSON objects, in place of tables
+    /// Print progress and summary to stdout as JSON objects, instead of tables
     #[arg(long)]
     json: bool,
 }
 
 impl StudyArgs {
-    /// The number of threads that was asked for.
+    /// The requested number of threads.
     fn threads(&self) -> Option<NonZeroUsize> {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
     }
@@ -149,24 +150,24 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     Ok(SIMULATION_FAILED.into())
 }
 
-/// Tells what a journal held that the study begins with.
+/// Tells the user what the journal held when the study started.
 fn tell_of_earlier(earlier: &Earlier, path: &Path) {
     let path = path.display();
-    if earlier.given_up {
-        say(format_args!("note: the earlier journal `{path}` is given up"));
+    if earlier.discarded {
+        say(format_args!("note: the earlier journal `{path}` has been discarded"));
     }
     if earlier.torn > 0 {
         let torn = earlier.torn;
-        say(format_args!("note: the last {torn} bytes of `{path}` were not written to their end, and are dropped"));
+        say(format_args!("note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"));
     }
     let (done, total) = (earlier.results.iter().flatten().count(), earlier.results.len());
     if done > 0 {
-        say(format_args!("{done} of {total} cases are in `{path}`, {} are left", total - done));
+        say(format_args!("{done} of {total} cases are in `{path}`, {} remain", total - done));
     }
 }
 
-/// Simulates the cases without a result and returns all results, with the seconds. Each goes into the journal, and its
-/// course to the recorder.
+/// Simulates the cases without a result, appends each to the journal, and records its course. Returns all results, and the
+/// time taken in s.
 fn simulate_cases(
     study: &Study,
     arguments: &StudyArgs,
@@ -194,20 +195,20 @@ fn simulate_cases(
     Ok((results, progress, seconds))
 }
 
-/// Lets Ctrl-C end the program between two lines of the journal, and tell how to go on.
+/// Lets Ctrl-C end the program between two lines of the journal, with a message that says how to resume.
 fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let stop = journal.stopper(move |done| {
         let path = path.display();
         say_at_the_end(format_args!(
-            "stopped: {done} of {total} cases are in `{path}`; the same command goes on from there"
+            "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
         ));
         process::exit(INTERRUPTED)
     });
-    // Where signals are handled elsewhere, or ignored, that is meant; and the journal stands an end without notice.
+    // If signals are handled elsewhere, or ignored, that is intended. The journal survives an end without notice.
     let _ = ctrlc::try_set_handler(stop);
 }
 
-/// Writes what a study has found, beside the `measured` forces that it is compared with, and returns the paths.
+/// Writes the results of a study and the `measured` forces that they are compared with. Returns the paths.
 fn write_results(
     arguments: &StudyArgs,
     study: &Study,
@@ -234,7 +235,7 @@ fn write_results(
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
     staged.push(StagedFile::text(directory, REPORT, &page(&name, study, results, courses)).map_err(unfinished)?);
     let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
-    // What an earlier study had, and this one has not.
+    // Files of an earlier study that this one does not write.
     let has_measured = measured.is_some();
     let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
     for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {

@@ -18,15 +18,16 @@ const PAGE: &str = "validation.md";
 
 /// Compare the simulator with exact solutions, other codes and the paper, and write DIR/validation.csv
 ///
-/// The table shows each number beside what it should be, who says so, its error and how far it may be off. validation.csv has
-/// the same with all digits; validation.md is a page with the formulas, the reasons for the tolerances and the figures, which
-/// lie beside it as SVG. The exit status is 1 if one number is off by more than its tolerance, or cannot be computed.
+/// The table shows each number with its reference, the source of the reference, the error and the tolerance. validation.csv
+/// has the same with all digits. validation.md is a page with the formulas, the reasons for the tolerances, and the figures,
+/// which are SVG files in the same directory. The exit status is 1 if a number is off by more than its tolerance or cannot
+/// be computed.
 #[derive(Args)]
 pub struct ValidateArgs {
-    /// Studies of convergence too
+    /// Include convergence studies
     #[arg(long)]
     full: bool,
-    /// Directory for the results, made where there is none
+    /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = "validation")]
     out: PathBuf,
 }
@@ -37,20 +38,20 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     prepare_directory(&arguments.out, &[COMPARISONS, PAGE])?;
 
     let start = Instant::now();
-    let bar = ProgressBar::new(validation::case_count() as u64).with_style(progress_style());
+    let bar = ProgressBar::new(validation::trial_count() as u64).with_style(progress_style());
     let outcomes = validation::run(extent, || bar.inc(1));
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 
     let written = write_validation(&arguments.out, &outcomes, extent);
-    say(format_args!("{} cases in {seconds:.2} s", validation::case_count()));
-    // Last, so that the verdict is what a terminal shows; and also where the files cannot be written.
+    say(format_args!("{} cases in {seconds:.2} s", validation::trial_count()));
+    // Printed last, so that the verdict is what a terminal shows, even if the files cannot be written.
     print(&validation::table(&outcomes))?;
     written?;
     Ok(agreement(validation::agrees(&outcomes)))
 }
 
-/// Writes what a validation has compared, its page and its figures.
+/// Writes the comparisons of a validation, its page and its figures.
 fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> Result<(), CliError> {
     let stage = |name: &str, text: String| StagedFile::text(directory, name, &text);
     let comparisons = directory.join(COMPARISONS);

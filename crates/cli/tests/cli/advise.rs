@@ -46,16 +46,16 @@ fn printed(directory: &TempDir, arguments: &str) -> String {
     String::from_utf8(assert.get_output().stdout.clone()).expect("UTF-8")
 }
 
-/// What the program says of bad input.
+/// The program's message about bad input.
 fn refusal(directory: &TempDir, arguments: &str) -> String {
     let assert = bristle(directory.path(), arguments).assert().code(2).stdout("").stderr(contains("panicked").not());
     String::from_utf8(assert.get_output().stderr.clone()).expect("UTF-8")
 }
 
-/// The number in a row, counted from 1 below the heading, and a column of `runs.csv`.
+/// The number in a row (counted from 1, below the header) and a column of `runs.csv`.
 fn number(runs: &Path, row: u64, column: &str) -> f64 {
     let mut reader = csv::Reader::from_path(runs).expect("runs.csv");
-    let position = reader.headers().expect("a heading").iter().position(|name| name == column).expect(column);
+    let position = reader.headers().expect("a header").iter().position(|name| name == column).expect(column);
     let record = reader.records().nth(row as usize - 1).expect("the row").expect("cells");
     record[position].parse().expect("a number")
 }

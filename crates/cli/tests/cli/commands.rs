@@ -86,7 +86,7 @@ impl Workspace {
         fs::read_to_string(self.path(name)).expect(name)
     }
 
-    /// Rows of a CSV file, heading included.
+    /// Rows of a CSV file, including the header.
     fn read_rows(&self, name: &str) -> Vec<Vec<String>> {
         csv::ReaderBuilder::new()
             .has_headers(false)
@@ -102,7 +102,7 @@ impl Workspace {
         crate::program::bristle(self.directory.path(), arguments)
     }
 
-    /// Runs the program on bad input and returns what it says.
+    /// Runs the program on bad input and returns its message.
     fn refuse(&self, arguments: &str) -> String {
         let assert = self
             .bristle(arguments)
@@ -128,7 +128,7 @@ fn simulate_writes_metrics_and_history() {
     for key in RESULTS {
         assert!(metrics[key].is_number(), "{key}");
         let position = text.find(&format!("\"{key}\"")).expect(key);
-        assert!(position > last, "{key} comes in its order");
+        assert!(position > last, "{key} is out of order");
         last = position;
     }
     let ratio = metrics["contact_time_ratio"].as_f64().expect("a number");
@@ -158,7 +158,7 @@ fn the_number_of_samples_changes_no_metric() {
 }
 
 #[test]
-fn study_writes_a_row_a_case_in_the_grids_order() {
+fn study_writes_one_row_per_case_in_grid_order() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
     workspace
@@ -189,7 +189,7 @@ fn study_writes_a_row_a_case_in_the_grids_order() {
     let files = fs::read_dir(workspace.path("results")).expect("results");
     let mut files: Vec<_> = files.map(|entry| entry.expect("an entry").file_name()).collect();
     files.sort();
-    // tests/formats.rs looks after it.
+    // formats.rs tests it.
     files.retain(|name| !cfg!(feature = "parquet") || name != "runs.parquet");
     assert_eq!(
         files,
@@ -199,7 +199,7 @@ fn study_writes_a_row_a_case_in_the_grids_order() {
 }
 
 #[test]
-fn any_setting_can_be_swept_and_need_not_stand_elsewhere() {
+fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
     let workspace = Workspace::new();
     let file = FILE.replace("brushing_velocity_m_s = 10.0\n", "").replace("penetration_depth_m = 1.0e-3\n", "")
         + "\"filament.segments\" = { start = 3, stop = 5, step = 2 }\n\"contact.friction_coefficient\" = [0.1]\n";
@@ -239,7 +239,7 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
         .assert()
         .code(3)
         .stderr(contains("error: 6 cases failed").and(contains("panicked").not()));
-    assert!(workspace.read("results/report.html").contains("\"failed\":6"), "the page tells of them");
+    assert!(workspace.read("results/report.html").contains("\"failed\":6"), "the page counts them");
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows.len(), 13);
     for (case, row) in rows[1..].iter().enumerate() {
@@ -264,7 +264,7 @@ fn a_failed_simulation_writes_nothing() {
     assert!(files.is_empty());
 }
 
-/// Files of a directory with their bytes, by name.
+/// The contents of the files in a directory, by name.
 fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry"));
     let entries = entries.filter(|entry| entry.path().is_file());
@@ -331,7 +331,7 @@ fn figures_fit_what_is_swept() {
         let names = files(&workspace.path("results/figures")).into_keys().filter(|name| name.ends_with(".svg"));
         (names.collect::<Vec<_>>(), String::from_utf8_lossy(&assert.get_output().stderr).into_owned())
     };
-    // Figures of the study before are removed.
+    // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
     assert_eq!(names.len(), 5);
     assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
@@ -379,7 +379,7 @@ fn results_that_cannot_be_drawn_are_refused() {
     assert_eq!(files(&workspace.path("results/figures")), drawn, "earlier figures stay");
 }
 
-/// As a crash leaves them that comes after the rows have been written, and before the settings are.
+/// A crash after the rows are written and before the settings are would leave such results.
 #[test]
 fn results_of_two_studies_are_not_drawn_as_one() {
     let workspace = Workspace::new();
@@ -392,7 +392,7 @@ fn results_of_two_studies_are_not_drawn_as_one() {
     let message = workspace.refuse("plot results");
     assert!(message.contains("runs.csv:1: these are not the results that study.json belongs to"), "{message}");
     assert!(message.contains("help: run the command that made the results again"), "{message}");
-    // Which is enough, as the journal has them.
+    // That suffices, as the journal has the results.
     workspace.bristle("study case.toml --out results").assert().success();
     workspace.bristle("plot results").assert().success();
 }
@@ -428,7 +428,7 @@ fn measured_forces_are_compared_and_drawn() {
          simulated_uncertainty_n,difference_n,within_std,status"
     );
     let simulated = |row: usize| rows[row][4].parse::<f64>().expect("a force");
-    // Cases 2 and 3 are those at 1 mm; the third point lies in the middle of the first four.
+    // Cases 2 and 3 are those at 1 mm; the third point lies in the middle of the first four cases.
     assert_eq!([simulated(1), simulated(2)], [force[2], force[3]]);
     let middle = force[..4].iter().sum::<f64>() / 4.0;
     assert!((simulated(3) - middle).abs() < 1e-9 * middle, "rounding of the weights");
@@ -437,13 +437,13 @@ fn measured_forces_are_compared_and_drawn() {
     assert_eq!([&rows[1][7], &rows[2][7], &rows[4][7]], ["yes", "no", ""]);
     assert_eq!([&rows[1][8], &rows[4][8]], ["ok", "outside the study"]);
 
-    // The saved results stand alone.
+    // The saved results need no input file.
     fs::remove_dir_all(workspace.path("inputs")).expect("the inputs can be removed");
     workspace.bristle("plot results --out again").assert().success().stderr(contains("bias"));
     assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("results/figures")));
     assert_eq!(workspace.read("again/measured_comparison.csv"), workspace.read("results/measured_comparison.csv"));
 
-    // What was measured does not stay beside results that are compared with nothing.
+    // Files of measured forces are removed when the results are not compared with any.
     workspace.write("case.toml", FILE);
     workspace.bristle("study case.toml --out results").assert().success();
     for name in ["measured.csv", "measured_comparison.csv"] {
@@ -509,7 +509,7 @@ fn evaluate_prints_the_equations_at_a_state() {
     }
 }
 
-/// All that `derive` takes for `--format`.
+/// All values of `--format` in `derive`.
 const FORMATS: [&str; 5] = ["math", "latex", "markdown", "rust", "json"];
 
 #[test]
@@ -538,7 +538,7 @@ fn derive_gives_the_same_bytes_in_every_process() {
 }
 
 #[test]
-fn derived_source_says_where_it_comes_from() {
+fn derived_source_states_its_origin() {
     let workspace = Workspace::new();
     for equations in ["--segments 2", "--kernels"] {
         let command = format!("derive {equations} --format rust");
@@ -572,7 +572,7 @@ fn the_page_of_the_equations_is_up_to_date() {
     );
     assert!(
         page == derived.expect("the derivation is sound"),
-        "docs/equations.md is stale; make it again: \
+        "docs/equations.md is stale; regenerate it: \
          cargo run --release -- derive --segments 2 --format markdown --out docs/equations.md"
     );
 }
@@ -590,7 +590,7 @@ fn compare_tells_agreement_and_deviation() {
         assert!(outputs.iter().all(|output| table.contains(output)), "{table}");
     }
 
-    // Another sign in the energies. (One of a velocity would not show in the force, from which velocities of nodes cancel.)
+    // Another sign in the energies. (The sign of a velocity would not affect the force, as the node velocities cancel.)
     let text = fs::read_to_string(graph("chain_2.json")).expect("the graph is there");
     let energies = text.find("\"energies\"").expect("it has energies");
     let (before, after) = text.split_at(energies);
@@ -667,7 +667,7 @@ fn the_example_is_the_papers_study() {
     assert_eq!(last.process.brushing_velocity_m_s, 30.0);
     assert_eq!(last.process.penetration_depth_m, 5.0e-3);
 
-    // What the example states and could leave out are the defaults.
+    // The optional settings in the example have their default values.
     let minimal = Workspace::new();
     minimal.write("minimal.toml", FILE.replace("segments = 4\n", "").replace("relative_tolerance = 1e-4\n", ""));
     let minimal = minimal.read("minimal.toml");
@@ -680,13 +680,13 @@ fn the_example_is_the_papers_study() {
     assert_eq!(stated, defaults);
 }
 
-/// How a message names the line of `case.toml` that begins with a text.
+/// How a message cites the line of `case.toml` that starts with a text.
 fn place(file: &str, text: &str) -> String {
     let line = file.lines().position(|line| line.starts_with(text)).expect(text);
     format!("case.toml:{}:", line + 1)
 }
 
-/// Replaces a line of [`FILE`], and expects a message with the key and with the number of the replacement's last line.
+/// Replaces a line of [`FILE`], and expects a message with the key and the number of the last line of the replacement.
 fn refuse_change(command: &str, old: &str, new: &str, key: &str) {
     let workspace = Workspace::new();
     let at = FILE.find(old).expect(old);
@@ -804,7 +804,7 @@ fn bad_sweeps_are_refused_with_key_and_line() {
         workspace.write("case.toml", format!("{file}{new}\n"));
         let message = workspace.refuse("study case.toml --out results");
         assert!(message.contains(key), "{new}: no `{key}` in\n{message}");
-        // A relation points at one of its settings, here at the one that is not swept.
+        // The error of a relation points at one of its settings, here at the one that is not swept.
         let place = if key == "filament.diameter_m" { place(FILE, "diameter_m") } else { format!("case.toml:{line}:") };
         assert!(message.contains(&place), "{new}: no `{place}` in\n{message}");
         assert!(!workspace.path("results").exists(), "{new}: results are left");
@@ -829,7 +829,7 @@ fn a_grid_of_too_many_points_is_refused_at_once() {
 }
 
 #[test]
-fn what_is_missing_is_named() {
+fn messages_name_what_is_missing() {
     let missing = [
         ("length_m = 0.040\n", "`filament.length_m` is missing", "[filament]"),
         ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
@@ -856,7 +856,7 @@ fn what_is_missing_is_named() {
 fn unreadable_files_are_refused() {
     let workspace = Workspace::new();
     workspace.write("binary.toml", [0xff, 0x00, 0x80]);
-    workspace.write("text.toml", "This is no TOML.\n");
+    workspace.write("text.toml", "This is not TOML.\n");
     workspace.write("empty.toml", "");
     for file in ["absent.toml", "binary.toml", "text.toml", "empty.toml", "."] {
         for command in ["simulate", "study"] {
@@ -951,8 +951,8 @@ fn bad_calls_are_refused() {
 }
 
 #[test]
-fn a_closed_stdout_is_no_error() {
-    // More than a pipe holds, so that the program still writes when its reader is gone.
+fn a_closed_stdout_is_not_an_error() {
+    // More than a pipe holds, so that the program is still writing after its reader has gone.
     let mut child = Process::new(env!("CARGO_BIN_EXE_bristle"))
         .args(["derive", "--segments", "12"])
         .stdout(Stdio::piped())

@@ -1,4 +1,4 @@
-//! Result files for other programs, as the command line writes them: VTK, and Parquet with the feature of that name.
+//! The command line's result files for other programs: VTK, and Parquet with the feature of that name.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ fn names(directory: &Path) -> Vec<String> {
     names
 }
 
-/// The files that the collection in a directory lists, each once.
+/// The files listed by the collection in a directory, each once.
 fn listed(directory: &Path) -> Vec<String> {
     let text = fs::read_to_string(directory.join("contact.pvd")).expect("a collection");
     let files = text.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap_or_default().to_owned());
@@ -60,7 +60,7 @@ fn simulate_writes_shapes_for_paraview() {
     let directory = workspace();
     let vtk = directory.path().join("one/vtk");
     bristle(directory.path(), "simulate case.toml --out one").assert().success();
-    assert!(!vtk.exists(), "nobody has asked for shapes");
+    assert!(!vtk.exists(), "shapes were written without --vtk");
     bristle(directory.path(), "simulate case.toml --out one --vtk")
         .assert()
         .success()
@@ -71,7 +71,7 @@ fn simulate_writes_shapes_for_paraview() {
     present.retain(|name| name != "contact.pvd");
     assert_eq!(files, present);
 
-    // Fewer shapes now; what the user has put there stays.
+    // Fewer shapes now. The user's own file stays.
     fs::write(vtk.join("own.pvsm"), "kept").expect("the file can be written");
     bristle(directory.path(), "simulate case.toml --out one --vtk=2").assert().success();
     let expected = ["contact.pvd", "filament_0000.vtp", "filament_0001.vtp", "own.pvsm", "workpiece.vtp"];
@@ -79,7 +79,7 @@ fn simulate_writes_shapes_for_paraview() {
     assert_eq!(listed(&vtk), ["filament_0000.vtp", "filament_0001.vtp", "workpiece.vtp"]);
     assert_eq!(fs::read(vtk.join("filament_0000.vtp")).expect("the first shape"), first);
 
-    // Shapes of another run would be taken for this one's, and halves of shapes are nobody's.
+    // Shapes of an earlier run would be mistaken for those of this one; incomplete files are of no use.
     fs::write(vtk.join(".filament_0007.vtp.bristle-killed"), "half a shape").expect("the file can be written");
     bristle(directory.path(), "simulate case.toml --out one").assert().success();
     assert_eq!(names(&vtk), ["own.pvsm"]);
@@ -98,7 +98,7 @@ fn shapes_change_no_other_result() {
 }
 
 #[test]
-fn shapes_that_cannot_be_written_are_refused_before_anything_is() {
+fn shapes_that_cannot_be_written_are_refused_before_anything_is_written() {
     let directory = workspace();
     for number in ["1", "10001", "many", "-3"] {
         let arguments = format!("simulate case.toml --out one --vtk={number}");
@@ -108,14 +108,14 @@ fn shapes_that_cannot_be_written_are_refused_before_anything_is() {
     fs::write(directory.path().join("one/vtk"), "a file").expect("a file can be written");
     bristle(directory.path(), "simulate case.toml --out one --vtk").assert().code(2).stderr(contains("one/vtk"));
     assert_eq!(names(&directory.path().join("one")), ["vtk"]);
-    // Where nobody asks for shapes, it is not in the way.
+    // Without --vtk that file does not matter.
     bristle(directory.path(), "simulate case.toml --out one").assert().success();
     fs::create_dir_all(directory.path().join("two/vtk/contact.pvd")).expect("a directory can be made");
     bristle(directory.path(), "simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
     assert_eq!(names(&directory.path().join("two")), ["vtk"]);
 }
 
-/// Without the feature, tables of an earlier run do not stay beside those of this one.
+/// Without the feature, tables of an earlier run are removed.
 #[test]
 fn tables_as_parquet_are_those_of_this_run() {
     let directory = workspace();

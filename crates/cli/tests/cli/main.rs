@@ -1,4 +1,4 @@
-//! Tests of the program as its users call it, in one program of tests: each further one would be linked on its own.
+//! Tests of the program as its users call it. They form one test program, as each further one would have to be linked.
 
 mod program;
 

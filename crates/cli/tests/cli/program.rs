@@ -1,10 +1,10 @@
-//! The program, as the tests of its commands call it.
+//! Calls the program under test.
 
 use std::path::Path;
 
 use assert_cmd::Command;
 
-/// A call of the program in a directory, with arguments parted by spaces.
+/// A call of the program in a directory, with arguments separated by spaces.
 pub fn bristle(directory: &Path, arguments: &str) -> Command {
     let mut command = Command::cargo_bin("bristle").expect("the program is built");
     command.current_dir(directory).args(arguments.split_whitespace());

@@ -1,5 +1,5 @@
-//! A study that is stopped, in whatever way, goes on where it was and ends with the same bytes. Nothing here is simulated
-//! but the physics: processes are killed, files are cut and damaged, disks are full.
+//! However a study is stopped, it resumes and ends with the same bytes. Nothing here is mocked: processes are killed, files
+//! are truncated and damaged, disks are full.
 
 use std::fs;
 use std::io::{BufReader, Read};
@@ -15,8 +15,8 @@ use bristle_study::study::Study;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A study of some tenths of a second: two kinds of passes, and cases that fail. Only one of velocity and depth has several
-/// values, as a map and its curves take longer to draw than the passes to simulate, and each run draws them.
+/// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
+/// values. With several depths each run would draw maps, which would take longer than the simulation.
 const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
@@ -36,10 +36,10 @@ penetration_depth_m = [2.0e-3]
 \"contact.friction_coefficient\" = [0.0, 0.1]
 \"contact.stiffness_n_m\" = [1e5, 1e300]
 ";
-/// Its number of cases, and of those that fail.
+/// The number of its cases, and of those that fail.
 const CASES: usize = 180;
 const FAILURES: usize = 90;
-/// What is in the directory of a study that has ended.
+/// The contents of the directory after a study has ended.
 const RESULTS: &[&str] = if cfg!(feature = "parquet") {
     &["figures", "journal.jsonl", "report.html", "runs.csv", "runs.parquet", "study.json"]
 } else {
@@ -51,12 +51,12 @@ const FAILED_CASES: i32 = 3;
 const REFUSED: i32 = 2;
 const INTERRUPTED: i32 = 130;
 
-/// A study that is still running whatever a test does meanwhile.
+/// A study long enough to keep running throughout a test.
 fn long_file() -> String {
     FILE.replace("step = 0.5", "step = 0.001")
 }
 
-/// `runs.csv` of the study when nothing disturbs it, and the time that it takes.
+/// `runs.csv` of the undisturbed study, and the time that it takes.
 static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
     let workspace = Workspace::new();
     let begin = Instant::now();
@@ -66,7 +66,7 @@ static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
     (workspace.read("runs.csv"), duration)
 });
 
-/// A directory with the study's file, and the directory of its results.
+/// A directory with the input file of the study and the directory of its results.
 struct Workspace {
     directory: TempDir,
 }
@@ -103,7 +103,7 @@ impl Workspace {
         fs::write(self.result("journal.jsonl"), bytes).expect("the journal can be written");
     }
 
-    /// The call of the study, in this directory.
+    /// A call of the study in this directory.
     fn command(&self, options: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
         command.args(["study", "case.toml", "--out", "results"]).args(options.split_whitespace());
@@ -141,17 +141,17 @@ impl Workspace {
         output
     }
 
-    /// Expects what a study leaves that nothing has disturbed, and no other file.
+    /// Expects the files of an undisturbed study, and no others.
     fn is_as_undisturbed(&self) {
-        assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv is another one");
+        assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv differs");
         let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
-        assert!(self.read("study.json").contains(&digest), "study.json is of another runs.csv");
+        assert!(self.read("study.json").contains(&digest), "study.json belongs to another runs.csv");
         assert_eq!(self.files(), RESULTS);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
     }
 
-    /// Expects the study to be refused, and the files of its results to stay as they are.
+    /// Expects the study to be refused, and its result files to stay unchanged.
     fn is_refused(&self, options: &str) -> String {
         let before = (self.journal(), fs::read(self.result("runs.csv")).ok());
         let output = self.study(options);
@@ -170,13 +170,13 @@ impl Workspace {
         names
     }
 
-    /// What the journal holds.
+    /// The contents of the journal.
     fn contents(&self) -> Result<Contents, JournalError> {
         let study = parse(FILE);
         Journal::new(&study).read(&study, BufReader::new(self.journal().as_slice()))
     }
 
-    /// Number of whole lines of the journal, the header among them.
+    /// The number of complete lines in the journal, including the header.
     fn lines(&self) -> usize {
         self.journal().iter().filter(|&&byte| byte == b'\n').count()
     }
@@ -212,7 +212,8 @@ fn a_study_that_is_killed_fifty_times_ends_with_the_same_bytes() {
         assert!(round < 10 * KILLS, "the study is always faster than the kill");
         let options = ["--threads 1", "--threads 2", "--threads 3"][round % 3];
         let mut child = workspace.start(options);
-        // By the clock, which also hits start and end; and where this machine has got to, however loaded it is.
+        // Half of the kills come after a random time, which also hits the start and the end. The others come after a random
+        // number of cases, which does not depend on the load of the machine.
         if round % 2 == 0 {
             sleep(duration.mul_f64(random.f64()));
         } else {
@@ -221,8 +222,8 @@ fn a_study_that_is_killed_fifty_times_ends_with_the_same_bytes() {
         }
         child.kill().expect("the process is ours");
         let status = child.wait().expect("the process is ours");
-        // What a kill may leave is whole but for its end.
-        let done = workspace.contents().expect("only the end can be torn").results.iter().flatten().count();
+        // A kill may leave only the last line incomplete.
+        let done = workspace.contents().expect("only the last line can be cut off").results.iter().flatten().count();
         if let Some(code) = status.code() {
             assert_eq!(code, FAILED_CASES);
             workspace.is_as_undisturbed();
@@ -237,8 +238,8 @@ fn a_study_that_is_killed_fifty_times_ends_with_the_same_bytes() {
         }
     }
     workspace.ends_as_undisturbed("");
-    println!("{kills} kills, {midway} of them with some cases done, and {ends} studies that ended before");
-    assert!(midway >= KILLS / 5, "only {midway} of {KILLS} kills have hit a study that had some cases and not all");
+    println!("{kills} kills, {midway} of them with some cases done; {ends} studies ended before their kill");
+    assert!(midway >= KILLS / 5, "only {midway} of {KILLS} kills hit a study with some, but not all, cases done");
 }
 
 #[test]
@@ -248,10 +249,10 @@ fn a_finished_study_is_written_again_from_its_journal() {
     let journal = workspace.journal();
     fs::remove_file(workspace.result("runs.csv")).expect("there is such a file");
     let message = error_text(&workspace.ends_as_undisturbed(""));
-    assert!(message.contains("180 of 180 cases are in `results/journal.jsonl`, 0 are left"), "{message}");
+    assert!(message.contains("180 of 180 cases are in `results/journal.jsonl`, 0 remain"), "{message}");
     assert!(workspace.journal() == journal);
     let message = error_text(&workspace.ends_as_undisturbed("--restart"));
-    assert!(message.contains("is given up") && !message.contains("are left"), "{message}");
+    assert!(message.contains("has been discarded") && !message.contains(" remain"), "{message}");
 }
 
 #[test]
@@ -263,15 +264,15 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     for cut in [whole.len() - 1, whole.len() - 2, usize::midpoint(last, whole.len()), last + 1] {
         workspace.write_journal(&whole[..cut]);
         let message = error_text(&workspace.ends_as_undisturbed(""));
-        let note = format!("note: the last {} bytes of `results/journal.jsonl` were not written", cut - last);
+        let note = format!("note: the last {} bytes of `results/journal.jsonl` were an incomplete line", cut - last);
         assert!(message.contains(&note) && message.contains("179 of 180 cases"), "{message}");
         assert_eq!(workspace.lines(), CASES + 1);
     }
-    // Also while the header was written.
+    // The same for a header that was cut off.
     for cut in [0, 1, 300] {
         workspace.write_journal(&whole[..cut]);
         let message = error_text(&workspace.ends_as_undisturbed(""));
-        assert_eq!(message.contains("were not written"), cut > 0, "{message}");
+        assert_eq!(message.contains("were an incomplete line"), cut > 0, "{message}");
     }
 }
 
@@ -299,7 +300,7 @@ fn results_of_other_settings_are_not_mixed_in() {
     workspace.write_input(FILE);
     let message = workspace.is_refused("");
     for part in [
-        "cannot go on from `results/journal.jsonl`",
+        "cannot resume from `results/journal.jsonl`",
         "filament.length_m: 0.041 there, 0.04 here",
         "sweep of process.brushing_velocity_m_s: 23 values from 2.0 to 24.0 there, 45 values",
         "--restart",
@@ -313,7 +314,7 @@ fn results_of_other_settings_are_not_mixed_in() {
 #[test]
 fn results_of_another_build_are_not_mixed_in() {
     let workspace = Workspace::new();
-    // With a check that is right for the line.
+    // With a valid check for the line.
     let study = parse(FILE);
     let header = Journal::new(&study).header().to_owned();
     let (object, _) = header.split_once(",\"check\"").expect("a check");
@@ -326,7 +327,7 @@ fn results_of_another_build_are_not_mixed_in() {
 }
 
 #[test]
-fn a_file_that_is_no_journal_is_left_alone() {
+fn a_file_that_is_not_a_journal_is_left_alone() {
     let workspace = Workspace::new();
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
@@ -347,16 +348,16 @@ fn a_second_study_in_the_same_directory_is_refused() {
         assert_eq!(output.status.code(), Some(REFUSED));
         assert!(message.contains("another study is writing to the directory `results`"), "{message}");
     }
-    assert!(first.try_wait().expect("the process is ours").is_none(), "the first one goes on");
+    assert!(first.try_wait().expect("the process is ours").is_none(), "the first one continues");
     first.kill().expect("the process is ours");
     first.wait().expect("the process is ours");
-    // The lock has gone with the process.
+    // The lock ends with the process.
     workspace.write_input(FILE);
     workspace.ends_as_undisturbed("--restart");
 }
 
 #[test]
-fn what_a_killed_process_has_left_is_removed() {
+fn leftovers_of_a_killed_process_are_removed() {
     let workspace = Workspace::new();
     workspace.write_journal(b"");
     fs::write(workspace.result(".runs.csv.bristle-a1B2c3"), "half").expect("the file can be written");
@@ -399,7 +400,7 @@ fn progress_and_summary_are_for_programs_too() {
     let files = [tables, &["results/study.json", "results/report.html"]].concat();
     assert_eq!(summary["files"], serde_json::json!(files));
     assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
-    // The tables are left out; what went wrong is told.
+    // There are no tables, but errors are reported.
     let message = error_text(&output);
     assert!(message.starts_with("error: 90 cases failed"), "{message}");
 
@@ -422,7 +423,7 @@ fn a_reader_that_leaves_does_not_stop_a_study() {
 }
 
 #[test]
-fn the_log_is_there_for_those_who_ask() {
+fn the_log_is_written_on_request() {
     let workspace = Workspace::new();
     let log = |filter: &str| {
         let output = workspace.command("--restart").env("RUST_LOG", filter).output().expect("the program starts");
@@ -441,11 +442,14 @@ fn the_log_is_there_for_those_who_ask() {
     let wrong = log("bristle=loudly");
     assert!(wrong.contains("note: RUST_LOG is `bristle=loudly` and has no effect"), "{wrong}");
 
-    // What is dropped of a journal is in the log, too.
+    // The log also reports a dropped line of the journal.
     let journal = workspace.journal();
     workspace.write_journal(&journal[..journal.len() - 1]);
     let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
-    assert!(error_text(&output).contains("WARN bristle::journal_file: the end of the journal was cut off"));
+    assert!(
+        error_text(&output)
+            .contains("WARN bristle::journal_file: dropped an incomplete line at the end of the journal")
+    );
 }
 
 #[cfg(unix)]
@@ -453,11 +457,11 @@ mod unix {
     use super::*;
 
     #[test]
-    fn an_interrupt_tells_how_to_go_on() {
-        // A shell's background jobs are not to be interrupted, and nor is what they start.
+    fn an_interrupt_tells_how_to_resume() {
+        // Background jobs of a shell ignore interrupts, and so do the processes that they start.
         let ignored = Command::new("sh").args(["-c", "kill -INT $$"]).status().expect("there is a shell").success();
         if ignored {
-            println!("left out: interrupts are ignored here");
+            println!("skipped: interrupts are ignored here");
             return;
         }
         let workspace = Workspace::new();
@@ -474,15 +478,16 @@ mod unix {
         let done = contents.results.iter().flatten().count();
         assert_eq!(contents.torn, 0, "no line is cut off");
         let (total, expected) =
-            (study.case_count(), "are in `results/journal.jsonl`; the same command goes on from there");
+            (study.case_count(), "are in `results/journal.jsonl`; run the same command again to resume");
         assert!(message.contains(&format!("stopped: {done} of {total} cases {expected}")), "{message}");
     }
 
-    /// Writing fails where a file would become longer than the shell lets it, as it would on a full disk.
+    /// Writing fails if a file would exceed the limit set by the shell, just as it would on a full disk.
     #[test]
     fn a_file_that_cannot_grow_loses_nothing() {
         let workspace = Workspace::new();
-        // A block has 512 bytes, or 1024 in some shells. The signal that comes with the error would end the program.
+        // A block has 512 bytes, or 1024 in some shells. Untrapped, the signal that comes with the error would end the
+        // program.
         let limited = |blocks: u32| {
             let before = format!("trap '' XFSZ\nulimit -f {blocks}");
             workspace.command_after(&before).output().expect("there is a shell")
@@ -507,18 +512,18 @@ mod unix {
         assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
         assert!(0 < done && done < CASES);
         assert!(message.contains(&format!("{done} of 180 cases are in the journal")), "{message}");
-        assert!(message.contains("the same command goes on"), "{message}");
+        assert!(message.contains("run the same command again to resume"), "{message}");
         workspace.ends_as_undisturbed("");
-        // All do, but the table of results does not: the one before stays.
-        fs::write(workspace.result("runs.csv"), "the one before").expect("the file can be written");
+        // All do, but the table of results does not: the earlier one stays.
+        fs::write(workspace.result("runs.csv"), "the earlier one").expect("the file can be written");
         let (message, done) = stops(2, "runs.csv");
         assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
-        assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the one before"));
+        assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the earlier one"));
         assert_eq!(workspace.files(), RESULTS);
         workspace.ends_as_undisturbed("");
     }
 
-    /// Runs a script as root of a name space of its own, where it may mount; none where the system does not let it.
+    /// Runs a script as root of a namespace of its own, in which it may mount. Returns `None` if the system forbids it.
     fn with_mounts(workspace: &Workspace, script: &str) -> Option<Output> {
         let unshare = |script: &str| {
             let mut command = Command::new("unshare");
@@ -527,7 +532,7 @@ mod unix {
         };
         fs::create_dir_all(workspace.path().join("results")).expect("the directory can be made");
         if !unshare("mount -t tmpfs none results").is_ok_and(|output| output.status.success()) {
-            println!("left out: this system lets nobody mount");
+            println!("skipped: this system forbids mounting");
             return None;
         }
         Some(unshare(script).expect("it has just run"))

@@ -1,5 +1,5 @@
-//! The commands of docs/tutorial.md, one after the other in an empty directory, as its reader gives them. What the page says
-//! that they print is held against what they print.
+//! Runs the commands of docs/tutorial.md one after the other in an empty directory, as a reader would, and compares their
+//! output with the page.
 
 use std::fs;
 use std::path::Path;
@@ -9,16 +9,16 @@ use tempfile::TempDir;
 
 const TUTORIAL: &str = include_str!("../../../../docs/tutorial.md");
 
-/// What stands for lines that the page leaves out.
+/// Marks lines that the page leaves out.
 const LEFT_OUT: &str = "…";
 
 /// A block of the page that is not prose.
 #[derive(Debug)]
 struct Block<'t> {
-    /// What is in it: `sh`, `toml` or `text`.
+    /// The language of the block: `sh`, `toml` or `text`.
     language: &'t str,
     text: &'t str,
-    /// The prose since the block before.
+    /// The prose since the previous block.
     before: &'t str,
 }
 
@@ -41,7 +41,7 @@ fn file_name(before: &str) -> &str {
     name.split_once('`').expect("a name in backticks").0
 }
 
-/// Runs a command of the page in `directory`, and returns what it prints, for data and for people.
+/// Runs a command of the page in `directory`, and returns what it prints to stderr and stdout.
 fn run(command: &str, directory: &Path) -> String {
     let mut words = command.split(' ');
     assert_eq!(words.next(), Some("bristle"), "{command}");
@@ -52,13 +52,13 @@ fn run(command: &str, directory: &Path) -> String {
     text + &data
 }
 
-/// Expects the lines of a block to stand in what was printed, in their order, one below the other unless some are left out.
+/// Expects the output to contain the lines of a block, consecutive and in order, except where the block leaves lines out.
 fn is_printed(block: &str, printed: &str) {
     let mut rest: Vec<&str> = printed.lines().collect();
     for part in block.split(&format!("{LEFT_OUT}\n")) {
         let lines: Vec<&str> = part.lines().collect();
         let found = rest.windows(lines.len()).position(|window| window == lines);
-        let start = found.unwrap_or_else(|| panic!("this is not printed:\n{part}\nbut\n{printed}"));
+        let start = found.unwrap_or_else(|| panic!("not found in the output:\n{part}\nthe output is\n{printed}"));
         rest.drain(..start + lines.len());
     }
 }
@@ -69,7 +69,7 @@ fn the_tutorial_does_what_it_says() {
     let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
     for Block { language, text, before } in blocks(TUTORIAL) {
         match language {
-            // What is under test is installed already; `.ci/run` gives this command.
+            // The program under test is already installed; `.ci/run` runs this command.
             "sh" if text.starts_with("cargo install ") => assert_eq!(text.lines().count(), 1),
             "sh" => {
                 for command in text.lines() {
@@ -85,9 +85,9 @@ fn the_tutorial_does_what_it_says() {
             other => panic!("a block of {other}"),
         }
     }
-    assert_eq!((commands, compared), (7, 4), "the page has another number of commands or outputs");
+    assert_eq!((commands, compared), (7, 4), "the numbers of commands and outputs on the page have changed");
 
-    // What the page tells the reader to open.
+    // Files that the page tells the reader to open.
     for name in [
         "contact/figures/history.png",
         "contact/metrics.json",

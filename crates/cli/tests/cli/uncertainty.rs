@@ -1,4 +1,4 @@
-//! Studies whose filaments scatter: sampled tools are passes like any other, and their forces obey known mechanics.
+//! Studies whose filaments scatter: sampled tools are simulated like any other, and their forces obey known mechanics.
 
 use std::fs;
 
@@ -63,7 +63,7 @@ fn tools_of_a_study_are_simulated_as_alone() {
 }
 
 #[test]
-fn cases_without_scatter_stand_beside_others() {
+fn cases_with_and_without_scatter_mix() {
     let file = FILE.replace("segments = 8", "segments = 2").replace("1e-4", "1e-2");
     let study = study(&format!("{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"));
     let summaries = summaries(&study);
@@ -80,7 +80,7 @@ fn cases_without_scatter_stand_beside_others() {
     assert_eq!(names, ["scatter_over_velocity", "scatter_over_diameter_std_m"]);
     assert!(pictures.iter().all(|picture| !picture.canvas.svg().contains("95 % of the tools with N<tspan")));
 
-    // To the bytes of the file and back.
+    // The round trip through the file.
     let mut runs = Vec::new();
     write_runs(&mut runs, &study, &results).expect("a table");
     let runs = String::from_utf8(runs).expect("text");
@@ -93,7 +93,7 @@ fn cases_without_scatter_stand_beside_others() {
 }
 
 #[test]
-fn one_input_alone_is_what_the_scatter_comes_from() {
+fn a_single_uncertain_input_explains_all_scatter() {
     for hold in ["process", "machine"] {
         let file = FILE.replace("[tool]", "[tool]\nfilament_count_uncertainty = 0.0").replace("2.0e-3", "0.5e-3");
         let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
@@ -113,7 +113,7 @@ fn the_nominal_case_is_the_same_without_scatter() {
     }
 }
 
-/// A filament that is bent slowly is a spring: its force is proportional to `E I`, and so to `E d⁴`.
+/// A slowly bent filament is a spring: its force is proportional to `E I`, and thus to `E d⁴`.
 #[test]
 fn a_slow_filament_scatters_as_a_spring() {
     let file = FILE.replace("[1.0, 20.0]", "[1.0]");
@@ -140,7 +140,7 @@ fn a_slow_filament_scatters_as_a_spring() {
 }
 
 #[test]
-fn a_study_with_scatter_goes_on_from_its_journal_and_is_drawn_again() {
+fn a_study_with_scatter_resumes_and_is_redrawn() {
     let directory = TempDir::new().expect("a temporary directory");
     let path = |name: &str| directory.path().join(name);
     let text = format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n");
@@ -173,13 +173,10 @@ fn a_study_with_scatter_goes_on_from_its_journal_and_is_drawn_again() {
         "figures/scatter_over_velocity.svg",
         "figures/sobol_over_velocity.svg",
     ] {
-        assert!(read(&format!("whole/{name}")) == read(&format!("resumed/{name}")), "{name} is another one");
+        assert!(read(&format!("whole/{name}")) == read(&format!("resumed/{name}")), "{name} differs");
     }
     run("plot whole --out again");
     for name in ["scatter_over_velocity.png", "sobol_over_velocity.png", "measured_over_velocity.png"] {
-        assert!(
-            read(&format!("whole/figures/{name}")) == read(&format!("again/figures/{name}")),
-            "{name} is another one"
-        );
+        assert!(read(&format!("whole/figures/{name}")) == read(&format!("again/figures/{name}")), "{name} differs");
     }
 }

@@ -1,4 +1,4 @@
-//! `bristle validate`: all numbers of the quick suite agree, and what it writes is complete.
+//! `bristle validate`: all numbers of the quick suite agree, and its output is complete.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,7 +15,7 @@ fn bristle() -> Command {
     Command::cargo_bin("bristle").expect("the program is built")
 }
 
-/// How many comparisons each row of the table below a heading names, by the row's first cell.
+/// The number of comparisons in each row of the table below a heading, by the first cell of the row.
 fn comparisons<'a>(page: &'a str, heading: &str) -> Vec<(&'a str, usize)> {
     let (_, section) = page.split_once(&format!("\n{heading}\n")).expect(heading);
     let mut rows = section.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
@@ -37,7 +37,7 @@ fn the_suite_agrees() {
     let table = String::from_utf8_lossy(&assert.get_output().stdout);
     let page = fs::read_to_string(out.join("validation.md")).expect("validation.md");
 
-    // Every case of the page, by its headings.
+    // All cases of the page, from its headings.
     let mut cases = Vec::new();
     let mut group = "";
     for line in page.lines() {
@@ -76,11 +76,11 @@ fn the_suite_agrees() {
     let written: Vec<_> = written.map(|name| name.to_string_lossy().into_owned()).collect();
     assert_eq!(written.iter().map(String::as_str).collect::<BTreeSet<_>>(), named);
 
-    // The committed page is that of the full suite: the same cases, and all agree. Its numbers may differ by roundings.
+    // The committed page comes from the full suite. It has the same cases, and all agree. Numbers may differ by rounding.
     let committed = include_str!("../../../../docs/validation.md");
     let headings =
         |page: &str| page.lines().filter(|line| line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>();
-    assert_eq!(headings(committed), headings(&page), "make docs/validation.md again, see CONTRIBUTING.md");
+    assert_eq!(headings(committed), headings(&page), "docs/validation.md is stale; regenerate it, see CONTRIBUTING.md");
     assert!(!committed.contains("**no**"), "docs/validation.md");
 
     for heading in ["## Tolerances", "## Sources"] {

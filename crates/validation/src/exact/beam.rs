@@ -23,8 +23,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn roots_are_those_of_the_tables() {
-        // MODEL's, and zeros of J_0 of Abramowitz and Stegun, table 9.5.
+    fn roots_match_the_tables() {
+        // Roots from MODEL, and zeros of J_0 from Abramowitz and Stegun, table 9.5.
         for (mode, root) in [(1, 1.875104069), (2, 4.694091133), (3, 7.854757438), (5, 14.13716839)] {
             assert!((cantilever_root(mode) - root).abs() < 1e-8, "{mode}");
         }

@@ -1,4 +1,4 @@
-//! Inextensible beams, bent as far as they go.
+//! Inextensible beams with large deflections.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use super::zero;
 pub struct TipLoad {
     /// Deflection along the load, over L.
     pub deflection: f64,
-    /// What the tip has come nearer to the clamp, along the beam's rest, over L.
+    /// Displacement of the tip towards the clamp, along the undeformed beam, over L.
     pub shortening: f64,
     /// Angle of the tip in rad.
     pub angle: f64,
@@ -36,31 +36,32 @@ impl TipLoad {
     }
 }
 
-/// Force `P/P_cr` on a clamped-free beam that has buckled under it, `P_cr = π² E I/(4 L²)`, where it has come down by
-/// `shortening` L, and so much more as the force, in `P_cr`, has over `stiffness` (in `P_cr/L`): a spring under the tip.
+/// Force `P/P_cr` on a buckled clamped-free beam, `P_cr = π² E I/(4 L²)`, whose tip rests on a spring of `stiffness` (in
+/// `P_cr/L`). The shortening Δ of the beam and the compression of the spring add up to `shortening` L.
 ///
 /// `P/P_cr = (2K/π)²` with `1 − Δ/L = 2E/K − 1`.
 pub fn buckled_force(shortening: f64, stiffness: f64) -> f64 {
     let force = |m: f64| (m.ellip_k() / FRAC_PI_2).powi(2);
-    let come_down = |m: f64| 2.0 - 2.0 * m.ellip_e() / m.ellip_k();
-    let m = zero(|m| come_down(m) + force(m) / stiffness - shortening, 0.0, 0.999);
+    let of_beam = |m: f64| 2.0 - 2.0 * m.ellip_e() / m.ellip_k();
+    let m = zero(|m| of_beam(m) + force(m) / stiffness - shortening, 0.0, 0.999);
     force(m)
 }
 
-/// Where the tip of a beam of length 1 is that an end moment has bent by `turn` rad in all: along and across its rest.
+/// Position of the tip of a beam of length 1 that an end moment has bent by `turn` rad in total: along and across the
+/// undeformed beam.
 pub fn arc(turn: f64) -> [f64; 2] {
     [turn.sin() / turn, (1.0 - turn.cos()) / turn]
 }
 
-/// Terms of a Taylor series, and the arc length that it serves.
+/// Terms of a Taylor series, and the arc length that it covers.
 const TERMS: usize = 24;
 const STEP: f64 = 1.0 / 32.0;
 
-/// Where the tip of a beam of length 1, clamped horizontally, hangs under its own weight: along and below its rest. For κ
-/// up to 50.
+/// Position of the tip of a beam of length 1, clamped horizontally, that hangs under its own weight: along and below the
+/// undeformed beam. For κ up to 50.
 ///
 /// With the slope ψ, the arc length σ from the tip and `κ = ρ A g L³/(E I)`: `ψ″ = −κ σ cos ψ`, `ψ′(0) = 0`, `ψ(1) = 0`.
-/// The slope of the tip is sought for which the Taylor series, one after the other from tip to clamp, arrive at zero.
+/// Consecutive Taylor series run from the tip to the clamp. The slope of the tip is found for which they end at zero.
 pub fn hanging_tip(kappa: f64) -> [f64; 2] {
     let slope = zero(|slope| heavy_beam(kappa, slope)[0], 0.0, FRAC_PI_2);
     let [_, along, below] = heavy_beam(kappa, slope);
@@ -105,8 +106,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tip_load_is_that_of_the_literature() {
-        // Bisshopp and Drucker 1945, as MODEL cites them.
+    fn tip_load_matches_the_literature() {
+        // Bisshopp and Drucker 1945, as cited in MODEL.
         for (alpha, deflection) in [(1.0, 0.30172), (2.0, 0.49346)] {
             assert!((TipLoad::new(alpha).deflection - deflection).abs() < 5e-6);
         }
@@ -117,21 +118,21 @@ mod tests {
     }
 
     #[test]
-    fn buckled_force_starts_at_eulers() {
+    fn buckled_force_starts_at_eulers_load() {
         assert!((buckled_force(1e-9, f64::INFINITY) - 1.0).abs() < 1e-8);
         // python -c "from mpmath import *; mp.dps = 20
         //   m = findroot(lambda m: 2*ellipe(m)/ellipk(m) - 1 - 0.9, 0.1); print((2*ellipk(m)/pi)**2)"
         assert!((buckled_force(0.1, f64::INFINITY) - 1.052986880319323).abs() < 1e-13);
-        // A spring that takes 0.05 of L at the critical force.
+        // A spring that is compressed by 0.05 L at the critical force.
         let soft = buckled_force(0.1, 20.0);
         assert!((buckled_force(0.1 - soft / 20.0, f64::INFINITY) - soft).abs() < 1e-14);
     }
 
     #[test]
-    fn light_beams_hang_as_the_linear_theory_says() {
+    fn light_beams_follow_linear_theory() {
         let [along, below] = hanging_tip(1e-3);
         assert!((below / (1e-3 / 8.0) - 1.0).abs() < 1e-6 && (1.0 - along) < 1e-7);
-        // A long one hangs straight down beyond its bend at the clamp.
+        // A heavy beam hangs straight down beyond its bend at the clamp.
         let [along, below] = hanging_tip(50.0);
         assert!(along < 0.25 && below > 0.9, "{along} {below}");
     }

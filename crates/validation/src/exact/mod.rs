@@ -1,4 +1,4 @@
-//! Exact solutions, from their formulas. Nothing here knows the solver.
+//! Exact solutions from formulas. Nothing here depends on the solver.
 
 pub mod beam;
 pub mod elastica;
@@ -6,7 +6,7 @@ pub mod impact;
 pub mod pendulum;
 pub mod rotating_beam;
 
-/// A zero of `f` between `low` and `high`, to rounding; NaN if its signs do not differ there.
+/// A zero of `f` between `low` and `high`, to rounding; NaN if `f` has the same sign at both.
 fn zero(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let rises = f(low) < 0.0;
     if rises == (f(high) < 0.0) {

@@ -4,12 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use spec_math::Ellip;
 
-/// A rigid pendulum about a fixed point: its polar angle from the vertical that points upwards, and azimuth about it.
+/// A rigid pendulum about a fixed point. Its polar angle is measured from the upward vertical, and its azimuth about it.
 ///
-/// With `u = cos φ`, `a = m g s/I` (s: distance of the centre of mass) and the constants of the motion `E` and `l`,
-/// both over I: `u̇² = (1 − u²)·2(E − a u) − l²`, a cubic with zeros `u_1 < u_2 < u_3`. So
-/// `u = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m)`, `m = (u_2 − u_1)/(u_3 − u_1)`, from the lowest point
-/// (Whittaker 1937, article 55).
+/// With `u = cos φ`, `a = m g s/I` (s: distance of the centre of mass) and the constants of motion `E` and `l`, both over I:
+/// `u̇² = (1 − u²)·2(E − a u) − l²`, a cubic with zeros `u_1 < u_2 < u_3`. Starting at the lowest point,
+/// `u = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m)` with `m = (u_2 − u_1)/(u_3 − u_1)` (Whittaker 1937, article 55).
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalPendulum {
     /// `l`: angular momentum about the vertical, over I, in 1/s.
@@ -21,11 +20,11 @@ pub struct SphericalPendulum {
 }
 
 impl SphericalPendulum {
-    /// From its lowest point at `cos φ = lowest`, where it moves across at the azimuthal rate `rate` (rad/s).
+    /// Starts at the lowest point `cos φ = lowest` with the azimuthal rate `rate` (rad/s).
     pub fn new(a: f64, lowest: f64, rate: f64) -> Self {
         let momentum = (1.0 - lowest * lowest) * rate;
         let energy = momentum * rate / 2.0 + a * lowest;
-        // (1 − u²) 2 (E − a u) − l² = 2a (u − u_1)(u² + b u + c): b and c by comparison of coefficients.
+        // (1 − u²) 2 (E − a u) − l² = 2a (u − u_1)(u² + b u + c), with b and c by comparison of coefficients.
         let b = lowest - energy / a;
         let c = lowest * b - 1.0;
         let root = (b * b / 4.0 - c).sqrt();
@@ -50,7 +49,8 @@ impl SphericalPendulum {
         self.lowest + self.range * sine * sine
     }
 
-    /// Azimuth in rad gained in the time `time` (s): the integral of `l/(1 − u²)`, by integrals of the third kind.
+    /// Azimuth in rad travelled in the time `time` (s): the integral of `l/(1 − u²)`, by elliptic integrals of the third
+    /// kind.
     pub fn azimuth(&self, time: f64) -> f64 {
         let amplitude = (self.rate * time).ellip_j(self.parameter).phi;
         let part = |pole: f64, direction: f64| {
@@ -78,7 +78,7 @@ mod tests {
         let pendulum = SphericalPendulum::new(a, height, (-a / height).sqrt());
         assert!((pendulum.height(0.37) - height).abs() < 1e-15);
         assert!((pendulum.azimuth(1.0) - (a / 0.8_f64).sqrt()).abs() < 1e-13);
-        // Nearly plane and small: the period of √a between two lowest points is half of the pendulum's.
+        // Nearly planar and small: the time between two lowest points is half the period of a pendulum, 2π/√a.
         let small = SphericalPendulum::new(a, -1.0 + 1e-8, 2e-2);
         assert!((small.period() - PI / 3.0).abs() < 1e-3, "{}", small.period());
     }

@@ -4,16 +4,16 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::beam::cantilever_root;
 
-/// Polynomials that the deflection is made of: more would add rounding, which grows with their eighth power.
+/// Number of polynomials in the deflection. More would add rounding, which grows with the eighth power of their number.
 const TERMS: usize = 22;
-/// Points of the quadrature, which is exact for their products.
+/// Number of quadrature points, exact for products of the polynomials.
 const POINTS: usize = 32;
 
 /// A beam of length 1 with `E I = ρ A = 1`, clamped at the distance `hub` from the axis about which it turns.
 ///
 /// Out of the plane of rotation (flap) `w⁗ − (T w′)′ = ω² w` with the tension `T = Ω² (½ (1 − ξ²) + r (1 − ξ))`
-/// (Wright, Smith, Thresher and Wang 1982, who solve it by a power series). Here the energies of `w = ξ² Σ a_k P_k(2ξ − 1)`,
-/// with Legendre polynomials, are made stationary (Ritz's method), which has no cancellation at high speeds.
+/// (Wright, Smith, Thresher and Wang 1982, who solve it by a power series). Here Ritz's method makes the energies of
+/// `w = ξ² Σ a_k P_k(2ξ − 1)`, with Legendre polynomials, stationary. It has no cancellation at high speeds.
 #[derive(Clone, Copy, Debug)]
 pub struct RotatingBeam {
     /// Ω.
@@ -46,7 +46,8 @@ impl RotatingBeam {
         frequencies
     }
 
-    /// Frequencies in the plane of rotation (lag): `ω_lag² = ω_flap² − Ω²`, as the centrifugal force follows the tip there.
+    /// Frequencies in the plane of rotation (lag): `ω_lag² = ω_flap² − Ω²`, as in that plane the centrifugal force has a
+    /// component along the deflection.
     pub fn lag(&self) -> Vec<f64> {
         self.flap().iter().map(|flap| (flap.powi(2) - self.speed.powi(2)).sqrt()).collect()
     }
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frequencies_are_those_of_wright() {
+    fn frequencies_match_wright() {
         // Wright et al. 1982, table for a hub radius of 0.
         for (speed, first, second) in
             [(0.0, 3.5160, 22.0345), (1.0, 3.6817, 22.1810), (4.0, 5.5850, 24.2733), (12.0, 13.1702, 37.6031)]
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_fast_beam_is_a_rope() {
-        // Without stiffness, hub 0: ω = Ω for the first flap, which turns the rope as a whole.
+        // Without stiffness and with hub 0, the first flap turns the rope as a whole at ω = Ω.
         let beam = RotatingBeam { speed: 50.0, hub: 0.0 };
         assert!((beam.flap()[0] / 50.0 - 1.0).abs() < 3e-2, "{}", beam.flap()[0]);
     }

@@ -1,4 +1,4 @@
-//! What a case of the validation says: its formula, what was computed beside it, and whether that is near enough.
+//! A trial: its formula, the computed numbers with their references, and whether they agree.
 
 use bristle_report::drawing::diagram::Diagram;
 pub use bristle_report::drawing::diagram::{Curve, Look};
@@ -7,42 +7,42 @@ pub use bristle_report::drawing::scale::Axis;
 use super::sources::Source;
 use super::tolerances::{Measure, Tolerance};
 
-/// A case: one paragraph of the page.
+/// A group of checks against one reference, which is one section of the page. Printed text calls it a case.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct Trial {
     /// Heading.
     pub title: &'static str,
-    /// What is computed, the exact formula and how they are compared; Markdown.
+    /// What is computed, the exact formula, and how they are compared; Markdown.
     pub text: String,
     /// The comparisons.
     pub checks: Vec<Check>,
-    /// What they look like.
+    /// Their diagrams.
     pub figures: Vec<Figure>,
 }
 
-/// One number beside what it should be.
+/// One computed number and its reference.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// For which parameters.
+    /// The parameters it is computed for.
     pub subject: String,
     /// The symbol, with its unit if it has one.
     pub quantity: &'static str,
-    /// What it should be.
+    /// The reference.
     pub expected: Expected,
-    /// Who says so.
+    /// The source of the reference.
     pub source: &'static Source,
-    /// What Bristle gives.
+    /// Bristle's result.
     pub computed: f64,
-    /// How far it may be off.
+    /// The allowed error.
     pub tolerance: &'static Tolerance,
 }
 
-/// What a number should be.
+/// The reference of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// This, within the tolerance.
+    /// A value, which the number must match within the tolerance.
     Value(f64),
-    /// Between these, where only bounds are known.
+    /// A lower and an upper bound, if no value is known.
     Between(f64, f64),
 }
 
@@ -59,7 +59,7 @@ impl Check {
         Self { subject, quantity, expected: Expected::Value(expected), source, computed, tolerance }
     }
 
-    /// A number that should lie between `low` and `high`, for a tolerance that is zero.
+    /// A number that should lie between `low` and `high`; the tolerance must be zero.
     pub fn between(
         subject: String,
         quantity: &'static str,
@@ -71,7 +71,7 @@ impl Check {
         Self { subject, quantity, expected: Expected::Between(low, high), source, computed, tolerance }
     }
 
-    /// A number that should lie between the bounds of a tolerance; none of another kind lets it pass.
+    /// A number that should lie between the bounds of a tolerance. It never passes if the tolerance has no bounds.
     pub fn within(
         subject: String,
         quantity: &'static str,
@@ -86,7 +86,7 @@ impl Check {
         Self::between(subject, quantity, bounds, source, computed, tolerance)
     }
 
-    /// The lowest and the highest number that pass.
+    /// The lowest and the highest passing number.
     pub fn limits(&self) -> [f64; 2] {
         match self.expected {
             Expected::Value(value) => {
@@ -100,7 +100,7 @@ impl Check {
         }
     }
 
-    /// How far the number is off, as the tolerance measures it; from bounds, how far outside.
+    /// The error, relative or absolute as the tolerance measures it. For bounds, the distance outside them.
     pub fn error(&self) -> f64 {
         match self.expected {
             Expected::Value(value) => {
@@ -110,32 +110,32 @@ impl Check {
                     Measure::Absolute | Measure::Between(..) => difference,
                 }
             }
-            // The larger of a number and NaN would be the number.
+            // `max` of a number and NaN would be the number.
             Expected::Between(low, high) if [low, high, self.computed].into_iter().any(f64::is_nan) => f64::NAN,
             Expected::Between(low, high) => (low - self.computed).max(self.computed - high).max(0.0),
         }
     }
 
-    /// True if the number is near enough; one that is not finite never is.
+    /// True if the error is within the tolerance. A number that is not finite never passes.
     pub fn passes(&self) -> bool {
         self.computed.is_finite() && self.error() <= self.tolerance.value
     }
 }
 
-/// A diagram of a case.
+/// A diagram of a trial.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Name of its file, without `.svg`.
     pub name: &'static str,
     /// Heading.
     pub title: String,
-    /// What it shows, for those who do not see it.
+    /// Alternative text: what the diagram shows.
     pub description: String,
-    /// To the right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// The vertical axis.
     pub y: Axis,
-    /// What is drawn, in this order.
+    /// The curves, in drawing order.
     pub curves: Vec<Curve>,
 }
 
