@@ -1,12 +1,12 @@
 //! The equations of motion, whole or as the kernels of the solver, in a form to read or to pass on.
 
 use bristle_codegen::MAKER;
-use bristle_codegen::dimension::DimensionError;
-use bristle_codegen::emit::{EmitError, Origin, emit};
-use bristle_codegen::exchange::to_json;
-use bristle_codegen::kernels::kernels;
-use bristle_codegen::print::{self, Form};
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::back::json::to_json;
+use bristle_codegen::back::print::{self, Form};
+use bristle_codegen::back::rust::{EmitError, Origin, emit};
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::dimension::DimensionError;
 
 /// What an exchanged graph says made it.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));

@@ -131,7 +131,7 @@ impl Contact {
             shapes,
             tip_path,
             axis_height: 1e3 * axis_height,
-            body_radius: 1e3 * motion.body_radius,
+            body_radius: 1e3 * motion.tool.body_radius,
             tool_radius: 1e3 * radius,
         })
     }

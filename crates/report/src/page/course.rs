@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::Selection;
 use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 use bristle_study::study::{CaseResult, Study};
 
@@ -207,7 +207,7 @@ impl<'a> Recorder<'a> {
             let take = |kind: Option<Kind>| {
                 let mut queue = queue.lock().expect("nothing panics with the queue in hand");
                 let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-                Some(Case { number, settings: study.settings(number) })
+                Some(Job::new(number, &study.settings(number)))
             };
             sample_side_by_side(SAMPLING, take, |number, result| {
                 if let Ok(simulation) = result {

@@ -12,7 +12,7 @@ use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
+use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
@@ -107,7 +107,7 @@ pub fn complete_study_sampled(
 /// [`sample_side_by_side`], compiled here once, and not again for whoever calls this module.
 fn sample_taken(
     sampling: Sampling,
-    take: &dyn Fn(Option<Kind>) -> Option<Case>,
+    take: &dyn Fn(Option<Kind>) -> Option<Job>,
     done: &dyn Fn(usize, Result<Simulation, SimulationError>),
 ) {
     sample_side_by_side(sampling, take, done);
@@ -120,7 +120,7 @@ struct Queue {
     /// The case begun last, with its kind, as long as it has passes that have not been given out.
     current: Option<(Kind, usize)>,
     begun: BTreeMap<usize, BegunCase>,
-    /// Case and run of each pass that is being simulated, by the number that it was given out under.
+    /// Job and run of each pass that is being simulated, by the number that it was given out under.
     running: BTreeMap<usize, (usize, Run)>,
     /// How many passes of sampled tools have been given out.
     tools: usize,
@@ -211,7 +211,7 @@ impl BegunCase {
 
 impl Queue {
     /// The next pass of this kind, or of any.
-    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Case> {
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         if self.current.is_none() {
             let &(next, case) = self.waiting.last()?;
             if kind.is_some_and(|kind| kind != next) {
@@ -238,7 +238,7 @@ impl Queue {
         };
         self.tools += usize::from(matches!(run, Run::Tool(_)));
         self.running.insert(number, (case, run));
-        Some(Case { number, settings: begun.settings(run) })
+        Some(Job::new(number, &begun.settings(run)))
     }
 
     /// Takes the result of a pass, and returns its case if that is complete.
@@ -259,7 +259,7 @@ pub(super) fn complete_cases<E: Display>(
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
 ) -> io::Result<()> {
     assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
     let mut waiting = in_order_of_work(study);
