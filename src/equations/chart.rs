@@ -255,6 +255,7 @@ pub fn joint_tangent<T: Real>(
 }
 
 /// [`kernels::joint_energy`] between any two charts.
+#[inline(always)]
 pub fn joint_energy<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
@@ -264,6 +265,17 @@ pub fn joint_energy<T: Real>(
     if previous.axis == next.axis {
         return kernels::joint_energy(*previous.angles, *next.angles, *previous.rates, *next.rates, stiffness, damping);
     }
+    crossed_joint_energy(previous, next, constants)
+}
+
+#[cold]
+#[inline(never)]
+fn crossed_joint_energy<T: Real>(
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
+    constants: JointConstants<T>,
+) -> kernels::JointEnergy<T> {
+    let JointConstants { stiffness, damping } = constants;
     // The inner segment stands for the clamp.
     let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
     let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(

@@ -423,16 +423,6 @@ impl<T: Real> Dynamics<T> {
         }
         energies
     }
-
-    /// The [`Energies::dissipation`] alone, where the angles were last placed.
-    pub fn dissipation(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
-        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
-        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
-        let joints = (1..self.chain.segments)
-            .map(|k| chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants).dissipation);
-        joints.fold(root.dissipation, |sum, joint| sum + joint)
-    }
 }
 
 impl<T: Compiled> Dynamics<T> {
@@ -450,6 +440,16 @@ impl<T: Compiled> Dynamics<T> {
     /// If a slice is shorter than the chain.
     pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
         T::run(self, Task::Track(Track { clamp, q, v, accelerations }));
+    }
+
+    /// The [`Energies::dissipation`] alone in W, with the angles of the last call that took `q`.
+    ///
+    /// # Panics
+    /// If the slice is shorter than the chain.
+    pub fn dissipation(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
+        let mut dissipation = T::from_f64(0.0);
+        T::run(self, Task::Dissipation(Dissipation { clamp, v, dissipation: &mut dissipation }));
+        dissipation
     }
 
     /// Moves the nodes to where they are when `correction` (rad/s²) is taken off the `q̈` of the last
@@ -589,6 +589,8 @@ pub enum Task<'a, T> {
     Solve(Solve<'a, T>),
     /// See [`Dynamics::shift`].
     Shift(Shift<'a, T>),
+    /// See [`Dynamics::dissipation`].
+    Dissipation(Dissipation<'a, T>),
 }
 
 impl<T: Lanewise> Task<'_, T> {
@@ -602,6 +604,7 @@ impl<T: Lanewise> Task<'_, T> {
             Self::Factorise(recursion) => dispatch(On { dynamics, recursion }),
             Self::Solve(recursion) => dispatch(On { dynamics, recursion }),
             Self::Shift(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Dissipation(recursion) => dispatch(On { dynamics, recursion }),
         }
     }
 }
@@ -941,6 +944,29 @@ impl<T: Real> Recursion<T> for Shift<'_, T> {
             change = add(change, mul(&jacobians[k], correction[k]));
             positions[k] = sub(positions[k], scale(weights.coordinates, change));
             velocities[k] = sub(velocities[k], scale(weights.rates, change));
+        }
+    }
+}
+
+/// Arguments of [`Dynamics::dissipation`], and where its value goes.
+pub struct Dissipation<'a, T> {
+    clamp: &'a Clamp<T>,
+    v: &'a [[T; 2]],
+    dissipation: &'a mut T,
+}
+
+impl<T: Real> Recursion<T> for Dissipation<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, v, dissipation } = self;
+        let (root, constants) = (dynamics.chain.root_joint(), dynamics.chain.joint());
+        let (direction, direction_rate) = clamp.about(dynamics.charts[0]);
+        let angles = dynamics.angles[0];
+        let root = kernels::clamp_energy(direction, direction_rate, angles, v[0], root.stiffness, root.damping);
+        *dissipation = root.dissipation;
+        for k in 1..dynamics.chain.segments {
+            let joint = chart::joint_energy(dynamics.side(k - 1, v), dynamics.side(k, v), constants);
+            *dissipation = *dissipation + joint.dissipation;
         }
     }
 }

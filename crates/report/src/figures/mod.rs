@@ -1,6 +1,6 @@
-//! The pictures of results: a study's metrics over its settings, measured forces beside them, one contact over time.
+//! Figures of results: metrics of a study over its settings, comparisons with measured forces, one contact over time.
 //!
-//! Results in, named figures out. They show what Uhlmann and Hoyer (2021) show in their figures 3 to 7.
+//! Results in, named figures out. They correspond to figures 3 to 7 of Uhlmann and Hoyer (2021).
 
 use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of};
 use crate::drawing::map::{self, Map};
@@ -19,52 +19,52 @@ use bristle_study::text::number::{labels, short};
 
 mod force;
 
-/// Most values of the further sweeps for which pictures are drawn.
+/// Maximum number of values of the further sweeps for which figures are drawn.
 const MAX_SLICES: usize = 4;
-/// Most curves of a family.
+/// Maximum number of curves in a family.
 const MAX_CURVES: usize = 7;
-/// Most cells of a map along a side; more could not be seen.
+/// Maximum number of cells along a side of a map; more could not be told apart.
 const MAX_CELLS: usize = 200;
 
-/// A picture with the name of its file.
+/// A figure with the name of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Name without ending.
+    /// File name without extension.
     pub name: String,
-    /// What it shows, to be written as SVG or PNG.
+    /// The drawing.
     pub canvas: Canvas,
 }
 
-/// The pictures of a study.
+/// The figures of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pictures {
     /// In the order of the paper.
     pub pictures: Vec<Picture>,
-    /// What is not drawn, and why; empty if all is.
+    /// What is not drawn, and why; empty if everything is.
     pub note: String,
 }
 
-/// A metric as the pictures show it.
+/// A metric as figures show it.
 struct Quantity {
-    /// Beginning of file names.
+    /// Start of file names.
     name: &'static str,
     title: &'static str,
     /// Symbol and unit.
     label: &'static str,
-    /// From SI to this unit.
+    /// Factor from SI to this unit.
     factor: f64,
     value: fn(&Metrics) -> f64,
-    /// What the colours of a map range over, where it is not the values.
+    /// Range of the colours of a map; by default that of the values.
     range: Option<[f64; 2]>,
-    /// A level whose line a map shows, and what that parts.
+    /// A level whose contour line a map shows, and the meaning of that line.
     level: Option<(f64, &'static str)>,
-    /// Over which sides of a map there are families of curves too.
+    /// The sides of a map along which families of curves are drawn too.
     families: &'static [Family],
-    /// Whether the number of filaments is in it.
+    /// Whether it is proportional to the number of filaments.
     is_of_tool: bool,
 }
 
-/// A family of curves beside a map.
+/// A family of curves that goes with a map.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Family {
     OverX,
@@ -102,7 +102,7 @@ const QUANTITIES: [Quantity; 5] = [
         factor: 1.0,
         value: |metrics| metrics.contact_time_ratio,
         range: Some([0.0, 1.0]),
-        level: Some((0.5, "line: ε_tc = ½ between sweeping (above) and striking (below)")),
+        level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
         families: &[],
         is_of_tool: false,
     },
@@ -130,14 +130,14 @@ const QUANTITIES: [Quantity; 5] = [
     },
 ];
 
-/// The pictures of a study.
+/// Draws the figures of a study.
 ///
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
-/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; of other studies, each metric over the setting that
+/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
-/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each
-/// of their values, but not for more than four, with the value at the end of the name.
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have figures for each
+/// of their values, at most four, with the value at the end of the name.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let mut pictures = Vec::new();
@@ -179,7 +179,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     Pictures { pictures, note }
 }
 
-/// Whether a picture of this name is one that [`study_figures`] can make.
+/// Whether [`study_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
@@ -189,14 +189,14 @@ pub fn is_of_study(name: &str) -> bool {
         || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
 }
 
-/// A side that a picture runs along, and one of whose values it has curves.
+/// The side along which a figure runs, and the side with one curve per value.
 struct Sides<'a> {
     family: Family,
     over: &'a Side,
     of: &'a Side,
 }
 
-/// A slice with what was simulated there.
+/// A slice and the results in it.
 struct View<'a> {
     study: &'a Study,
     results: &'a [CaseResult],
@@ -204,13 +204,13 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// A metric in its unit at positions of the slice's sides; none where the case failed.
+    /// A metric in its unit at positions on the sides of the slice; none if the case failed.
     fn value(&self, quantity: &Quantity, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
         Some(quantity.factor * (quantity.value)(&summary.metrics))
     }
 
-    /// The sides of the slice as a family of curves takes them.
+    /// The sides of the slice as a family of curves uses them.
     fn sides(&self, family: Family) -> Sides<'_> {
         let Slice { x, y, .. } = self.slice;
         match family {
@@ -219,13 +219,13 @@ impl View<'_> {
         }
     }
 
-    /// Parts of a subtitle with what all pictures of the slice share.
+    /// Joins the parts of a subtitle, after what all figures of the slice share.
     fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
         let all = std::iter::once(self.slice.condition()).chain(parts);
         all.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
-    /// `N_f` with its uncertainty, where one quantity has it.
+    /// `N_f` with its uncertainty, if it applies to all values.
     fn uncertainty(&self, quantity: &Quantity) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(self.study, case);
@@ -238,7 +238,7 @@ impl View<'_> {
         format!("N_f = {count} ± {spread}: all values ± {:.1} %", 100.0 * relative)
     }
 
-    /// A note if some of `shown` values are none.
+    /// A note if some of the `shown` values are missing.
     fn failures(&self, shown: impl Iterator<Item = Option<f64>>, mark: &str) -> String {
         match shown.filter(Option::is_none).count() {
             0 => String::new(),
@@ -309,20 +309,20 @@ impl View<'_> {
     }
 }
 
-/// How many of all values are shown, if not all.
+/// How many values are shown, unless all are.
 fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
-/// Size of the picture of a history, and of its panels, in pixels.
+/// Size of the figure of a history and of its panels, in pixels.
 const HISTORY: (i32, i32) = (760, 528);
 const HISTORY_TOP: i32 = 68;
 const PANEL: i32 = 190;
 const BETWEEN: i32 = 26;
-/// Colour of the times in contact.
+/// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
-/// The picture of one contact over time: force and tip deflection (the paper's Fig. 3), named `history`.
+/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named `history`.
 pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
@@ -372,13 +372,13 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     Picture { name: "history".to_owned(), canvas }
 }
 
-/// Marks the times with a force.
+/// Shades the times in contact.
 fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, top, right, bottom]: [i32; 4]) {
     let mut marked: Vec<(i32, i32)> = Vec::new();
     for pair in forces.windows(2).filter(|pair| pair.iter().any(|(_, force)| *force > 0.0)) {
         let [from, to] = [pair[0].0, pair[1].0].map(|time| x.place(time, left, right));
         match marked.last_mut() {
-            // Also over gaps of less than half a pixel.
+            // Gaps below half a pixel are shaded too.
             Some((_, end)) if from - *end <= fine(1) / 2 => *end = to,
             _ => marked.push((from, to)),
         }

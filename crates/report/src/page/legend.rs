@@ -1,4 +1,4 @@
-//! What the page calls settings, metrics and statistics, in the symbols of MODEL.
+//! Names of settings, metrics and statistics in the page, with the symbols of MODEL.
 
 use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
@@ -8,7 +8,7 @@ use bristle_study::uncertainty::ForceScatter;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SettingLegend {
     pub path: &'static str,
-    /// Empty where MODEL has none.
+    /// Empty if MODEL has none.
     pub symbol: &'static str,
     pub name: &'static str,
 }
@@ -50,27 +50,27 @@ pub(super) const SETTINGS: [SettingLegend; 34] = [
     legend("uncertainty.diameter_std_m", "Δd", "standard deviation of the diameter"),
     legend("uncertainty.youngs_modulus_std_pa", "ΔE", "standard deviation of Young’s modulus"),
     legend("uncertainty.damping_ratio_std", "Δζ", "standard deviation of the damping ratio"),
-    legend("uncertainty.samples", "", "sampled tools a case"),
+    legend("uncertainty.samples", "", "sampled tools per case"),
     legend("uncertainty.seed", "", "seed of the samples"),
-    legend("uncertainty.hold", "", "what tools of another radius have in common"),
+    legend("uncertainty.hold", "", "what stays the same for tools of another radius"),
 ];
 
-/// Where a setting stands in the page; last if it has no legend.
+/// Position of a setting in the page; last if it has no legend.
 pub(super) fn place(path: &str) -> usize {
     SETTINGS.iter().position(|setting| setting.path == path).unwrap_or(SETTINGS.len())
 }
 
-/// A setting's legend; its path for a name if it has none.
+/// The legend of a setting; its path serves as a name if it has none.
 pub(super) fn setting(path: &'static str) -> SettingLegend {
     SETTINGS.get(place(path)).copied().unwrap_or(legend(path, "", path))
 }
 
-/// A figure of the page, out of a structure of them.
+/// A quantity of the page, taken from a structure `T`.
 pub(super) struct Quantity<T> {
     /// Its column in `runs.csv`.
     pub key: &'static str,
     pub symbol: &'static str,
-    /// SI unit without prefix, empty for a pure number.
+    /// SI unit without prefix; empty for a pure number.
     pub unit: &'static str,
     pub name: &'static str,
     pub meaning: &'static str,
@@ -91,7 +91,7 @@ macro_rules! quantity {
     };
 }
 
-/// All metrics, the most asked for first.
+/// All metrics, the most important first.
 pub(super) const QUANTITIES: [Quantity<Metrics>; 12] = [
     quantity!(
         contact_time_ratio,
@@ -106,7 +106,7 @@ pub(super) const QUANTITIES: [Quantity<Metrics>; 12] = [
         "F_n,w",
         "N",
         "tool contact normal force",
-        "p_n N_f ω/(2π): each filament passes once a turn"
+        "p_n N_f ω/(2π): each filament passes once per turn"
     ),
     quantity!(
         max_tip_deflection_m,
@@ -137,7 +137,7 @@ pub(super) const QUANTITIES: [Quantity<Metrics>; 12] = [
     quantity!(nominal_contact_time_s, "t_d", "s", "nominal contact time", "Ω_c/ω"),
 ];
 
-/// All figures of the distribution; the Sobol indices in the order of [`INPUTS`](bristle_study::uncertainty::INPUTS).
+/// All quantities of the distribution; the Sobol indices in the order of [`INPUTS`](bristle_study::uncertainty::INPUTS).
 pub(super) const SCATTER: [Quantity<ForceScatter>; 10] = [
     quantity!(
         tool_force_lower_95_n,
@@ -178,10 +178,10 @@ pub(super) const SCATTER: [Quantity<ForceScatter>; 10] = [
         "share of the number of filaments",
         "first-order Sobol index of N_f in the variance of F_n,w"
     ),
-    quantity!(failed_samples, "", "", "failed tools", "sampled tools that are left out, as their simulation failed"),
+    quantity!(failed_samples, "", "", "failed tools", "sampled tools left out because their simulation failed"),
 ];
 
-/// What the solver has counted.
+/// A count of the solver.
 pub(super) struct Count {
     pub key: &'static str,
     pub name: &'static str,
