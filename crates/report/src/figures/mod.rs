@@ -9,6 +9,7 @@ use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
+use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sample};
 use bristle_study::measured::{Measurement, relative_uncertainty};
@@ -44,24 +45,15 @@ pub struct Pictures {
     pub note: String,
 }
 
-/// A metric as figures show it.
-struct Quantity {
-    /// Start of file names.
-    name: &'static str,
-    title: &'static str,
-    /// Symbol and unit.
-    label: &'static str,
-    /// Factor from SI to this unit.
-    factor: f64,
-    value: fn(&Metrics) -> f64,
+/// How figures show a metric, beyond what its column says.
+#[derive(Clone, Copy)]
+struct Style {
     /// Range of the colours of a map; by default that of the values.
     range: Option<[f64; 2]>,
     /// A level whose contour line a map shows, and the meaning of that line.
     level: Option<(f64, &'static str)>,
     /// The sides of a map along which families of curves are drawn too.
     families: &'static [Family],
-    /// Whether it is proportional to the number of filaments.
-    is_of_tool: bool,
 }
 
 /// A family of curves that goes with a map.
@@ -71,64 +63,39 @@ enum Family {
     OverY,
 }
 
-/// The paper's figures 4a, 4b, 5, 6a and 6b.
-const QUANTITIES: [Quantity; 5] = [
-    Quantity {
-        name: "tip_deflection",
-        title: "Largest tip deflection",
-        label: "s_n,max in mm",
-        factor: 1e3,
-        value: |metrics| metrics.max_tip_deflection_m,
-        range: None,
-        level: None,
-        families: &[Family::OverX],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "contact_time",
-        title: "Contact time",
-        label: "t_c in ms",
-        factor: 1e3,
-        value: |metrics| metrics.contact_time_s,
-        range: None,
-        level: None,
-        families: &[Family::OverX],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "contact_time_ratio",
-        title: "Contact time ratio",
-        label: "ε_tc",
-        factor: 1.0,
-        value: |metrics| metrics.contact_time_ratio,
-        range: Some([0.0, 1.0]),
-        level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
-        families: &[],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "impulse",
-        title: "Contact normal impulse of a filament",
-        label: "p_n in mN s",
-        factor: 1e3,
-        value: |metrics| metrics.contact_normal_impulse_n_s,
-        range: None,
-        level: None,
-        families: &[Family::OverX, Family::OverY],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "tool_force",
-        title: "Contact normal force of the tool",
-        label: "F_n,w in N",
-        factor: 1.0,
-        value: |metrics| metrics.tool_contact_normal_force_n,
-        range: None,
-        level: None,
-        families: &[Family::OverX, Family::OverY],
-        is_of_tool: true,
-    },
-];
+/// The metrics that are drawn: the paper's figures 4a, 4b, 5, 6a and 6b.
+fn drawn() -> impl Iterator<Item = &'static Column<Metrics>> {
+    Metrics::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
+}
+
+/// How a metric is drawn; by default as a map, and as curves over the horizontal side.
+fn style(metric: &Column<Metrics>) -> Style {
+    let plain = Style { range: None, level: None, families: &[Family::OverX] };
+    match metric.key {
+        "contact_time_ratio" => Style {
+            range: Some([0.0, 1.0]),
+            level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
+            families: &[],
+        },
+        "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
+            Style { families: &[Family::OverX, Family::OverY], ..plain }
+        }
+        _ => plain,
+    }
+}
+
+/// The name of a metric as a title, with its symbol and unit.
+fn title(metric: &Column<Metrics>) -> String {
+    let mut name = metric.name.chars();
+    let first = name.next().map(|first| first.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{} {}", name.as_str(), label(metric))
+}
+
+/// Symbol and unit of a metric.
+fn label(metric: &Column<Metrics>) -> String {
+    let unit = metric.display.unit;
+    if unit.is_empty() { metric.symbol.to_owned() } else { format!("{} in {unit}", metric.symbol) }
+}
 
 /// Draws the figures of a study.
 ///
@@ -144,13 +111,13 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     for slice in &slices.chosen {
         let view = View { study, results, slice };
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
-        for quantity in &QUANTITIES {
+        for metric in drawn() {
             if is_map {
-                pictures.push(view.map(quantity));
+                pictures.push(view.map(metric));
             }
-            let families = if is_map { quantity.families } else { &[Family::OverX] };
+            let families = if is_map { style(metric).families } else { &[Family::OverX] };
             for family in families {
-                pictures.push(view.curves(quantity, *family));
+                pictures.push(view.curves(metric, *family));
             }
         }
     }
@@ -183,10 +150,10 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
 #[must_use]
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
-    let of_quantity = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
+    let of_metric = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
     let beginnings = ["measured_over_", "scatter_over_", "sobol_over_"];
     beginnings.iter().any(|beginning| rest(beginning).is_some())
-        || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
+        || drawn().any(|metric| rest(metric.display.file_name).is_some_and(of_metric))
 }
 
 /// The side along which a figure runs, and the side with one curve per value.
@@ -205,9 +172,9 @@ struct View<'a> {
 
 impl View<'_> {
     /// A metric in its unit at positions on the sides of the slice; none if the case failed.
-    fn value(&self, quantity: &Quantity, x: usize, y: usize) -> Option<f64> {
+    fn value(&self, metric: &Column<Metrics>, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
-        Some(quantity.factor * (quantity.value)(&summary.metrics))
+        Some(metric.display.factor * metric.get(&summary.metrics))
     }
 
     /// The sides of the slice as a family of curves uses them.
@@ -226,11 +193,11 @@ impl View<'_> {
     }
 
     /// `N_f` with its uncertainty, if it applies to all values.
-    fn uncertainty(&self, quantity: &Quantity) -> String {
+    fn uncertainty(&self, metric: &Column<Metrics>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(self.study, case);
         let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
-        if !quantity.is_of_tool || relative == 0.0 || varies {
+        if metric.display.scope != Scope::Tool || relative == 0.0 || varies {
             return String::new();
         }
         let tool = self.study.settings(case).tool;
@@ -247,7 +214,7 @@ impl View<'_> {
         }
     }
 
-    fn map(&self, quantity: &Quantity) -> Picture {
+    fn map(&self, metric: &Column<Metrics>) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
         let side = |side: &Side, shown: &[usize]| {
@@ -258,34 +225,34 @@ impl View<'_> {
         let values: Vec<Option<f64>> = rows
             .iter()
             .flat_map(|&row| columns.iter().map(move |&column| (column, row)))
-            .map(|(column, row)| self.value(quantity, column, row))
+            .map(|(column, row)| self.value(metric, column, row))
             .collect();
         let all = x.values.len() * y.values.len();
         let selection = selection(values.len(), all, "cases");
         let known = || values.iter().flatten();
         let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
-        let level = quantity.level.filter(|(level, _)| crossed(*level));
+        let level = style(metric).level.filter(|(level, _)| crossed(*level));
         let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
-        let subtitle = self.subtitle([meaning, self.uncertainty(quantity), selection, failures]);
+        let subtitle = self.subtitle([meaning, self.uncertainty(metric), selection, failures]);
         let map = Map {
-            title: format!("{} {}", quantity.title, quantity.label),
+            title: title(metric),
             subtitle,
             x: side(x, &columns),
             y: side(y, &rows),
-            label: quantity.label.to_owned(),
+            label: label(metric),
             values,
-            range: quantity.range,
+            range: style(metric).range,
             level: level.map(|(level, _)| level),
         };
-        Picture { name: format!("{}_map{}", quantity.name, self.slice.suffix()), canvas: map.draw() }
+        Picture { name: format!("{}_map{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
     }
 
-    fn curves(&self, quantity: &Quantity, family: Family) -> Picture {
+    fn curves(&self, metric: &Column<Metrics>, family: Family) -> Picture {
         let Sides { over, of, .. } = self.sides(family);
         let value = |along: usize, member: usize| match family {
-            Family::OverX => self.value(quantity, along, member),
-            Family::OverY => self.value(quantity, member, along),
+            Family::OverX => self.value(metric, along, member),
+            Family::OverY => self.value(metric, member, along),
         };
         let members = spread(of.values.len(), MAX_CURVES);
         let shown = over.shown();
@@ -298,13 +265,13 @@ impl View<'_> {
         let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
         let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
         let diagram = Diagram {
-            title: format!("{} {}", quantity.title, quantity.label),
-            subtitle: self.subtitle([self.uncertainty(quantity), selection, failures]),
+            title: title(metric),
+            subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
             x: Axis::linear(over.label()),
-            y: Axis::from_zero(quantity.label),
+            y: Axis::from_zero(label(metric)),
             curves,
         };
-        let name = format!("{}_over_{}{}", quantity.name, over.word(), self.slice.suffix());
+        let name = format!("{}_over_{}{}", metric.display.file_name, over.word(), self.slice.suffix());
         Picture { name, canvas: diagram.draw() }
     }
 }

@@ -8,17 +8,17 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::model::metrics::{NominalContact, tool_force};
+use bristle::integrate::Statistics;
+use bristle::model::metrics::{Metrics, NominalContact, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
+use bristle_study::uncertainty::ForceScatter;
 
 mod course;
-mod legend;
 
 pub use course::{Course, MAX_COURSES, Recorder};
-
-use legend::{QUANTITIES, Quantity, SCATTER, STATISTICS, SettingLegend};
 
 /// The page with places to be filled in.
 const TEMPLATE: &str = include_str!("template.html");
@@ -101,13 +101,14 @@ struct QuantityData {
     values: Vec<Option<f64>>,
 }
 
-fn figures<T>(
-    quantity: &Quantity<T>,
+/// The values of a column in all cases.
+fn quantity<R: Record>(
+    column: &Column<R>,
     summaries: &[Option<CaseSummary>],
-    part: impl Fn(&CaseSummary) -> Option<&T>,
+    record: impl Fn(&CaseSummary) -> Option<&R>,
 ) -> QuantityData {
-    let &Quantity { key, symbol, unit, name, meaning, value } = quantity;
-    let number = |summary: &Option<CaseSummary>| Some(rounded(value(part(summary.as_ref()?)?)));
+    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    let number = |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
     QuantityData { key, symbol, unit, name, meaning, values: summaries.iter().map(number).collect() }
 }
 
@@ -118,12 +119,12 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         .iter()
         .zip(&shown.positions)
         .map(|(axis, positions)| {
-            let SettingLegend { path, symbol, name } = legend::setting(axis.parameter().path);
+            let &Parameter { path, symbol, name, unit, .. } = axis.parameter();
             AxisData {
                 path,
                 symbol,
                 name,
-                unit: axis.parameter().unit,
+                unit,
                 values: positions.iter().map(|&position| axis.values()[position]).collect(),
                 positions: positions.clone(),
                 count: axis.values().len(),
@@ -133,18 +134,17 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let metrics = QUANTITIES.iter().map(|quantity| figures(quantity, &summaries, |summary| Some(&summary.metrics)));
-    let scatter = SCATTER.iter().map(|quantity| figures(quantity, &summaries, |summary| summary.scatter.as_ref()));
+    let mut metrics: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
+    metrics.sort_by_key(|column| column.display.prominence);
+    let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
+    let scatter =
+        ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
     // Without scatter there is no band, and inputs that do not scatter have no share.
     let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
     let quantities: Vec<QuantityData> = metrics.chain(scatter.filter(tells)).collect();
-    let statistics: Vec<Value> = STATISTICS
+    let statistics: Vec<QuantityData> = Statistics::COLUMNS
         .iter()
-        .map(|count| {
-            let value = |summary: &Option<CaseSummary>| summary.as_ref().map(|s| (count.value)(&s.statistics));
-            let values: Vec<Option<usize>> = summaries.iter().map(value).collect();
-            json!({ "key": count.key, "name": count.name, "values": values })
-        })
+        .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
         .collect();
     let uncertainties: Vec<Option<f64>> = shown
         .cases
@@ -182,26 +182,34 @@ fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
 /// All settings of the study; swept ones have no value.
 fn settings(study: &Study) -> Vec<Value> {
     let base = study.settings(0);
-    let scalars = PARAMETERS.iter().map(|parameter: &Parameter| {
-        let swept = study.sweeps().iter().any(|axis| std::ptr::eq(axis.parameter(), parameter));
-        (parameter.path, parameter.unit, if swept { Value::Null } else { json!(parameter.get(&base)) })
-    });
-    let others = [
-        ("tool.kind", "", json!(base.tool.kind)),
-        ("workpiece.kind", "", json!(base.workpiece.kind)),
-        ("workpiece.normal", "", json!(base.workpiece.normal)),
-        ("process.gravity_m_s2", "m/s²", json!(base.process.gravity_m_s2)),
-        ("uncertainty.hold", "", json!(base.uncertainty.hold)),
-    ];
-    let mut settings: Vec<_> = others.into_iter().chain(scalars).collect();
-    settings.sort_by_key(|(path, ..)| legend::place(path));
-    settings
-        .into_iter()
-        .map(|(path, unit, value)| {
-            let SettingLegend { symbol, name, .. } = legend::setting(path);
-            json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value })
+    let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
+    let mut entries: Vec<(&str, Value)> = PARAMETERS
+        .iter()
+        .map(|parameter| {
+            let &Parameter { path, symbol, name, unit, .. } = parameter;
+            let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
+            let value = if swept { Value::Null } else { json!(parameter.get(&base)) };
+            (path, entry([path, symbol, name, unit], value))
         })
-        .collect()
+        .collect();
+    // Those that are not numbers, each before the number that it precedes in the settings.
+    let hold = "what stays the same for tools of another radius";
+    let others = [
+        ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""], json!(base.tool.kind)),
+        ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(base.workpiece.kind)),
+        ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""], json!(base.workpiece.normal)),
+        (
+            "process.lead_angle_rad",
+            ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
+            json!(base.process.gravity_m_s2),
+        ),
+        ("", ["uncertainty.hold", "", hold, ""], json!(base.uncertainty.hold)),
+    ];
+    for (next, names, value) in others {
+        let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
+        entries.insert(place, (names[0], entry(names, value)));
+    }
+    entries.into_iter().map(|(_, entry)| entry).collect()
 }
 
 /// Six significant digits: one more than the page shows.
