@@ -65,7 +65,7 @@ fn every_reader_shows_every_metric() {
 
     // The page, the most prominent metrics first.
     let page = page("case.toml", &study, &results, &[]);
-    let (_, data) = page.split_once("type=\"application/json\">").expect("the data");
+    let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     let data: Value = serde_json::from_str(data).expect("JSON");
     let quantities = data["quantities"].as_array().expect("quantities");
