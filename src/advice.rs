@@ -452,8 +452,8 @@ impl Advice {
 mod tests {
     use super::*;
     use crate::document::Document;
-    use crate::integrate::Statistics;
     use crate::metrics::{ContactRecord, Metrics, NominalContact};
+    use crate::simulation::Statistics;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(

@@ -1,4 +1,4 @@
-//! From a filament of given geometry and material to the constants of its chain.
+//! From the geometry and material of a filament to the constants of its chain.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::settings::FilamentSettings;
 /// First root of `cos βL cosh βL = −1`: the first bending mode of a clamped-free beam.
 pub const FIRST_CANTILEVER_ROOT: f64 = 1.8751040687;
 
-/// The chain that stands for a filament, under the gravitational acceleration `gravity` in m/s².
+/// The chain that models a filament, under the gravitational acceleration `gravity` in m/s².
 ///
 /// MODEL, "Segment chain" and "Energies": `h = l_f/n`, `m = ρ A h`, `J = m h²/12`, `c_k = E I/h`, and `c_1 = 2 E I/h`
 /// because the clamp joint carries only half a segment's compliance; `d_k = (2 ζ/Ω_1) c_k`.

@@ -25,9 +25,9 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::equations::FINGERPRINT;
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::simulation::SOLVER_FINGERPRINT;
+use crate::simulation::Statistics;
 use crate::study::{CaseResult, CaseSummary, Study, Sweep};
 use crate::uncertainty::ForceScatter;
 

@@ -361,8 +361,8 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
 mod tests {
     use super::*;
     use crate::document::Document;
-    use crate::integrate::Statistics;
     use crate::metrics::Metrics;
+    use crate::simulation::Statistics;
     use crate::study::{CaseSummary, DEPTH, VELOCITY};
 
     /// Two velocities, three depths that are not evenly spaced.

@@ -7,9 +7,9 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::Parameter;
+use crate::simulation::Statistics;
 use crate::simulation::{Sample, Simulation};
 use crate::study::{Axis, CaseResult, DEPTH, Study, VELOCITY};
 use crate::uncertainty::ForceScatter;

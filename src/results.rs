@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::equations::FINGERPRINT;
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::Parameter;
 use crate::report::{Columns, FIXED_COLUMNS, OK};
 use crate::settings::Settings;
 use crate::simulation::Sample;
+use crate::simulation::Statistics;
 use crate::study::{Axis, CaseResult, CaseSummary, Study, Sweep};
 use crate::uncertainty::ForceScatter;
 

@@ -15,10 +15,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use tracing::{debug, info, warn};
 
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
 use crate::parameters::{Parameter, Violation};
 use crate::settings::Settings;
+use crate::simulation::Statistics;
 use crate::simulation::{Job, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
 use crate::uncertainty::{ForceScatter, INPUTS, MIN_SAMPLES, MOVING, Scatter};
 

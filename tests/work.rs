@@ -2,7 +2,7 @@
 
 mod common;
 
-use bristle::integrate::Statistics;
+use bristle::simulation::Statistics;
 use bristle::simulation::simulate;
 
 /// Counts may differ by this share between processors, whose sines differ in the last digit.

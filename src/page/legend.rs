@@ -1,7 +1,7 @@
 //! What the page calls settings, metrics and statistics, in the symbols of MODEL.
 
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
+use crate::simulation::Statistics;
 use crate::uncertainty::ForceScatter;
 
 /// A setting's name for people.

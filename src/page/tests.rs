@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::*;
 use crate::document::Document;
-use crate::integrate::Statistics;
 use crate::metrics::Metrics;
+use crate::simulation::Statistics;
 use crate::study::Axis;
 use crate::testing::brush;
 use crate::uncertainty::ForceScatter;
