@@ -7,7 +7,7 @@ use bristle::model::metrics::{ContactRecord, tip_deflection};
 use bristle::tool::ClampMotion;
 
 use crate::newton::{Failure, MAX_ITERATIONS};
-use crate::system::{Case, Filament, Point, StepView, Work};
+use crate::system::{Case, Filament, Point, StepView, System, Work};
 
 /// One step at a time.
 pub trait Method {
@@ -15,13 +15,7 @@ pub trait Method {
     fn restart(&mut self, start: &Point);
 
     /// A step of the length `step` (s); its error relative to the tolerance.
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure>;
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure>;
 
     /// Takes the last attempt, and says how long the next step should be (s).
     ///
@@ -75,7 +69,7 @@ const MAX_STEPS: usize = 400_000;
 /// The record of a pass and the work that it took; none if the integration stopped.
 pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Option<(ContactRecord, Work)> {
     let (mut system, mut start) = case.start();
-    let n = system.pairs();
+    let n = system.blocks();
     let relative = case.tolerances.relative;
     let location = location(&system, relative, settings);
     let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };

@@ -8,11 +8,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::integrate::Statistics;
 use bristle::model::metrics::{Metrics, NominalContact, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
 

@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::*;
 use crate::testing::brush;
-use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
+use bristle::simulation::Statistics;
 use bristle_study::document::Document;
 use bristle_study::study::Sweep;
 use bristle_study::uncertainty::ForceScatter;
