@@ -1,4 +1,4 @@
-//! From the energies to the equations of motion, step by step. The formulas are derived when the page is made.
+//! From the energies to the equations of motion, step by step. The formulas are derived as the page is written.
 
 use crate::back::print::legend;
 use crate::back::print::page::{Definition, Form, Page};
@@ -15,7 +15,7 @@ use crate::passes::normal_form::{Style, normalise};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A step of the derivation: expressions of one graph under their names, before anything is written.
+/// A step of the derivation: named expressions of one graph.
 struct Step {
     graph: Graph,
     outputs: Vec<Output>,
@@ -42,7 +42,7 @@ impl Step {
     }
 }
 
-/// A vector by its components: `head` and the index after it.
+/// The components of a vector, named `head` and the axis.
 fn components(head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
     let component = |(axis, node)| Output::scalar(&format!("{head}{axis}"), "", unit, node);
     AXES.into_iter().zip(vector).map(component).collect()
@@ -58,7 +58,7 @@ fn stated() -> (Step, Step) {
     outputs.extend(components("ė_k_", Unit::SECOND.powi(-1), rate));
     let frames = Step { graph, outputs };
 
-    // As it is stated: without rules that would change the order of the terms.
+    // Without rules, which would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
     let parameters = Parameters::new(g);
@@ -81,7 +81,7 @@ fn stated() -> (Step, Step) {
     (frames, Step { graph, outputs })
 }
 
-/// The way from the energies to the equations of motion of a chain of `segments` segments, for readers.
+/// The derivation of the equations of motion of a chain of `segments` segments from the energies, for readers.
 ///
 /// `again` is the command that makes the page.
 ///
