@@ -121,7 +121,7 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     let mut page = Page::new(Form::Markdown, &title, again);
     page.prose(
         "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
-         derived and written by the program; components are those in the inertial frame.",
+         derived and written by the program; components refer to the inertial frame.",
     );
     page.heading("Symbols and units");
     let steps = [&frames, &stated, &centres, &energies, &momenta, &mass_matrix, &force];
@@ -131,8 +131,8 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     let coordinates: Vec<String> = (0..2 * segments).map(coordinate).collect();
     page.prose(&format!(
         "The inertial frame has its origin on the tool axis and `z` along it. The coordinates are the polar angle from \
-         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute, so that segment `k` points along \
-         `e_k` whatever the others do. This vector and its rate are",
+         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute: segment `k` points along `e_k` \
+         whatever the others do. This vector and its rate are",
         coordinates.join(", ")
     ));
     step(&mut page, &frames);
@@ -146,22 +146,22 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
 
     page.heading("Energies");
     page.prose(
-        "As the model states them, for a segment with the inner end `x` along `e`, and for a joint between `e` and `e'`. \
+        "These are the energies of a segment with the inner end `x` and the direction `e`, and of a joint between `e` and `e'`. \
          The angular velocities in `D` are `e × ė`. At the clamp joint `e_0`, `c1` and `d1` take the place of `e`, `c` \
          and `d`.",
     );
     step(&mut page, &stated);
     page.prose(
-        "Summed over the chain, with the directions and velocities from above put in, multiplied out and collected by \
-         the constants, they are the following. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
+        "Summed over the chain, with the directions and velocities from above inserted, expanded and collected by the \
+         constants, they are as follows. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
     );
     step(&mut page, &energies);
 
     page.heading("Lagrange's equations");
     page.prose(
         "With `L = E_kin − E_spring − E_grav` each coordinate has the equation \
-         `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` holds the forces of contact and friction. Only the kinetic \
-         energy depends on the rates, by the momenta `p = ∂E_kin/∂q̇`:",
+         `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` contains the forces of contact and friction. Only the \
+         kinetic energy depends on the rates, through the momenta `p = ∂E_kin/∂q̇`:",
     );
     step(&mut page, &momenta);
 
@@ -174,7 +174,8 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
 
     page.heading("Generalised force");
     page.prose(
-        "What is left of Lagrange's equations stands on the right: `f = f_inertial + f_spring + f_gravity + f_damping`.",
+        "The remaining terms of Lagrange's equations form the right-hand side: \
+         `f = f_inertial + f_spring + f_gravity + f_damping`.",
     );
     let rest = [
         ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &inertial),
