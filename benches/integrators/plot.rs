@@ -9,7 +9,7 @@ use plotters::style::{FontTransform, ShapeStyle};
 
 use crate::Row;
 
-/// Coordinates in the file are whole numbers: this many of them make a pixel.
+/// Coordinates in the file are whole numbers, this many per pixel.
 const FINE: f64 = 10.0;
 const SIZE: (f64, f64) = (1000.0, 440.0);
 /// Left edges of the panels, their width, top and bottom.
@@ -18,7 +18,7 @@ const WIDTH: f64 = 300.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 388.0;
 const LEGEND: f64 = 746.0;
-/// What the axes show: work in ms, relative error.
+/// Ranges of the axes: work in ms, relative error.
 const WORK: (f64, f64) = (0.8, 60.0);
 const ERROR: (f64, f64) = (1e-8, 1.0);
 
@@ -28,7 +28,7 @@ const FAINT: RGBColor = RGBColor(222, 225, 229);
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Colour (of Okabe and Ito), width, dashes and marker; any of the last three tells the curves apart in grey.
+/// Colour (Okabe and Ito), width, dashes and marker. Each of the last three distinguishes the curves in grey.
 struct Look {
     color: RGBColor,
     width: f64,
@@ -40,7 +40,7 @@ struct Look {
 struct Marker {
     /// Corners around the middle; a circle has many.
     corners: usize,
-    /// Where the first corner is, in turns from above.
+    /// Position of the first corner, in turns from the top.
     turn: f64,
     filled: bool,
     /// Only spokes to the corners.
@@ -85,7 +85,7 @@ fn stroke(color: RGBColor, width: f64) -> ShapeStyle {
     color.stroke_width(fine(width) as u32)
 }
 
-/// Where `value` lies in `range`, by logarithms, from 0 to 1.
+/// Position of `value` in `range` on a logarithmic scale, from 0 to 1.
 fn share(value: f64, (low, high): (f64, f64)) -> f64 {
     (value / low).ln() / (high / low).ln()
 }
@@ -183,7 +183,7 @@ fn curve(root: &Area<'_>, points: &[(f64, f64)], look: &Look) -> Result<()> {
             .map(|angle| (fine(x + 5.0 * angle.sin()), fine(y - 5.0 * angle.cos())))
             .collect();
         if star {
-            // A cross has no inside.
+            // A cross has no interior.
             for &corner in &outline {
                 root.draw(&PathElement::new([(fine(x), fine(y)), corner], stroke(look.color, 1.6)))?;
             }
@@ -197,7 +197,7 @@ fn curve(root: &Area<'_>, points: &[(f64, f64)], look: &Look) -> Result<()> {
     Ok(())
 }
 
-/// Pieces of a line: drawn and left out in turn, by `pattern` in pixels; the whole line for an empty one.
+/// Pieces of a line, alternately drawn and left out, with the lengths `pattern` in pixels; the whole line if it is empty.
 fn dashed(points: &[(f64, f64)], pattern: &[f64]) -> Vec<Vec<(f64, f64)>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];
