@@ -9,11 +9,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use bristle_codegen::MAKER;
+use bristle_codegen::back::json;
+use bristle_codegen::back::rust::{Origin, emit};
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
-use bristle_codegen::emit::{Origin, emit};
-use bristle_codegen::kernels::{Kernel, kernels};
-use bristle_codegen::special::{SERIES, SERIES_LIMIT, TERMS};
-use bristle_codegen::{MAKER, exchange};
+use bristle_codegen::fingerprint::{digest, sources};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::ir::special::{SERIES, SERIES_LIMIT, TERMS};
+use bristle_codegen::model::kernels::kernels;
 
 /// The derivation in CasADi.
 const SCRIPT: &str = "derivations/segment_chain.py";
@@ -36,8 +39,6 @@ fn main() -> ExitCode {
 }
 
 fn generate() -> Result<(), Box<dyn Error>> {
-    // The built-in derivation has no input but the code of `bristle-codegen`, which Cargo watches as a dependency.
-    println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=BRISTLE_DERIVATION");
     let directory = PathBuf::from(env::var("OUT_DIR")?);
     let derivation = variable("BRISTLE_DERIVATION")?.unwrap_or_default();
@@ -51,10 +52,11 @@ fn generate() -> Result<(), Box<dyn Error>> {
     };
     let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
     fs::write(directory.join("kernels.rs"), &source)?;
-    fs::write(directory.join("series.rs"), series())?;
+    let series = series();
+    fs::write(directory.join("series.rs"), &series)?;
     // What the header says, for `bristle::equations`.
-    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", exchange::fingerprint(&kernels)?);
-    println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&source)?);
+    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", json::fingerprint(&kernels)?);
+    println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&[&source, &series])?);
     println!("cargo::rustc-env=BRISTLE_MAKER={}", maker.lines().next().unwrap_or_default());
     Ok(())
 }
@@ -73,34 +75,19 @@ fn series() -> String {
     )
 }
 
-/// All that turns settings into metrics, beside the kernels.
-const SOLVER: [&str; 2] = ["codegen/src", "src"];
+/// What this package is made of, as far as it decides results: all of it. Outside of the repository some of it is missing.
+const SOURCES_OF_RESULTS: [&str; 4] = ["Cargo.lock", "build.rs", "codegen/src", "src"];
 
-/// A hash of the solver's code, by which the journal of a study knows results of another build.
+/// A hash of the code that turns settings into metrics, by which the journal of a study knows results of another build.
 ///
-/// The version alone would not do while a change is being made.
-fn solver_fingerprint(kernels: &str) -> Result<String, Box<dyn Error>> {
-    let mut files = Vec::new();
-    let mut paths: Vec<PathBuf> = SOLVER.map(PathBuf::from).into();
-    for path in SOLVER {
+/// The version alone would not do while a change is being made. No list says which files matter: one would be incomplete
+/// some day.
+fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
+    let present: Vec<&str> = SOURCES_OF_RESULTS.into_iter().filter(|path| Path::new(path).exists()).collect();
+    for path in &present {
         println!("cargo::rerun-if-changed={path}");
     }
-    while let Some(path) = paths.pop() {
-        if path.is_dir() {
-            for entry in fs::read_dir(&path)? {
-                paths.push(entry?.path());
-            }
-        } else {
-            files.push(path);
-        }
-    }
-    files.sort();
-    let mut code = kernels.as_bytes().to_owned();
-    for path in files {
-        code.push(0);
-        code.extend(fs::read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?);
-    }
-    Ok(exchange::digest(&code))
+    Ok(digest((generated.concat() + &sources(&present)?).as_bytes()))
 }
 
 /// States at which the kernels are compared with the built-in ones.
@@ -129,14 +116,14 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
         inputs.push(0);
         inputs.extend(fs::read(path).map_err(|error| format!("cannot read {path}: {error}"))?);
     }
-    let graph = directory.join(format!("casadi-{}.json", exchange::digest(&inputs)));
-    let cached = fs::read_to_string(&graph).ok().and_then(|text| exchange::from_json(&text).ok());
+    let graph = directory.join(format!("casadi-{}.json", digest(&inputs)));
+    let cached = fs::read_to_string(&graph).ok().and_then(|text| json::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,
         None => {
             derive(&python, &graph)?;
             let text = fs::read_to_string(&graph)?;
-            exchange::from_json(&text).map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
+            json::from_json(&text).map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
         }
     };
     let deviations = compare(&kernels()?, &file.kernels, STATES, States::All, 1)

@@ -9,9 +9,10 @@ use std::process::Command;
 use std::time::Instant;
 
 use bristle_codegen::MAKER;
-use bristle_codegen::emit::{Origin, count_operations, emit};
-use bristle_codegen::kernels::{Kernel, kernels};
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::back::rust::{Origin, count_operations, emit};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
 /// A stand-in for the solver's scalar that costs the compiler the same. `S` is a call into the library.
 const PRELUDE: &str = "

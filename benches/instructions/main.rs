@@ -18,7 +18,7 @@ use std::process::{Command, ExitCode};
 use bristle::equations::{Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, StepWeights};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, simulate, simulate_side_by_side};
+use bristle::simulation::{Job, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
 use bristle_study::document::Document;
 
@@ -108,13 +108,13 @@ fn run(subject: usize, repetitions: usize) {
         }
         _ => {
             for _ in 0..repetitions {
-                let mut cases = (0..LANES).map(|number| {
+                let mut jobs = (0..LANES).map(|number| {
                     let mut settings = settings();
                     settings.process.brushing_velocity_m_s = 5.0 + 3.0 * number as f64;
-                    Case { number, settings }
+                    Job::new(number, &settings)
                 });
                 simulate_side_by_side(
-                    |_| cases.next(),
+                    |_| jobs.next(),
                     |_, result| {
                         black_box(result.expect("the pass ends"));
                     },

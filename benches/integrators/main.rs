@@ -197,7 +197,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/work_precision.csv"), table(&rows))?;
-    fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/work_precision.svg"), plot::draw(&rows)?)?;
+    fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/work_precision.svg"), plot::draw(&rows))?;
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use bristle::model::filament;
 use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::{FilamentSystem, integral};
-use bristle::tool::RoundTool;
+use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::Plane;
 
 /// A state with the contact normal impulse in N s as its only integral.
@@ -65,7 +65,7 @@ impl Work {
 
 /// A filament in contact, from the library.
 pub struct Filament {
-    pub inner: FilamentSystem<RoundTool, Plane>,
+    pub inner: FilamentSystem<Turning<RoundTool>, Plane>,
     pub work: Work,
     scratch: Vec<[f64; 2]>,
 }
@@ -215,8 +215,8 @@ impl Problem {
     pub fn start(&self) -> (Filament, Point) {
         let Settings { tool, filament, contact, workpiece, process, .. } = &self.settings;
         let deepest = -std::f64::consts::FRAC_PI_2;
-        let motion = RoundTool {
-            body_radius: tool.body_radius_m,
+        let motion = Turning {
+            tool: RoundTool { body_radius: tool.body_radius_m },
             rate: self.nominal.rate(),
             initial_angle: deepest - self.nominal.contact_angle() / 2.0 - self.lead_angle,
         };

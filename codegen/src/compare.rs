@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 use fastrand::Rng;
 
-use crate::exchange::shown;
-use crate::graph::{NodeId, Symbol};
-use crate::kernels::{Input, Kernel, Output, Shape};
-use crate::unit::Unit;
+use crate::ir::graph::{NodeId, Symbol};
+use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::naming::shown;
+use crate::ir::unit::Unit;
 
 /// How well one output agrees.
 #[derive(Clone, Debug, PartialEq)]
@@ -342,8 +342,8 @@ pub fn whole_segments(kernels: &[Kernel]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernels::kernels;
-    use crate::whole::{Purpose, whole_kernels};
+    use crate::model::kernels::kernels;
+    use crate::model::whole::{Purpose, whole_kernels};
 
     fn whole(segments: usize, purpose: Purpose) -> Vec<Kernel> {
         whole_kernels(segments, purpose).expect("the derivation is sound")

@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use bristle_codegen::emit::{Origin, emit};
-use bristle_codegen::exchange::{from_json, to_json};
+use bristle_codegen::back::rust::{Origin, emit};
+use bristle_codegen::back::json::{from_json, to_json};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

@@ -10,6 +10,9 @@
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
+use std::error::Error;
+use std::fmt;
+
 use super::{
     Chain, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled, linear::zero,
 };
@@ -35,14 +38,24 @@ pub struct Member<'a> {
 }
 
 /// A member of a batch whose accelerations have no meaning.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("state {member} of the batch: {pole}")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchError {
     /// Its number, counted from 1.
     pub member: usize,
     /// The segment at a pole of its coordinates about `z`.
-    #[source]
     pub pole: PoleError,
+}
+
+impl fmt::Display for BatchError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "state {} of the batch: {}", self.member, self.pole)
+    }
+}
+
+impl Error for BatchError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&self.pole)
+    }
 }
 
 /// The memory in which batches of chains of one number of segments are computed.

@@ -3,7 +3,9 @@
 //! Spherical coordinates about one axis are singular along it. Each segment has its own [`PolarAxis`]; about `x` the
 //! same kernels hold with the axes permuted, and a joint between segments of different axes has kernels of its own.
 
+use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
+use std::fmt;
 
 use super::linear::dot;
 use super::{Real, StepWeights, kernels};
@@ -93,8 +95,8 @@ impl PolarAxis {
     }
 }
 
-impl std::fmt::Display for PolarAxis {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for PolarAxis {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::Z => "z",
             Self::X => "x",
@@ -103,10 +105,7 @@ impl std::fmt::Display for PolarAxis {
 }
 
 /// A segment that stands at a pole of its coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "segment {segment} with φ = {polar_angle:?} stands at a pole (sin φ = 0) of its coordinates about {axis}, where its azimuth has no meaning"
-)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleError {
     /// Number of the segment, counted from 1.
     pub segment: usize,
@@ -115,6 +114,19 @@ pub struct PoleError {
     /// The axis from which that is measured.
     pub axis: PolarAxis,
 }
+
+impl fmt::Display for PoleError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { segment, polar_angle, axis } = self;
+        write!(
+            formatter,
+            "segment {segment} with φ = {polar_angle:?} stands at a pole (sin φ = 0) of its coordinates about {axis}, \
+             where its azimuth has no meaning"
+        )
+    }
+}
+
+impl Error for PoleError {}
 
 /// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: its own `φ` tells.
 pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {

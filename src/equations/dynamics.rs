@@ -5,10 +5,12 @@
 //! articulated-body recursion of Featherstone 1983, with 3 × 3 blocks because a node only translates). An
 //! implicit step couples neighbours through the joints as well, which widens the block to five: the three
 //! components of the node and the two coordinates of the segment inside it.
-
-use multiversion::{multiversion, target::match_target};
+//!
+//! Each recursion is a type that holds its arguments ([`Task`]); the methods of [`Dynamics`] make one and have it run with
+//! the machine's instructions ([`dispatch`](super::dispatch)).
 
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
+use super::dispatch::{Loop, dispatch};
 use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
@@ -421,6 +423,16 @@ impl<T: Real> Dynamics<T> {
         }
         energies
     }
+
+    /// The [`Energies::dissipation`] alone, where the angles were last placed.
+    pub fn dissipation(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
+        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
+        let joints = (1..self.chain.segments)
+            .map(|k| chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants).dissipation);
+        joints.fold(root.dissipation, |sum, joint| sum + joint)
+    }
 }
 
 impl<T: Compiled> Dynamics<T> {
@@ -429,7 +441,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If a slice is shorter than the chain.
     pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        T::place(self, clamp, q, v);
+        T::run(self, Task::Place(Place { clamp, q, v }));
     }
 
     /// As [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
@@ -437,7 +449,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If a slice is shorter than the chain.
     pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        T::track(self, clamp, q, v, accelerations);
+        T::run(self, Task::Track(Track { clamp, q, v, accelerations }));
     }
 
     /// Moves the nodes to where they are when `correction` (rad/s²) is taken off the `q̈` of the last
@@ -448,7 +460,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If the slice is shorter than the chain.
     pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        T::shift(self, correction, weights);
+        T::run(self, Task::Shift(Shift { correction, weights }));
     }
 
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
@@ -467,7 +479,7 @@ impl<T: Compiled> Dynamics<T> {
         loads: &impl NodeLoads<T>,
         accelerations: &mut [[T; 2]],
     ) {
-        T::accelerations(self, clamp, q, v, loads, accelerations);
+        T::run(self, Task::Accelerations(Accelerations { clamp, q, v, loads, accelerations }));
     }
 
     /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
@@ -483,7 +495,7 @@ impl<T: Compiled> Dynamics<T> {
         loads: &impl NodeLoads<T>,
         residual: &mut [[T; 2]],
     ) {
-        T::residual(self, clamp, q, v, accelerations, loads, residual);
+        T::run(self, Task::Residual(Residual { clamp, q, v, accelerations, loads, residual }));
     }
 
     /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
@@ -491,7 +503,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If the slice is shorter than the chain.
     pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        T::solve(self, right_side);
+        T::run(self, Task::Solve(Solve { right_side }));
     }
 
     /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
@@ -513,7 +525,7 @@ impl<T: Compiled> Dynamics<T> {
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        T::factorise(self, clamp, v, accelerations, loads, weights, lanes);
+        T::run(self, Task::Factorise(Factorise { clamp, v, accelerations, loads, weights, lanes }));
     }
 }
 
@@ -543,403 +555,392 @@ impl Dynamics<f64> {
     }
 }
 
-/// The loops of [`Dynamics`], for a scalar that they are compiled for.
-///
-/// Each is compiled for several sets of instructions, and the machine's is chosen when it is called.
+/// A scalar that the recursions of [`Dynamics`] are compiled for, in this crate and once.
 pub trait Compiled: Lanewise {
     #[doc(hidden)]
-    fn place(dynamics: &mut Dynamics<Self>, clamp: &Clamp<Self>, q: &[[Self; 2]], v: &[[Self; 2]]);
-
-    #[doc(hidden)]
-    fn track(dynamics: &mut Dynamics<Self>, clamp: &Clamp<Self>, q: &[[Self; 2]], v: &[[Self; 2]], a: &[[Self; 2]]);
-
-    #[doc(hidden)]
-    fn accelerations(
-        dynamics: &mut Dynamics<Self>,
-        clamp: &Clamp<Self>,
-        q: &[[Self; 2]],
-        v: &[[Self; 2]],
-        loads: &dyn NodeLoads<Self>,
-        accelerations: &mut [[Self; 2]],
-    );
-
-    #[doc(hidden)]
-    fn residual(
-        dynamics: &mut Dynamics<Self>,
-        clamp: &Clamp<Self>,
-        q: &[[Self; 2]],
-        v: &[[Self; 2]],
-        accelerations: &[[Self; 2]],
-        loads: &dyn NodeLoads<Self>,
-        residual: &mut [[Self; 2]],
-    );
-
-    #[doc(hidden)]
-    fn factorise(
-        dynamics: &mut Dynamics<Self>,
-        clamp: &Clamp<Self>,
-        v: &[[Self; 2]],
-        accelerations: &[[Self; 2]],
-        loads: &dyn NodeLoads<Self>,
-        weights: StepWeights<Self>,
-        lanes: LaneSet,
-    );
-
-    #[doc(hidden)]
-    fn shift(dynamics: &mut Dynamics<Self>, correction: &[[Self; 2]], weights: StepWeights<Self>);
-
-    #[doc(hidden)]
-    fn solve(dynamics: &mut Dynamics<Self>, right_side: &mut [[Self; 2]]);
+    fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>);
 }
 
-/// Functions of one scalar that only call the generic loop of their name, which is inlined into them with all that it
-/// calls: so it has their instructions.
-macro_rules! compile {
-    ($scalar:ty, $plain:ident: $(fn $name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {
-        impl Compiled for $scalar {
-            $(fn $name($($argument: $type),*) {
-                #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-                fn $name($($argument: $type),*) {
-                    match_target! {
-                        "x86_64+avx512f+avx512dq+avx512vl" => super::dynamics::$name($($argument),*),
-                        "x86_64+avx2" => super::dynamics::$name($($argument),*),
-                        _ => $plain!(super::dynamics::$name($($argument),*)),
-                    }
-                }
-                $name($($argument),*);
-            })*
+impl Compiled for f64 {
+    fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
+        task.run(dynamics);
+    }
+}
+
+impl Compiled for Lanes<LANES> {
+    fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
+        task.run(dynamics);
+    }
+}
+
+/// What [`Dynamics`] can be asked for, with its arguments.
+pub enum Task<'a, T> {
+    /// See [`Dynamics::place`].
+    Place(Place<'a, T>),
+    /// See [`Dynamics::track`].
+    Track(Track<'a, T>),
+    /// See [`Dynamics::accelerations`].
+    Accelerations(Accelerations<'a, T>),
+    /// See [`Dynamics::residual`].
+    Residual(Residual<'a, T>),
+    /// See [`Dynamics::factorise`].
+    Factorise(Factorise<'a, T>),
+    /// See [`Dynamics::solve`].
+    Solve(Solve<'a, T>),
+    /// See [`Dynamics::shift`].
+    Shift(Shift<'a, T>),
+}
+
+impl<T: Lanewise> Task<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        match self {
+            Self::Place(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Track(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Accelerations(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Residual(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Factorise(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Solve(recursion) => dispatch(On { dynamics, recursion }),
+            Self::Shift(recursion) => dispatch(On { dynamics, recursion }),
         }
-    };
-}
-
-macro_rules! always {
-    ($call:expr) => {
-        $call
-    };
-}
-
-/// Not for x86-64 without AVX2, see [`lanes_are_compiled`].
-macro_rules! unless_x86_64 {
-    ($call:expr) => {
-        if cfg!(target_arch = "x86_64") { unreachable!("lanes are not used without AVX2") } else { $call }
-    };
-}
-
-/// True if the loops are compiled for lanes that this machine has.
-///
-/// On x86-64 they need AVX2 (2013): for registers of two numbers they would be the largest part of what a build
-/// compiles, and gain little.
-pub fn lanes_are_compiled() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return std::arch::is_x86_feature_detected!("avx2");
-    #[cfg(not(target_arch = "x86_64"))]
-    true
-}
-
-macro_rules! compile_for {
-    ($($scalar:ty, $plain:ident);*) => {
-        $(compile! { $scalar, $plain:
-            fn place(dynamics: &mut Dynamics<$scalar>, clamp: &Clamp<$scalar>, q: &[[$scalar; 2]], v: &[[$scalar; 2]]);
-            fn track(
-                dynamics: &mut Dynamics<$scalar>,
-                clamp: &Clamp<$scalar>,
-                q: &[[$scalar; 2]],
-                v: &[[$scalar; 2]],
-                a: &[[$scalar; 2]],
-            );
-            fn accelerations(
-                dynamics: &mut Dynamics<$scalar>,
-                clamp: &Clamp<$scalar>,
-                q: &[[$scalar; 2]],
-                v: &[[$scalar; 2]],
-                loads: &dyn NodeLoads<$scalar>,
-                result: &mut [[$scalar; 2]],
-            );
-            fn residual(
-                dynamics: &mut Dynamics<$scalar>,
-                clamp: &Clamp<$scalar>,
-                q: &[[$scalar; 2]],
-                v: &[[$scalar; 2]],
-                accelerations: &[[$scalar; 2]],
-                loads: &dyn NodeLoads<$scalar>,
-                result: &mut [[$scalar; 2]],
-            );
-            fn factorise(
-                dynamics: &mut Dynamics<$scalar>,
-                clamp: &Clamp<$scalar>,
-                v: &[[$scalar; 2]],
-                accelerations: &[[$scalar; 2]],
-                loads: &dyn NodeLoads<$scalar>,
-                weights: StepWeights<$scalar>,
-                lanes: LaneSet,
-            );
-            fn shift(dynamics: &mut Dynamics<$scalar>, correction: &[[$scalar; 2]], weights: StepWeights<$scalar>);
-            fn solve(dynamics: &mut Dynamics<$scalar>, right_side: &mut [[$scalar; 2]]);
-        })*
-    };
-}
-
-compile_for!(f64, always; Lanes<LANES>, unless_x86_64);
-
-#[inline(always)]
-fn place<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (q, v) = (&q[..n], &v[..n]);
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    for k in 0..n {
-        let segment = dynamics.segment(k, v[k]);
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
     }
 }
 
-#[inline(always)]
-fn track<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-    for k in 0..n {
-        let segment = dynamics.segment(k, v[k]);
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
-        dynamics.base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
-    }
-    dynamics.base_accelerations[n] = base;
+/// A recursion over the segments of a chain.
+trait Recursion<T> {
+    /// Runs it; `#[inline(always)]`, see [`Loop`].
+    fn run(self, dynamics: &mut Dynamics<T>);
 }
 
-#[inline(always)]
-fn accelerations<T: Real>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    q: &[[T; 2]],
-    v: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    accelerations: &mut [[T; 2]],
-) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
-    let loaded = !loads.is_empty();
-    if loaded {
-        place(dynamics, clamp, q, v);
-    } else {
+/// A recursion with the chain that it runs on.
+struct On<'a, T, R> {
+    dynamics: &'a mut Dynamics<T>,
+    recursion: R,
+}
+
+impl<T: Lanewise, R: Recursion<T>> Loop for On<'_, T, R> {
+    type Output = ();
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) {
+        self.recursion.run(self.dynamics);
+    }
+}
+
+/// Arguments of [`Dynamics::place`].
+pub struct Place<'a, T> {
+    clamp: &'a Clamp<T>,
+    q: &'a [[T; 2]],
+    v: &'a [[T; 2]],
+}
+
+impl<T: Real> Recursion<T> for Place<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, q, v } = self;
+        let n = dynamics.chain.segments;
+        let (q, v) = (&q[..n], &v[..n]);
         T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    }
-    let mass = dynamics.chain.mass;
-    // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
-    let (mut a, mut b) = (zero_matrix(), zero());
-    let mut torque_from_outside = zero();
-    for k in (0..n).rev() {
-        if loaded && let Some(force) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
-            b = sub(b, force);
+        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        for k in 0..n {
+            let segment = dynamics.segment(k, v[k]);
+            position = add(position, segment.reach);
+            velocity = add(velocity, segment.reach_rate);
+            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
         }
-        let segment = dynamics.segment(k, v[k]);
-        let joint = dynamics.inner_joint(k, clamp, v);
-        let torque = add(joint.next, torque_from_outside);
-        torque_from_outside = joint.previous;
-        let jacobian = &segment.reach_jacobian;
-        let outer = add(mul(&a, segment.reach_bias), b);
-        let spread = product(&a, jacobian);
-        let coupling = add_matrices(&segment.coupling, &spread);
-        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
-        let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
-        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
-        let mut from_node = zero_matrix::<T, 2, 3>();
-        unrolled!(row < 2, {
-            from_node[row] = mul(&coupling, pivot[row]);
-        });
-        let own = mul(&pivot, torque);
-        let correction = product(&coupling, &from_node);
-        // One half is computed and mirrored.
-        unrolled!(row < 3, {
-            unrolled!(column < 3, {
-                if row <= column {
-                    let entry = a[row][column] - correction[row][column];
-                    a[row][column] = entry;
-                    a[column][row] = entry;
-                }
+    }
+}
+
+/// Arguments of [`Dynamics::track`].
+pub struct Track<'a, T> {
+    clamp: &'a Clamp<T>,
+    q: &'a [[T; 2]],
+    v: &'a [[T; 2]],
+    accelerations: &'a [[T; 2]],
+}
+
+impl<T: Real> Recursion<T> for Track<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, q, v, accelerations } = self;
+        let n = dynamics.chain.segments;
+        let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
+        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+        for k in 0..n {
+            let segment = dynamics.segment(k, v[k]);
+            position = add(position, segment.reach);
+            velocity = add(velocity, segment.reach_rate);
+            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
+            dynamics.base_accelerations[k] = base;
+            base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
+        }
+        dynamics.base_accelerations[n] = base;
+    }
+}
+
+/// Arguments of [`Dynamics::accelerations`].
+pub struct Accelerations<'a, T> {
+    clamp: &'a Clamp<T>,
+    q: &'a [[T; 2]],
+    v: &'a [[T; 2]],
+    loads: &'a dyn NodeLoads<T>,
+    accelerations: &'a mut [[T; 2]],
+}
+
+impl<T: Real> Recursion<T> for Accelerations<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, q, v, loads, accelerations } = self;
+        let n = dynamics.chain.segments;
+        let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
+        let loaded = !loads.is_empty();
+        if loaded {
+            Place { clamp, q, v }.run(dynamics);
+        } else {
+            T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+        }
+        let mass = dynamics.chain.mass;
+        // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
+        let (mut a, mut b) = (zero_matrix(), zero());
+        let mut torque_from_outside = zero();
+        for k in (0..n).rev() {
+            if loaded && let Some(force) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
+                b = sub(b, force);
+            }
+            let segment = dynamics.segment(k, v[k]);
+            let joint = dynamics.inner_joint(k, clamp, v);
+            let torque = add(joint.next, torque_from_outside);
+            torque_from_outside = joint.previous;
+            let jacobian = &segment.reach_jacobian;
+            let outer = add(mul(&a, segment.reach_bias), b);
+            let spread = product(&a, jacobian);
+            let coupling = add_matrices(&segment.coupling, &spread);
+            let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
+            let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
+            // (Uᵀ premultiplied by the pivot, which is symmetric here.)
+            let mut from_node = zero_matrix::<T, 2, 3>();
+            unrolled!(row < 2, {
+                from_node[row] = mul(&coupling, pivot[row]);
             });
-            a[row][row] = mass + a[row][row];
-        });
-        b = add(add(segment.base_bias, outer), mul(&coupling, own));
-        dynamics.responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
-    }
+            let own = mul(&pivot, torque);
+            let correction = product(&coupling, &from_node);
+            // One half is computed and mirrored.
+            unrolled!(row < 3, {
+                unrolled!(column < 3, {
+                    if row <= column {
+                        let entry = a[row][column] - correction[row][column];
+                        a[row][column] = entry;
+                        a[column][row] = entry;
+                    }
+                });
+                a[row][row] = mass + a[row][row];
+            });
+            b = add(add(segment.base_bias, outer), mul(&coupling, own));
+            dynamics.responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
+        }
 
-    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-    for k in 0..n {
-        let Response { own, from_node, jacobian, bias } = &dynamics.responses[k];
-        let acceleration = sub(*own, mul(from_node, base));
-        base = add(base, add(mul(jacobian, acceleration), *bias));
-        accelerations[k] = acceleration;
+        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+        for k in 0..n {
+            let Response { own, from_node, jacobian, bias } = &dynamics.responses[k];
+            let acceleration = sub(*own, mul(from_node, base));
+            base = add(base, add(mul(jacobian, acceleration), *bias));
+            accelerations[k] = acceleration;
+        }
     }
 }
 
-#[inline(always)]
-fn residual<T: Real>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    q: &[[T; 2]],
-    v: &[[T; 2]],
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    residual: &mut [[T; 2]],
-) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
-    let mass = dynamics.chain.mass;
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-    // Of the segment before, which lacks the torque of its outer joint.
-    let mut pending = zero();
-    for k in 0..n {
-        let segment = dynamics.segment(k, v[k]);
-        let joint = dynamics.inner_joint(k, clamp, v);
-        let acceleration = accelerations[k];
-        if k > 0 {
-            residual[k - 1] = sub(pending, joint.previous);
-        }
-        let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
-        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
-        let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
-        dynamics.base_forces[k] = add(scale(mass, base), own);
-        dynamics.base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
-        dynamics.jacobians[k] = segment.reach_jacobian;
-    }
-    residual[n - 1] = pending;
-    dynamics.base_accelerations[n] = base;
-
-    let loaded = !loads.is_empty();
-    let mut force = zero();
-    for k in (0..n).rev() {
-        if loaded && let Some(load) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
-            force = sub(force, load);
-        }
-        dynamics.outer_forces[k] = force;
-        residual[k] = add(residual[k], mul_transposed(&dynamics.jacobians[k], force));
-        force = add(force, dynamics.base_forces[k]);
-    }
-    dynamics.root_force = force;
+/// Arguments of [`Dynamics::residual`].
+pub struct Residual<'a, T> {
+    clamp: &'a Clamp<T>,
+    q: &'a [[T; 2]],
+    v: &'a [[T; 2]],
+    accelerations: &'a [[T; 2]],
+    loads: &'a dyn NodeLoads<T>,
+    residual: &'a mut [[T; 2]],
 }
 
-#[inline(always)]
-fn factorise<T: Lanewise>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    v: &[[T; 2]],
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
+impl<T: Real> Recursion<T> for Residual<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, q, v, accelerations, loads, residual } = self;
+        let n = dynamics.chain.segments;
+        let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
+        let mass = dynamics.chain.mass;
+        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+
+        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+        // Of the segment before, which lacks the torque of its outer joint.
+        let mut pending = zero();
+        for k in 0..n {
+            let segment = dynamics.segment(k, v[k]);
+            let joint = dynamics.inner_joint(k, clamp, v);
+            let acceleration = accelerations[k];
+            if k > 0 {
+                residual[k - 1] = sub(pending, joint.previous);
+            }
+            let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
+            pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
+            let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
+            dynamics.base_forces[k] = add(scale(mass, base), own);
+            dynamics.base_accelerations[k] = base;
+            base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
+            position = add(position, segment.reach);
+            velocity = add(velocity, segment.reach_rate);
+            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
+            dynamics.jacobians[k] = segment.reach_jacobian;
+        }
+        residual[n - 1] = pending;
+        dynamics.base_accelerations[n] = base;
+
+        let loaded = !loads.is_empty();
+        let mut force = zero();
+        for k in (0..n).rev() {
+            if loaded && let Some(load) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
+                force = sub(force, load);
+            }
+            dynamics.outer_forces[k] = force;
+            residual[k] = add(residual[k], mul_transposed(&dynamics.jacobians[k], force));
+            force = add(force, dynamics.base_forces[k]);
+        }
+        dynamics.root_force = force;
+    }
+}
+
+/// Arguments of [`Dynamics::factorise`].
+pub struct Factorise<'a, T> {
+    clamp: &'a Clamp<T>,
+    v: &'a [[T; 2]],
+    accelerations: &'a [[T; 2]],
+    loads: &'a dyn NodeLoads<T>,
     weights: StepWeights<T>,
     lanes: LaneSet,
-) {
-    let n = dynamics.chain.segments;
-    let (v, accelerations) = (&v[..n], &accelerations[..n]);
-    let Chain { length, mass, inertia, .. } = dynamics.chain;
-    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
+}
 
-    // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
-    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
-    let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
-    for k in (0..n).rev() {
-        if loaded && let Some(tangent) = loads.tangent(k, dynamics.positions[k], dynamics.velocities[k]) {
-            unrolled!(row < 3, {
-                let elastic = scale(weights.coordinates, tangent.position[row]);
-                let viscous = scale(weights.rates, tangent.velocity[row]);
-                a[row] = sub(sub(a[row], elastic), viscous);
-            });
-        }
-        let segment = dynamics.segment(k, v[k]);
-        let jacobian = &segment.reach_jacobian;
-        let axis = dynamics.charts[k];
-        let mut tangent = kernels::segment_tangent(
-            dynamics.angles[k],
-            v[k],
-            accelerations[k],
-            axis.from_frame(dynamics.base_accelerations[k]),
-            axis.from_frame(dynamics.outer_forces[k]),
-            length,
-            mass,
-            inertia,
-            weights.coordinates,
-            weights.rates,
-        );
-        if axis != PolarAxis::Z {
-            tangent.base_force = axis.to_frame(tangent.base_force);
-            tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
-        }
-        let joint = dynamics.inner_joint_tangent(k, clamp, v, weights);
-        let outer = &tangent.outer_acceleration;
-        let spread = add_matrices(&product(&a, outer), &b);
-        let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
-        pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
-        let pivot = invert(&add_matrices(&pivot, &joint.next_next));
-        let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
-        unrolled!(row < 2, {
-            unrolled!(column < 3, {
-                coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
-            });
-        });
-        let from_node = product(&pivot, &coupling);
-        let from_neighbour = product(&pivot, &joint.next_previous);
-        let force = add_matrices(&tangent.base_force, &spread);
-        let torque = joint.previous_next;
+impl<T: Lanewise> Recursion<T> for Factorise<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { clamp, v, accelerations, loads, weights, lanes } = self;
+        let n = dynamics.chain.segments;
+        let (v, accelerations) = (&v[..n], &accelerations[..n]);
+        let Chain { length, mass, inertia, .. } = dynamics.chain;
+        let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
 
-        a = sub_matrices(&a, &product(&force, &from_node));
-        unrolled!(i < 3, {
-            a[i][i] = a[i][i] + mass;
-        });
-        b = negative(&product(&force, &from_neighbour));
-        c = negative(&product(&torque, &from_node));
-        d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
-        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
-        dynamics.eliminations[k] =
-            if whole { elimination } else { elimination.select(lanes, &dynamics.eliminations[k]) };
+        // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
+        // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+        let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
+        for k in (0..n).rev() {
+            if loaded && let Some(tangent) = loads.tangent(k, dynamics.positions[k], dynamics.velocities[k]) {
+                unrolled!(row < 3, {
+                    let elastic = scale(weights.coordinates, tangent.position[row]);
+                    let viscous = scale(weights.rates, tangent.velocity[row]);
+                    a[row] = sub(sub(a[row], elastic), viscous);
+                });
+            }
+            let segment = dynamics.segment(k, v[k]);
+            let jacobian = &segment.reach_jacobian;
+            let axis = dynamics.charts[k];
+            let mut tangent = kernels::segment_tangent(
+                dynamics.angles[k],
+                v[k],
+                accelerations[k],
+                axis.from_frame(dynamics.base_accelerations[k]),
+                axis.from_frame(dynamics.outer_forces[k]),
+                length,
+                mass,
+                inertia,
+                weights.coordinates,
+                weights.rates,
+            );
+            if axis != PolarAxis::Z {
+                tangent.base_force = axis.to_frame(tangent.base_force);
+                tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
+            }
+            let joint = dynamics.inner_joint_tangent(k, clamp, v, weights);
+            let outer = &tangent.outer_acceleration;
+            let spread = add_matrices(&product(&a, outer), &b);
+            let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
+            pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
+            let pivot = invert(&add_matrices(&pivot, &joint.next_next));
+            let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
+            unrolled!(row < 2, {
+                unrolled!(column < 3, {
+                    coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
+                });
+            });
+            let from_node = product(&pivot, &coupling);
+            let from_neighbour = product(&pivot, &joint.next_previous);
+            let force = add_matrices(&tangent.base_force, &spread);
+            let torque = joint.previous_next;
+
+            a = sub_matrices(&a, &product(&force, &from_node));
+            unrolled!(i < 3, {
+                a[i][i] = a[i][i] + mass;
+            });
+            b = negative(&product(&force, &from_neighbour));
+            c = negative(&product(&torque, &from_node));
+            d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
+            let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
+            dynamics.eliminations[k] =
+                if whole { elimination } else { elimination.select(lanes, &dynamics.eliminations[k]) };
+        }
     }
 }
 
-#[inline(always)]
-fn solve<T: Real>(dynamics: &mut Dynamics<T>, right_side: &mut [[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
-    let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
-    let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
-    for k in (0..n).rev() {
-        let elimination = &eliminations[k];
-        let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
-        let own = mul(&elimination.pivot, own);
-        force = add(force, mul(&elimination.force, own));
-        torque = mul(&elimination.torque, own);
-        partial[k] = own;
-    }
-    let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
-    for k in 0..n {
-        let elimination = &eliminations[k];
-        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
-        neighbour = sub(partial[k], inner);
-        base = add(base, mul(&elimination.outer, neighbour));
-        right_side[k] = neighbour;
+/// Arguments of [`Dynamics::solve`].
+pub struct Solve<'a, T> {
+    right_side: &'a mut [[T; 2]],
+}
+
+impl<T: Real> Recursion<T> for Solve<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { right_side } = self;
+        let n = dynamics.chain.segments;
+        let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
+        let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
+        let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
+        for k in (0..n).rev() {
+            let elimination = &eliminations[k];
+            let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
+            let own = mul(&elimination.pivot, own);
+            force = add(force, mul(&elimination.force, own));
+            torque = mul(&elimination.torque, own);
+            partial[k] = own;
+        }
+        let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
+        for k in 0..n {
+            let elimination = &eliminations[k];
+            let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
+            neighbour = sub(partial[k], inner);
+            base = add(base, mul(&elimination.outer, neighbour));
+            right_side[k] = neighbour;
+        }
     }
 }
 
-#[inline(always)]
-fn shift<T: Real>(dynamics: &mut Dynamics<T>, correction: &[[T; 2]], weights: StepWeights<T>) {
-    let n = dynamics.chain.segments;
-    let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
-    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-    let mut change = zero();
-    for k in 0..n {
-        change = add(change, mul(&jacobians[k], correction[k]));
-        positions[k] = sub(positions[k], scale(weights.coordinates, change));
-        velocities[k] = sub(velocities[k], scale(weights.rates, change));
+/// Arguments of [`Dynamics::shift`].
+pub struct Shift<'a, T> {
+    correction: &'a [[T; 2]],
+    weights: StepWeights<T>,
+}
+
+impl<T: Real> Recursion<T> for Shift<'_, T> {
+    #[inline(always)]
+    fn run(self, dynamics: &mut Dynamics<T>) {
+        let Self { correction, weights } = self;
+        let n = dynamics.chain.segments;
+        let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
+        let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+        let mut change = zero();
+        for k in 0..n {
+            change = add(change, mul(&jacobians[k], correction[k]));
+            positions[k] = sub(positions[k], scale(weights.coordinates, change));
+            velocities[k] = sub(velocities[k], scale(weights.rates, change));
+        }
     }
 }

@@ -8,6 +8,7 @@
 
 mod batch;
 mod chart;
+pub(crate) mod dispatch;
 mod dynamics;
 mod elementary;
 mod lanes;
@@ -16,9 +17,8 @@ mod real;
 
 pub use batch::{Batch, BatchError, LANES, Member};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
-pub use dynamics::{
-    Chain, Clamp, Compiled, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights, lanes_are_compiled,
-};
+pub use dispatch::lanes_are_compiled;
+pub use dynamics::{Chain, Clamp, Compiled, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
 pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use lanes::Lanes;
 pub use real::{LaneSet, Lanewise, Real};

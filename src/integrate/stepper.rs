@@ -1,9 +1,8 @@
 //! One attempt at a step, of one system or of several side by side in the lanes of `T`.
 
-use multiversion::multiversion;
-
 use super::tableau::Tableau;
 use super::{SecondOrderSystem, State, Tolerances};
+use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
@@ -324,7 +323,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         }
         let place = Placement { q: &mut self.q, v, a, q_base: &mut self.q_base, v_base: &mut self.v_base };
         let earlier = Earlier { start_q: &self.start_q, v: earlier_v, a: earlier_a };
-        predict(place, earlier, &weights[..stage], &predictor[..stage], diagonal);
+        dispatch(Predict { place, earlier, weights: &weights[..stage], predictor: &predictor[..stage], diagonal });
     }
 
     /// Applies the correction that was solved for; its size in tolerances.
@@ -337,7 +336,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
             q_base: &mut self.q_base,
             v_base: &mut self.v_base,
         };
-        correct(place, &self.correction, weights, self.tolerances)
+        dispatch(Correct { place, correction: &self.correction, weights, tolerances: self.tolerances })
     }
 
     /// The largest component of the difference to the embedded solution, in tolerances.
@@ -346,8 +345,13 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
             *weight = T::from_f64(difference) * step;
         }
-        let weights = &weights[..self.error_weights.len()];
-        largest_error(&self.stage_v, &self.stage_a, self.start_q.len(), weights, self.tolerances)
+        dispatch(LargestError {
+            stage_v: &self.stage_v,
+            stage_a: &self.stage_a,
+            n: self.start_q.len(),
+            weights: &weights[..self.error_weights.len()],
+            tolerances: self.tolerances,
+        })
     }
 }
 
@@ -401,7 +405,7 @@ fn keep<T: Lanewise>(values: &mut [[T; 2]], lanes: LaneSet) {
     }
 }
 
-/// Where a stage stands, as [`predict`] and [`correct`] write it.
+/// Where a stage stands, as [`Predict`] and [`Correct`] write it.
 struct Placement<'a, T> {
     q: &'a mut [[T; 2]],
     v: &'a mut [[T; 2]],
@@ -421,76 +425,109 @@ struct Earlier<'a, T> {
 // the lanes.
 
 /// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn predict<T: Lanewise>(place: Placement<'_, T>, earlier: Earlier<'_, T>, weights: &[T], predictor: &[T], diagonal: T) {
-    let n = earlier.start_q.len();
-    for k in 0..n {
-        let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); 2]);
-        for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
-            let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
-            q = add(q, scale(weight, stage_v));
-            v = add(v, scale(weight, stage_a));
-            a = add(a, scale(prediction, stage_a));
+struct Predict<'a, T> {
+    place: Placement<'a, T>,
+    earlier: Earlier<'a, T>,
+    weights: &'a [T],
+    predictor: &'a [T],
+    diagonal: T,
+}
+
+impl<T: Lanewise> Loop for Predict<'_, T> {
+    type Output = ();
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { place, earlier, weights, predictor, diagonal } = self;
+        let n = earlier.start_q.len();
+        for k in 0..n {
+            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); 2]);
+            for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
+                let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
+                q = add(q, scale(weight, stage_v));
+                v = add(v, scale(weight, stage_a));
+                a = add(a, scale(prediction, stage_a));
+            }
+            (place.q_base[k], place.v_base[k]) = (q, v);
+            v = add(v, scale(diagonal, a));
+            (place.q[k], place.v[k], place.a[k]) = (add(q, scale(diagonal, v)), v, a);
         }
-        (place.q_base[k], place.v_base[k]) = (q, v);
-        v = add(v, scale(diagonal, a));
-        (place.q[k], place.v[k], place.a[k]) = (add(q, scale(diagonal, v)), v, a);
     }
 }
 
 /// Takes `correction` off `a`; the largest part of the tolerance that it takes up, NaN if it is not finite.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn correct<T: Lanewise>(
-    place: Placement<'_, T>,
-    correction: &[[T; 2]],
+struct Correct<'a, T> {
+    place: Placement<'a, T>,
+    correction: &'a [[T; 2]],
     weights: StepWeights<T>,
     tolerances: LaneTolerances<T>,
-) -> T {
-    let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
-    let (by_angle, by_rate) = (weights.coordinates / (angle_scale * relative), weights.rates / relative);
-    // The maximum drops a NaN; the sum does not.
-    let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
-    for k in 0..correction.len() {
-        let a = sub(place.a[k], correction[k]);
-        let v = add(place.v_base[k], scale(weights.rates, a));
-        (place.q[k], place.v[k], place.a[k]) = (add(place.q_base[k], scale(weights.rates, v)), v, a);
-        unrolled!(i < 2, {
-            let size = correction[k][i].abs();
-            largest = largest.max(by_angle * size).max(by_rate * size / rate_scale.max(v[i].abs()));
-            sum = sum + size;
-        });
+}
+
+impl<T: Lanewise> Loop for Correct<'_, T> {
+    type Output = T;
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let Self { place, correction, weights, tolerances } = self;
+        let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
+        let (by_angle, by_rate) = (weights.coordinates / (angle_scale * relative), weights.rates / relative);
+        // The maximum drops a NaN; the sum does not.
+        let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
+        for k in 0..correction.len() {
+            let a = sub(place.a[k], correction[k]);
+            let v = add(place.v_base[k], scale(weights.rates, a));
+            (place.q[k], place.v[k], place.a[k]) = (add(place.q_base[k], scale(weights.rates, v)), v, a);
+            unrolled!(i < 2, {
+                let size = correction[k][i].abs();
+                largest = largest.max(by_angle * size).max(by_rate * size / rate_scale.max(v[i].abs()));
+                sum = sum + size;
+            });
+        }
+        largest + unless_finite(sum)
     }
-    largest + unless_finite(sum)
 }
 
 /// The largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn largest_error<T: Lanewise>(
-    stage_v: &[[T; 2]],
-    stage_a: &[[T; 2]],
+struct LargestError<'a, T> {
+    stage_v: &'a [[T; 2]],
+    stage_a: &'a [[T; 2]],
     n: usize,
-    weights: &[T],
+    weights: &'a [T],
     tolerances: LaneTolerances<T>,
-) -> T {
-    let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
-    let last = (weights.len() - 1) * n;
-    let none = T::from_f64(0.0);
-    // The maximum drops a NaN; the sum does not.
-    let (mut largest, mut sum) = (none, none);
-    for k in 0..n {
-        let (mut angle, mut rate) = ([none; 2], [none; 2]);
-        for (j, &weight) in weights.iter().enumerate() {
-            angle = add(angle, scale(weight, stage_v[j * n + k]));
-            rate = add(rate, scale(weight, stage_a[j * n + k]));
+}
+
+impl<T: Lanewise> Loop for LargestError<'_, T> {
+    type Output = T;
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let Self { stage_v, stage_a, n, weights, tolerances } = self;
+        let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
+        let last = (weights.len() - 1) * n;
+        let none = T::from_f64(0.0);
+        // The maximum drops a NaN; the sum does not.
+        let (mut largest, mut sum) = (none, none);
+        for k in 0..n {
+            let (mut angle, mut rate) = ([none; 2], [none; 2]);
+            for (j, &weight) in weights.iter().enumerate() {
+                angle = add(angle, scale(weight, stage_v[j * n + k]));
+                rate = add(rate, scale(weight, stage_a[j * n + k]));
+            }
+            unrolled!(i < 2, {
+                let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
+                let (by_angle, by_rate) = (angle[i].abs() / angle_scale, rate[i].abs() / size);
+                largest = largest.max(by_angle).max(by_rate);
+                sum = sum + (by_angle + by_rate);
+            });
         }
-        unrolled!(i < 2, {
-            let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
-            let (by_angle, by_rate) = (angle[i].abs() / angle_scale, rate[i].abs() / size);
-            largest = largest.max(by_angle).max(by_rate);
-            sum = sum + (by_angle + by_rate);
-        });
+        (largest + unless_finite(sum)) / relative
     }
-    (largest + unless_finite(sum)) / relative
 }
 
 /// Zero, or NaN where `sum` is not finite.

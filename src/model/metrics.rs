@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::record::{Combine, Display, Prominence, Record};
 use crate::model::settings::Settings;
-use crate::workpiece::unit_normal;
+use crate::workpiece::{ContactArc, reach};
 
 /// Shown in figures too, in a readable unit.
 const fn figure(unit: &'static str, factor: f64, combine: Combine) -> Display {
@@ -59,26 +59,23 @@ crate::record! {
 /// The undeformed tool and how it passes the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalContact {
-    /// Undeformed radius `R = r_g + l_f` in m.
+    /// Undeformed radius `R` in m.
     pub tool_radius: f64,
-    /// Radius in m of the undeformed tips along the normal of the workpiece: `R` for a normal perpendicular to the axis.
-    pub reach: f64,
-    /// Penetration depth `a_e` in m.
-    pub penetration_depth: f64,
-    /// Brushing velocity `v_b` in m/s.
+    /// Brushing velocity `v_b = ω R` in m/s.
     pub brushing_velocity: f64,
+    /// Where the undeformed tips touch the workpiece.
+    pub arc: ContactArc,
 }
 
 impl NominalContact {
-    /// The nominal contact of `settings`.
+    /// The nominal contact of the round tool and the plane that `settings` state.
     pub fn of(settings: &Settings) -> Self {
-        let tool_radius = settings.tool.body_radius_m + settings.filament.length_m;
-        let [x, y, _] = unit_normal(&settings.workpiece);
+        let Settings { tool, filament, workpiece, process, .. } = settings;
+        let tool_radius = tool.body_radius_m + filament.length_m;
         Self {
             tool_radius,
-            reach: tool_radius * x.hypot(y),
-            penetration_depth: settings.process.penetration_depth_m,
-            brushing_velocity: settings.process.brushing_velocity_m_s,
+            brushing_velocity: process.brushing_velocity_m_s,
+            arc: ContactArc::on_plane(workpiece.normal, reach(workpiece, tool_radius), process.penetration_depth_m),
         }
     }
 
@@ -87,11 +84,9 @@ impl NominalContact {
         self.brushing_velocity / self.tool_radius
     }
 
-    /// `Ω_c = 2 arccos((R − a_e)/R)` in rad.
-    ///
-    /// Computed as `4 arcsin √(a_e/(2R))`, which stays accurate at small depths.
+    /// `Ω_c` in rad.
     pub fn contact_angle(&self) -> f64 {
-        4.0 * (self.penetration_depth / (2.0 * self.reach)).sqrt().asin()
+        self.arc.angle
     }
 }
 
@@ -186,8 +181,7 @@ mod tests {
 
     #[test]
     fn contact_angle_agrees_with_its_definition() {
-        let nominal =
-            NominalContact { tool_radius: 0.18, reach: 0.18, penetration_depth: 0.003, brushing_velocity: 10.0 };
-        assert!((nominal.contact_angle() - 2.0 * (0.177_f64 / 0.18).acos()).abs() < 1e-14);
+        let arc = ContactArc::on_plane([0.0, 1.0, 0.0], 0.18, 0.003);
+        assert!((arc.angle - 2.0 * (0.177_f64 / 0.18).acos()).abs() < 1e-14);
     }
 }

@@ -10,7 +10,7 @@ use std::ops::{Bound, RangeBounds};
 use crate::model::metrics::NominalContact;
 use crate::model::record::Scalar;
 use crate::model::settings::Settings;
-use crate::workpiece::unit_normal;
+use crate::workpiece::{self, unit_normal};
 
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
@@ -286,11 +286,12 @@ impl Settings {
             });
         }
         let nominal = NominalContact::of(self);
-        if penetration_depth_m >= nominal.reach {
+        let reach = workpiece::reach(&self.workpiece, nominal.tool_radius);
+        if penetration_depth_m >= reach {
             return Err(Violation {
                 path: "process.penetration_depth_m",
                 value: format!("{penetration_depth_m:?}"),
-                allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", nominal.reach),
+                allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", reach),
             });
         }
         let nominal_angle_rad = nominal.contact_angle();

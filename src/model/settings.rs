@@ -28,6 +28,37 @@ pub struct Settings {
     pub uncertainty: UncertaintySettings,
 }
 
+impl Settings {
+    /// Settings with these parts and defaults for everything else: a plane, no friction, the paper's contact law.
+    #[must_use]
+    pub fn new(tool: ToolSettings, filament: FilamentSettings, process: ProcessSettings) -> Self {
+        Self {
+            tool,
+            filament,
+            contact: ContactSettings::default(),
+            workpiece: WorkpieceSettings::default(),
+            process,
+            solver: SolverSettings::default(),
+            uncertainty: UncertaintySettings::default(),
+        }
+    }
+
+    /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper leaves open, at the brushing
+    /// velocity `v_b` (m/s) and the penetration depth `a_e` (m).
+    ///
+    /// ```
+    /// let mut settings = bristle::model::settings::Settings::paper(10.0, 1e-3);
+    /// settings.filament.segments = 10;
+    /// settings.contact.friction_coefficient = 0.3;
+    /// assert_eq!(settings.check(), Ok(()));
+    /// ```
+    #[must_use]
+    pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
+        let process = ProcessSettings::new(brushing_velocity_m_s, penetration_depth_m);
+        Self::new(ToolSettings::new(0.140, 0.020), FilamentSettings::new(0.040, 1.18e-3), process)
+    }
+}
+
 /// The brushing tool.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
@@ -226,22 +257,6 @@ impl Default for UncertaintySettings {
             samples: 128,
             seed: 1,
             hold: Hold::Process,
-        }
-    }
-}
-
-impl Settings {
-    /// Settings with these parts and defaults for everything else: a plane, no friction, the paper's contact law.
-    #[must_use]
-    pub fn new(tool: ToolSettings, filament: FilamentSettings, process: ProcessSettings) -> Self {
-        Self {
-            tool,
-            filament,
-            contact: ContactSettings::default(),
-            workpiece: WorkpieceSettings::default(),
-            process,
-            solver: SolverSettings::default(),
-            uncertainty: UncertaintySettings::default(),
         }
     }
 }

@@ -1,15 +1,22 @@
 //! One filament's pass over the workpiece: integration through located contact events.
+//!
+//! [`simulate`] goes from settings to metrics. A [`Pass`] is what it integrates: [`Pass::new`] takes tool and workpiece from the
+//! settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] does the same for many passes,
+//! in the lanes of the machine's vector units.
+
+use std::error::Error;
+use std::fmt;
 
 use crate::contact::ContactLaw;
-use crate::equations::Chain;
+use crate::equations::linear::{add, scale};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{IntegrationError, Statistics, Tolerances};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::Settings;
-use crate::tool::RoundTool;
-use crate::workpiece::Plane;
+use crate::tool::{RoundTool, Tool, Turning};
+use crate::workpiece::{ContactArc, Plane, Workpiece};
 
 mod observers;
 mod search;
@@ -17,12 +24,12 @@ mod side_by_side;
 mod system;
 mod trajectory;
 
-pub use observers::{Sample, Sampling, Shape};
-pub use side_by_side::{Case, Kind, sample_side_by_side, simulate_side_by_side};
+pub use observers::{ContactObserver, Sample, Sampling, Shape};
+pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 
-use observers::{ContactObserver, Sampler};
+use observers::Sampler;
 
 /// The method of every pass (docs/integrators.md).
 const METHOD: &Tableau = &ESDIRK54;
@@ -44,14 +51,31 @@ pub struct Simulation {
 }
 
 /// Why a pass could not be simulated.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SimulationError {
     /// The integration stopped.
-    #[error(transparent)]
-    Integration(#[from] IntegrationError),
+    Integration(IntegrationError),
     /// A metric or a sample is infinite or not a number.
-    #[error("the results of the pass are not finite; are the settings of extreme size?")]
     NotFinite,
+}
+
+impl fmt::Display for SimulationError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integration(error) => error.fmt(formatter),
+            Self::NotFinite => {
+                formatter.write_str("the results of the pass are not finite; are the settings of extreme size?")
+            }
+        }
+    }
+}
+
+impl Error for SimulationError {}
+
+impl From<IntegrationError> for SimulationError {
+    fn from(error: IntegrationError) -> Self {
+        Self::Integration(error)
+    }
 }
 
 /// Simulates one pass and reduces it to its metrics.
@@ -78,16 +102,30 @@ pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simu
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
-    Pass::new(settings).run(sampling)
+    Pass::new(settings).simulate(sampling)
 }
 
-/// One pass of the filament of a round tool over a plane: what [`simulate`] integrates.
+/// The undeformed tool and the workpiece have no contact that a pass could begin before and end after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoContactArc;
+
+impl fmt::Display for NoContactArc {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(
+            "the undeformed tips never touch the workpiece, or never leave it; is it placed where the tool turns?",
+        )
+    }
+}
+
+impl Error for NoContactArc {}
+
+/// One pass of a filament over a workpiece: what [`simulate`] integrates.
+///
+/// It starts with the filament straight and turning rigidly with the tool, at the lead angle before nominal entry, and ends
+/// at the tail angle past nominal exit.
 #[derive(Clone, Debug)]
-pub struct Pass {
-    chain: Chain<f64>,
-    tool: RoundTool,
-    law: ContactLaw,
-    plane: Plane,
+pub struct Pass<T = RoundTool, W = Plane> {
+    filament: Filament<Turning<T>, W>,
     nominal: NominalContact,
     filament_length: f64,
     filament_count: f64,
@@ -97,27 +135,57 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// The pass that `settings` state.
+    /// The pass of the round tool and the plane that `settings` state.
     pub fn new(settings: &Settings) -> Self {
-        let Settings { tool, filament, contact, workpiece, process, solver, uncertainty: _ } = settings;
+        let tool = RoundTool { body_radius: settings.tool.body_radius_m };
         let nominal = NominalContact::of(settings);
-        let [x, y, _] = workpiece.normal;
-        // The tips are deepest opposite to the normal; for the default plane that is β = −π/2.
-        let deepest = (-y).atan2(-x);
+        let plane = Plane::of(&settings.workpiece, nominal.tool_radius, settings.process.penetration_depth_m);
+        Self::assemble(settings, tool, plane, nominal)
+    }
+}
+
+impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
+    /// The pass of `tool` over `workpiece`; `settings` state all else.
+    ///
+    /// The tool turns at `ω = v_b/R`, with `v_b` of the settings and the tool's own radius. What the settings say of the
+    /// body's radius, the workpiece and the penetration depth is not used.
+    ///
+    /// # Errors
+    /// If the undeformed tips have no [contact arc](Workpiece::contact_arc) on the workpiece.
+    pub fn with(settings: &Settings, tool: T, workpiece: W) -> Result<Self, NoContactArc> {
+        let length = settings.filament.length_m;
+        let tip = |angle: f64| {
+            let clamp = tool.clamp(angle, 0.0);
+            add(clamp.position, scale(length, clamp.direction))
+        };
+        let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
+        let nominal = NominalContact {
+            tool_radius: tool.radius(length),
+            brushing_velocity: settings.process.brushing_velocity_m_s,
+            arc,
+        };
+        Ok(Self::assemble(settings, tool, workpiece, nominal))
+    }
+
+    fn assemble(settings: &Settings, tool: T, workpiece: W, nominal: NominalContact) -> Self {
+        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _ } = settings;
+        let ContactArc { middle, angle } = nominal.arc;
         // A rate that is small for a vibrating filament, so that a slow tool does not ask for absurd digits.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         Self {
-            chain: filament::chain(filament, process.gravity_m_s2),
-            tool: RoundTool {
-                body_radius: tool.body_radius_m,
-                rate: nominal.rate(),
-                initial_angle: deepest - nominal.contact_angle() / 2.0 - process.lead_angle_rad,
+            filament: Filament {
+                chain: filament::chain(filament, process.gravity_m_s2),
+                motion: Turning {
+                    tool,
+                    rate: nominal.rate(),
+                    initial_angle: middle - angle / 2.0 - process.lead_angle_rad,
+                },
+                law: ContactLaw::from(contact),
+                workpiece,
             },
-            law: ContactLaw::from(contact),
-            plane: Plane::of(workpiece, nominal.tool_radius, process.penetration_depth_m),
             nominal,
             filament_length: filament.length_m,
-            filament_count: tool.filament_count,
+            filament_count: brush.filament_count,
             tolerances: Tolerances {
                 relative: solver.relative_tolerance,
                 angle_scale: 1.0,
@@ -129,31 +197,52 @@ impl Pass {
     }
 
     /// The workpiece.
-    pub fn workpiece(&self) -> &Plane {
-        &self.plane
+    pub fn workpiece(&self) -> &W {
+        &self.filament.workpiece
     }
 
-    /// The motion of the tool.
-    pub fn tool(&self) -> &RoundTool {
-        &self.tool
+    /// The tool and how it turns.
+    pub fn tool(&self) -> &Turning<T> {
+        &self.filament.motion
     }
 
-    /// The filament and what it meets; see [`FilamentSystem::new`].
-    pub fn system(&self, tracks_energy: bool) -> FilamentSystem<RoundTool, Plane> {
-        FilamentSystem::side_by_side(vec![self.filament()], tracks_energy)
+    /// The filament and what it meets.
+    pub fn filament(&self) -> &Filament<Turning<T>, W> {
+        &self.filament
+    }
+
+    /// The undeformed tool and how it passes the workpiece.
+    pub fn nominal(&self) -> &NominalContact {
+        &self.nominal
+    }
+
+    /// What passes must have in common with this one to be simulated side by side.
+    pub fn kind(&self) -> Kind {
+        Kind::of_filament(&self.filament)
+    }
+
+    /// The equations to integrate; see [`FilamentSystem::new`].
+    pub fn system(&self, tracks_energy: bool) -> FilamentSystem<Turning<T>, W> {
+        FilamentSystem::side_by_side(vec![self.filament.clone()], tracks_energy)
+    }
+
+    /// The filament and what it meets, with the integrals that `sampling` needs.
+    fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
+        self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
     }
 
     /// The start: straight, turning rigidly with the body, at time zero.
-    pub fn start(&self, system: &mut FilamentSystem<RoundTool, Plane>) -> FilamentState {
-        let n = self.chain.segments;
-        let q = vec![[std::f64::consts::FRAC_PI_2, self.tool.initial_angle]; n];
-        system.state(0.0, q, vec![[0.0, self.tool.rate]; n])
+    pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
+        let n = self.filament.chain.segments;
+        let Turning { tool, rate, initial_angle } = &self.filament.motion;
+        let [q, v] = tool.undeformed(*initial_angle, *rate);
+        system.state(0.0, vec![q; n], vec![v; n])
     }
 
     /// Time of nominal entry, of nominal exit, and of the end, in s.
     pub fn times(&self) -> [f64; 3] {
         let exit = self.lead_angle + self.nominal.contact_angle();
-        [self.lead_angle, exit, exit + self.tail_angle].map(|angle| angle / self.tool.rate)
+        [self.lead_angle, exit, exit + self.tail_angle].map(|angle| angle / self.filament.motion.rate)
     }
 
     /// Integrates the pass in `system` from `start` to its end; see [`integrate`].
@@ -162,7 +251,7 @@ impl Pass {
     /// If a step cannot be taken.
     pub fn integrate(
         &self,
-        system: &mut FilamentSystem<RoundTool, Plane>,
+        system: &mut FilamentSystem<Turning<T>, W>,
         start: FilamentState,
         observe: impl FnMut(&Step<'_>),
     ) -> Result<(FilamentState, Statistics), IntegrationError> {
@@ -170,32 +259,40 @@ impl Pass {
         integrate(system, start, end_time, METHOD, self.tolerances, observe)
     }
 
-    /// The filament, and what it meets.
-    fn filament(&self) -> Filament<RoundTool, Plane> {
-        Filament { chain: self.chain, motion: self.tool, law: self.law, workpiece: self.plane }
+    /// Reduces the steps of this pass to what its metrics need.
+    pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
+        let [entry, exit, _] = self.times();
+        ContactObserver::new(self.filament.clone(), self.filament_length, [entry, exit])
     }
 
-    fn observer(&self) -> ContactObserver<RoundTool, Plane> {
-        let [nominal_entry, nominal_exit, _] = self.times();
-        ContactObserver {
-            filament: self.filament(),
-            filament_length: self.filament_length,
-            nominal_entry,
-            nominal_exit,
-            record: ContactRecord::default(),
-            was_closed: false,
-            seen_until: f64::NAN,
-            deflection_there: 0.0,
-        }
+    /// The metrics of what an observer of this pass has recorded.
+    pub fn metrics(&self, record: &ContactRecord) -> Metrics {
+        Metrics::new(&self.nominal, record, self.filament_count)
+    }
+
+    /// Simulates the pass, and reads off its steps what `sampling` asks for.
+    ///
+    /// # Errors
+    /// If the integration cannot go on; nothing is returned that is not finite.
+    pub fn simulate(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
+        let mut system = self.system_for(sampling);
+        let start = self.start(&mut system);
+        let mut observer = self.observer();
+        let mut sampler = self.sampler(sampling);
+        let (_, statistics) = self.integrate(&mut system, start, |step| {
+            observer.observe(step);
+            sampler.observe(step, &observer);
+        })?;
+        self.conclude(observer.record(), statistics, sampler)
     }
 
     fn sampler(&self, sampling: Sampling) -> Sampler {
         let [_, _, end_time] = self.times();
-        Sampler::new(self.chain, sampling, end_time)
+        Sampler::new(self.filament.chain, sampling, end_time)
     }
 
     /// The start of a trajectory in `system`.
-    fn trajectory(&self, system: &mut FilamentSystem<RoundTool, Plane>) -> Trajectory {
+    fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
         let [_, _, end_time] = self.times();
         Trajectory::new(system, start, end_time, METHOD, self.tolerances)
@@ -207,24 +304,16 @@ impl Pass {
         statistics: Statistics,
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
-        let metrics = Metrics::new(&self.nominal, record, self.filament_count);
-        let Sampler { history, shapes, .. } = sampler;
+        let metrics = self.metrics(record);
+        let Sampler { mut history, mut shapes, sampling, .. } = sampler;
         let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
-        if !(metrics.is_finite() && finite) {
+        if !metrics.is_finite() || !(finite || sampling.alongside) {
             return Err(SimulationError::NotFinite);
         }
+        if !finite {
+            history.clear();
+            shapes.clear();
+        }
         Ok(Simulation { metrics, statistics, history, shapes })
-    }
-
-    fn run(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
-        let mut system = self.system(sampling.tracks_energy());
-        let start = self.start(&mut system);
-        let mut observer = self.observer();
-        let mut sampler = self.sampler(sampling);
-        let (_, statistics) = self.integrate(&mut system, start, |step| {
-            observer.observe(step);
-            sampler.observe(step, &observer);
-        })?;
-        self.conclude(&observer.record, statistics, sampler)
     }
 }

@@ -8,23 +8,46 @@ use crate::equations::linear::{add, dot};
 use crate::equations::{Chain, Dynamics, Energies};
 use crate::integrate::hermite::Knot;
 use crate::model::metrics::{ContactRecord, tip_deflection};
-use crate::tool::{ClampMotion, RoundTool};
+use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
 
 /// Reduces the steps of a pass to what the metrics need.
-pub(super) struct ContactObserver<M, W> {
-    pub filament: Filament<M, W>,
-    pub filament_length: f64,
-    pub nominal_entry: f64,
-    pub nominal_exit: f64,
-    pub record: ContactRecord,
-    pub was_closed: bool,
+#[derive(Clone, Debug)]
+pub struct ContactObserver<M, W> {
+    filament: Filament<M, W>,
+    filament_length: f64,
+    nominal_entry: f64,
+    nominal_exit: f64,
+    record: ContactRecord,
+    was_closed: bool,
     /// The end of the last step, and the tip deflection there.
-    pub seen_until: f64,
-    pub deflection_there: f64,
+    seen_until: f64,
+    deflection_there: f64,
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
+    /// An observer of `filament` with the free length `filament_length` (m) that has seen nothing yet; nominal entry and exit
+    /// are at `nominal_times` (s).
+    pub fn new(filament: Filament<M, W>, filament_length: f64, nominal_times: [f64; 2]) -> Self {
+        let [nominal_entry, nominal_exit] = nominal_times;
+        Self {
+            filament,
+            filament_length,
+            nominal_entry,
+            nominal_exit,
+            record: ContactRecord::default(),
+            was_closed: false,
+            seen_until: f64::NAN,
+            deflection_there: 0.0,
+        }
+    }
+
+    /// What it has seen so far.
+    pub fn record(&self) -> &ContactRecord {
+        &self.record
+    }
+
+    /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
         let closed = step.closed.contains(&true);
         if closed {
@@ -134,11 +157,20 @@ pub struct Sampling {
     pub shapes: usize,
     /// Whether the shapes have velocities and contact forces too.
     pub loads: bool,
+    /// Whether metrics and statistics must have the bits that they have without samples. The impulse and the dissipated
+    /// energies of the samples are then integrated less exactly, far below the tolerance, and samples that are not finite
+    /// are left out, all of them, where the metrics are finite.
+    pub alongside: bool,
 }
 
 impl Sampling {
     /// Whether the energies of the samples have to be integrated.
     pub(super) fn tracks_energy(self) -> bool {
+        self.samples > 0 && !self.alongside
+    }
+
+    /// Whether the dissipated energies have to be.
+    pub(super) fn tracks_dissipation(self) -> bool {
         self.samples > 0
     }
 }
@@ -170,7 +202,7 @@ impl Shape {
 pub(super) struct Sampler {
     /// For the energies; made only if samples are asked for.
     dynamics: Option<Dynamics<f64>>,
-    sampling: Sampling,
+    pub sampling: Sampling,
     end_time: f64,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,
@@ -195,7 +227,7 @@ impl Sampler {
         }
     }
 
-    pub fn observe<W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<RoundTool, W>) {
+    pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
         let mut start = 0.0;
         while let Some(time) = due(self.history.len(), self.sampling.samples, self.end_time) {
@@ -211,10 +243,10 @@ impl Sampler {
         }
     }
 
-    fn energies<W: Workpiece>(
+    fn energies<M: ClampMotion, W: Workpiece>(
         &mut self,
         step: &Step<'_>,
-        observer: &ContactObserver<RoundTool, W>,
+        observer: &ContactObserver<M, W>,
         s: f64,
     ) -> Energies<f64> {
         let dynamics = self.dynamics.as_mut().expect("a sample is asked for");
@@ -225,7 +257,7 @@ impl Sampler {
         dynamics.energies(&clamp, &self.v)
     }
 
-    fn observe_shapes<W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<RoundTool, W>) {
+    fn observe_shapes<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<M, W>) {
         while let Some(time_s) = due(self.shapes.len(), self.sampling.shapes, self.end_time)
             && time_s <= step.end.time
         {
@@ -250,9 +282,9 @@ impl Sampler {
     }
 }
 
-fn sample<W: Workpiece>(
+fn sample<T: Tool, W: Workpiece>(
     step: &Step<'_>,
-    observer: &ContactObserver<RoundTool, W>,
+    observer: &ContactObserver<Turning<T>, W>,
     s: f64,
     time: f64,
     energies: &Energies<f64>,

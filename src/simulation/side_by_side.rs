@@ -1,50 +1,57 @@
 //! Many passes side by side, in the lanes of the machine's vector units.
 
 use super::observers::{ContactObserver, Sampler, Sampling};
-use super::system::FilamentSystem;
+use super::system::{Filament, FilamentSystem};
 use super::trajectory::Trajectory;
-use super::{METHOD, Pass, Simulation, SimulationError, simulate_with};
+use super::{METHOD, Pass, Simulation, SimulationError};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
 use crate::model::settings::Settings;
-use crate::tool::RoundTool;
-use crate::workpiece::Plane;
+use crate::tool::{ClampMotion, RoundTool, Tool, Turning};
+use crate::workpiece::{Plane, Workpiece};
 
 type Lane = Lanes<LANES>;
 
 /// A pass to simulate, with the number that it is reported under.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct Job<T = RoundTool, W = Plane> {
     /// The number.
     pub number: usize,
     /// What to simulate.
-    pub settings: Settings,
+    pub pass: Pass<T, W>,
 }
 
-/// Simulates the cases that `take` gives, [`LANES`] at a time, and reports each to `done`.
+impl Job {
+    /// The pass that `settings` state, under `number`.
+    pub fn new(number: usize, settings: &Settings) -> Self {
+        Self { number, pass: Pass::new(settings) }
+    }
+}
+
+/// Simulates the jobs that `take` gives, [`LANES`] at a time, and reports each to `done`.
 ///
-/// `take` is asked for a case of the given kind, or of any kind, whenever a lane is free; each lane goes at its own pace.
-/// A result is that of [`simulate`](super::simulate) to the bit, whatever stands in the other lanes.
-pub fn simulate_side_by_side(
-    take: impl FnMut(Option<Kind>) -> Option<Case>,
+/// `take` is asked for a job of the given kind, or of any kind, whenever a lane is free; each lane goes at its own pace.
+/// A result is that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
+pub fn simulate_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
+    take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
     done: impl FnMut(usize, Result<Simulation, SimulationError>),
 ) {
     sample_side_by_side(Sampling::default(), take, done);
 }
 
-/// [`simulate_side_by_side`], with what `sampling` asks for; a result is that of [`simulate_with`].
-pub fn sample_side_by_side(
+/// [`simulate_side_by_side`], with what `sampling` asks for.
+pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
-    mut take: impl FnMut(Option<Kind>) -> Option<Case>,
+    mut take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
     mut done: impl FnMut(usize, Result<Simulation, SimulationError>),
 ) {
     while let Some(first) = take(None) {
         if !lanes_are_compiled() {
-            done(first.number, simulate_with(&first.settings, sampling));
+            done(first.number, first.pass.simulate(sampling));
             continue;
         }
-        let kind = Kind::of(&first.settings);
-        let mut batch = Batch::new(&first, sampling);
+        let kind = first.pass.kind();
+        let mut batch = Batch::new(&first.pass, sampling);
         let mut first = Some(first);
         batch.run(|| first.take().or_else(|| take(Some(kind))), &mut done);
     }
@@ -60,47 +67,51 @@ pub struct Kind {
 impl Kind {
     /// That of the pass that `settings` state.
     pub fn of(settings: &Settings) -> Self {
-        let filament = Pass::new(settings).filament();
+        Pass::new(settings).kind()
+    }
+
+    pub(super) fn of_filament<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>) -> Self {
         Self { segments: filament.chain.segments, solution: filament.stage_solution() }
     }
 }
 
-/// A case on its way.
-struct Run {
+/// A job on its way.
+struct Run<T, W> {
     number: usize,
-    pass: Pass,
-    observer: ContactObserver<RoundTool, Plane>,
+    pass: Pass<T, W>,
+    observer: ContactObserver<Turning<T>, W>,
     sampler: Sampler,
     trajectory: Trajectory,
 }
 
-impl Run {
+impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
     fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
         let statistics = *self.trajectory.statistics();
-        done(self.number, self.pass.conclude(&self.observer.record, statistics, self.sampler));
+        done(self.number, self.pass.conclude(self.observer.record(), statistics, self.sampler));
     }
 }
 
 /// Lanes for passes of one number of segments.
-struct Batch {
-    system: FilamentSystem<RoundTool, Plane, Lane>,
+struct Batch<T, W> {
+    system: FilamentSystem<Turning<T>, W, Lane>,
     stepper: Stepper<Lane, { super::integral::COUNT }>,
-    runs: [Option<Run>; LANES],
+    runs: [Option<Run<T, W>>; LANES],
     steps: Lane,
     sampling: Sampling,
 }
 
-impl Batch {
-    fn new(example: &Case, sampling: Sampling) -> Self {
-        let filament = Pass::new(&example.settings).filament();
-        let system = FilamentSystem::side_by_side(vec![filament; LANES], sampling.tracks_energy());
+impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
+    fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
+        let filament = example.filament();
+        let system = FilamentSystem::side_by_side(vec![filament.clone(); LANES], sampling.tracks_energy())
+            .tracking_dissipation(sampling.tracks_dissipation());
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }
 
     fn run(
         &mut self,
-        mut take: impl FnMut() -> Option<Case>,
+        mut take: impl FnMut() -> Option<Job<T, W>>,
         done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
     ) {
         let mut exhausted = false;
@@ -108,7 +119,7 @@ impl Batch {
             for lane in 0..LANES {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {
-                        Some(case) => self.start(lane, &case),
+                        Some(job) => self.start(lane, job),
                         None => exhausted = true,
                     }
                 }
@@ -135,16 +146,16 @@ impl Batch {
         }
     }
 
-    /// Puts a case into a free lane.
-    fn start(&mut self, lane: usize, case: &Case) {
-        let pass = Pass::new(&case.settings);
-        let mut alone = pass.system(self.sampling.tracks_energy());
+    /// Puts a job into a free lane.
+    fn start(&mut self, lane: usize, job: Job<T, W>) {
+        let Job { number, pass } = job;
+        let mut alone = pass.system_for(self.sampling);
         let trajectory = pass.trajectory(&mut alone);
-        self.system.set_filament(lane, pass.filament());
+        self.system.set_filament(lane, pass.filament().clone());
         trajectory.enter(lane, &mut self.system);
         self.stepper.set_tolerances(lane, trajectory.tolerances());
         let (observer, sampler) = (pass.observer(), pass.sampler(self.sampling));
-        self.runs[lane] = Some(Run { number: case.number, pass, observer, sampler, trajectory });
+        self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory });
     }
 
     /// Makes the next step of a lane ready; false if the lane is free, or has just come to its end.
@@ -173,8 +184,8 @@ impl Batch {
         }
     }
 
-    fn finish_alone(&self, mut run: Run, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let mut system = run.pass.system(self.sampling.tracks_energy());
+    fn finish_alone(&self, mut run: Run<T, W>, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
+        let mut system = run.pass.system_for(self.sampling);
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));
@@ -189,9 +200,9 @@ impl Batch {
         }
     }
 
-    /// Lets a lane without a case stand still where another one is, so that its numbers stay finite, with all nodes open.
+    /// Lets a lane without a job stand still where another one is, so that its numbers stay finite, with all nodes open.
     fn idle(&mut self, lane: usize, busy: usize) {
-        let run = self.runs[busy].as_ref().expect("the lane has a case");
+        let run = self.runs[busy].as_ref().expect("the lane has a job");
         self.system.open_all(lane);
         self.stepper.set_start(lane, run.trajectory.start());
         self.steps.set_lane(lane, 0.0);

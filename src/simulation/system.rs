@@ -81,6 +81,7 @@ pub struct FilamentSystem<M, W, T = f64> {
     /// The lanes in which each node is closed.
     closed: Vec<LaneSet>,
     tracks_energy: bool,
+    tracks_dissipation: bool,
     /// When the clamps were last asked for, and where they were.
     clamp: (T, Clamp<T>),
     scratch: Vec<[T; 2]>,
@@ -167,9 +168,17 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
             filaments,
             closed: vec![LaneSet::default(); n],
             tracks_energy,
+            tracks_dissipation: tracks_energy,
             clamp,
             scratch: vec![zero(); n],
         }
+    }
+
+    /// Integrates the dissipated energies too, where it is asked for, and leaves the impulse as it is without them, to the
+    /// bit: stages count with the angles before their last correction, which is far below the tolerance.
+    #[must_use]
+    pub(super) fn tracking_dissipation(self, tracks_dissipation: bool) -> Self {
+        Self { tracks_dissipation: self.tracks_energy || tracks_dissipation, ..self }
     }
 
     /// Puts another filament into `lane`, all nodes open.
@@ -251,13 +260,22 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 // The smooth law, also where it pulls: stages of a step that ends on an opening can lie past it.
                 let force = filament.law.force(&approach);
                 add(integral::NORMAL_IMPULSE, force.normal);
+                if self.tracks_dissipation {
+                    add(integral::CONTACT_DISSIPATION, filament.law.dissipated_power(&approach));
+                }
                 if self.tracks_energy {
                     let surface = filament.workpiece.surface(position, time);
-                    add(integral::CONTACT_DISSIPATION, filament.law.dissipated_power(&approach));
                     add(integral::WORK, dot(force.total(&approach), surface.velocity));
                 }
             }
         }
+    }
+
+    /// Adds the rate of the joints' dissipation, with the angles as they were last placed.
+    fn add_joint_dissipation(&mut self, time: T, v: &[[T; 2]], rates: &mut [T; COUNT]) {
+        let clamp = *self.clamp(time);
+        let dissipation = self.dynamics.dissipation(&clamp, v);
+        rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
     /// Rates of the other integrals; leaves the dynamics placed, with the accelerations of the nodes.
@@ -305,6 +323,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COUNT> for 
         } else {
             let (dynamics, clamp, _) = self.parts(time);
             dynamics.track(clamp, q, v, accelerations);
+            if self.tracks_dissipation {
+                self.add_joint_dissipation(time, v, &mut rates);
+            }
         }
         self.add_contact_rates(time, &mut rates);
         rates
@@ -323,6 +344,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COUNT> for 
             return self.rates(time, q, v, accelerations);
         }
         let mut rates = zero();
+        if self.tracks_dissipation {
+            self.add_joint_dissipation(time, v, &mut rates);
+        }
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             self.dynamics.shift(correction, weights);
             self.add_contact_rates(time, &mut rates);

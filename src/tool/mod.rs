@@ -1,12 +1,90 @@
-//! The motion that a tool prescribes to the clamp of a filament.
+//! Tools: where they hold a filament, and how they move its clamp.
+//!
+//! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in motion. [`RoundTool`] is the
+//! tool of the settings; implement [`Tool`] for another mounting, and pass it to [`Pass::with`](crate::simulation::Pass::with).
+
+use std::f64::consts::FRAC_PI_2;
 
 use crate::equations::linear::{add, scale};
-use crate::equations::{Clamp, sin_cos};
+use crate::equations::{Clamp, PolarAxis, find_pole, sin_cos};
 
-/// How the clamp moves. Another mounting changes this, and nothing else.
+/// How a clamp moves. A filament system needs no more than this.
 pub trait ClampMotion {
     /// Position, direction and their derivatives at `time` in s.
     fn at(&self, time: f64) -> Clamp<f64>;
+}
+
+/// A tool that turns about `z`, and the clamp of one of its filaments.
+///
+/// ```
+/// use bristle::equations::Clamp;
+/// use bristle::tool::{RoundTool, Tool};
+///
+/// /// A round tool whose filaments trail: each leans back from the radius by a trim angle.
+/// #[derive(Clone, Debug)]
+/// struct Trimmed {
+///     body: RoundTool,
+///     trim_angle: f64,
+/// }
+///
+/// impl Tool for Trimmed {
+///     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+///         let (clamp, trimmed) = (self.body.clamp(angle, rate), self.body.clamp(angle - self.trim_angle, rate));
+///         Clamp { direction: trimmed.direction, direction_rate: trimmed.direction_rate, ..clamp }
+///     }
+///
+///     fn radius(&self, filament_length: f64) -> f64 {
+///         let (r, l) = (self.body.body_radius, filament_length);
+///         (r * r + l * l + 2.0 * r * l * self.trim_angle.cos()).sqrt()
+///     }
+/// }
+/// ```
+pub trait Tool {
+    /// The clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω` in rad/s).
+    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64>;
+
+    /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the distance of the tips
+    /// from the axis. The brushing velocity is `v_b = ω R`.
+    fn radius(&self, filament_length: f64) -> f64;
+
+    /// The undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s): `[φ, θ]` about `z` in rad of all
+    /// its segments, and their rates in rad/s.
+    ///
+    /// The default reads them off [`Tool::clamp`]. A tool that knows them can state them exactly.
+    fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
+        let Clamp { direction, direction_rate, .. } = self.clamp(angle, rate);
+        let [q, v, _] = PolarAxis::Z.coordinates([direction, direction_rate, [0.0; 3]]);
+        if find_pole(&[q]).is_none() {
+            return [q, v];
+        }
+        // At the pole the azimuth is that of the motion, and has no rate.
+        let [x, y, _] = direction_rate;
+        [[q[0], y.atan2(x)], [x.hypot(y) * q[0].cos(), 0.0]]
+    }
+}
+
+/// A tool that turns at a constant rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning<T> {
+    /// The tool.
+    pub tool: T,
+    /// Rate `ω` in rad/s.
+    pub rate: f64,
+    /// Angle `β` at time zero in rad.
+    pub initial_angle: f64,
+}
+
+impl<T> Turning<T> {
+    /// `β` at `time` (s), in rad.
+    pub fn angle(&self, time: f64) -> f64 {
+        self.initial_angle + self.rate * time
+    }
+}
+
+impl<T: Tool> ClampMotion for Turning<T> {
+    fn at(&self, time: f64) -> Clamp<f64> {
+        self.tool.clamp(self.angle(time), self.rate)
+    }
 }
 
 /// A clamp at rest at the origin.
@@ -28,27 +106,24 @@ impl ClampMotion for FixedClamp {
     }
 }
 
-/// A round tool that turns about `z` at a constant rate.
+/// A round tool with radial filaments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundTool {
     /// Radius `r_g` of the brush body in m.
     pub body_radius: f64,
-    /// Rate `ω` in rad/s.
-    pub rate: f64,
-    /// Angle `β` at time zero in rad.
-    pub initial_angle: f64,
 }
 
-impl RoundTool {
-    /// `β` at `time`.
-    pub fn angle(&self, time: f64) -> f64 {
-        self.initial_angle + self.rate * time
+impl Tool for RoundTool {
+    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+        radial_clamp(self.body_radius, angle, rate, 0.0)
     }
-}
 
-impl ClampMotion for RoundTool {
-    fn at(&self, time: f64) -> Clamp<f64> {
-        radial_clamp(self.body_radius, self.angle(time), self.rate, 0.0)
+    fn radius(&self, filament_length: f64) -> f64 {
+        self.body_radius + filament_length
+    }
+
+    fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
+        [[FRAC_PI_2, angle], [0.0, rate]]
     }
 }
 
@@ -65,5 +140,49 @@ pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) 
         acceleration: scale(body_radius, direction_acceleration),
         direction: radial,
         direction_rate,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Axial filaments, as those of a cup brush.
+    struct Cup;
+
+    impl Tool for Cup {
+        fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+            let axial = [0.0, 0.0, -1.0];
+            Clamp { direction: axial, direction_rate: [0.0; 3], ..RoundTool { body_radius: 0.1 }.clamp(angle, rate) }
+        }
+
+        fn radius(&self, _: f64) -> f64 {
+            0.1
+        }
+    }
+
+    /// A round tool that leaves its coordinates to the default.
+    struct Plain;
+
+    impl Tool for Plain {
+        fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+            RoundTool { body_radius: 0.14 }.clamp(angle, rate)
+        }
+
+        fn radius(&self, filament_length: f64) -> f64 {
+            0.14 + filament_length
+        }
+    }
+
+    #[test]
+    fn the_default_reads_coordinates_off_the_clamp() {
+        for angle in [-1.6, 0.3, 3.0] {
+            let (own, default) =
+                (RoundTool { body_radius: 0.14 }.undeformed(angle, 50.0), Plain.undeformed(angle, 50.0));
+            for (own, default) in own.as_flattened().iter().zip(default.as_flattened()) {
+                assert!((own - default).abs() < 1e-13, "{own} {default}");
+            }
+        }
+        assert_eq!(Cup.undeformed(0.4, 50.0), [[std::f64::consts::PI, 0.0], [0.0, 0.0]]);
     }
 }

@@ -5,15 +5,15 @@ use bristle::contact::{Approach, ContactLaw};
 use bristle::equations::linear::add;
 use bristle::equations::{Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
 use bristle::simulation::FilamentSystem;
-use bristle::tool::RoundTool;
+use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::{Plane, Workpiece};
-use bristle_codegen::graph::NodeId;
-use bristle_codegen::lagrange::whole_equations;
+use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::lagrange::whole_equations;
 use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
 
 /// The tool, which every system has; the loads do not depend on it.
-const TOOL: RoundTool = RoundTool { body_radius: 0.14, rate: 0.0, initial_angle: 0.0 };
+const TOOL: Turning<RoundTool> = Turning { tool: RoundTool { body_radius: 0.14 }, rate: 0.0, initial_angle: 0.0 };
 
 /// `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {

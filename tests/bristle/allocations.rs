@@ -2,7 +2,7 @@
 
 use crate::common::case;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, simulate, simulate_side_by_side};
+use bristle::simulation::{Job, simulate, simulate_side_by_side};
 
 fn allocations(f: impl FnOnce()) -> u64 {
     allocation_counter::measure(f).count_total
@@ -30,10 +30,10 @@ fn steps_of_a_pass_do_not_allocate() {
 #[test]
 fn steps_of_passes_side_by_side_do_not_allocate() {
     let [few, many] = [1e-3, 1e-6].map(|tolerance| {
-        let mut cases: Vec<Case> = (0..12).map(|number| Case { number, settings: at(tolerance) }).collect();
+        let mut jobs: Vec<Job> = (0..12).map(|number| Job::new(number, &at(tolerance))).collect();
         allocations(|| {
             simulate_side_by_side(
-                |_| cases.pop(),
+                |_| jobs.pop(),
                 |_, result| {
                     result.expect("the pass ends");
                 },

@@ -4,7 +4,7 @@ use crate::common::{RandomState, case, filament as paper_filament, random_state}
 use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
+use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
 use fastrand::Rng;
 
 /// Chains with different constants, bent and straight; some joints are far beyond the range of the power series.
@@ -118,7 +118,7 @@ fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>>
             return None;
         }
         queue.pop();
-        Some(Case { number, settings: passes[number].clone() })
+        Some(Job::new(number, &passes[number]))
     };
     simulate_side_by_side(take, |number, result| {
         assert!(results[number].replace(result).is_none(), "a case is reported once");

@@ -5,9 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
 use bristle::model::filament;
-use bristle::model::settings::{
-    FilamentSettings, ProcessSettings, Settings, SolverSettings, ToolKind, ToolSettings, WorkpieceSettings,
-};
+use bristle::model::settings::{FilamentSettings, Settings};
 use bristle::tool::radial_clamp;
 use fastrand::Rng;
 
@@ -24,39 +22,14 @@ pub mod tolerance {
 
 /// The paper's filament with `segments` segments.
 pub fn filament(segments: usize) -> FilamentSettings {
-    FilamentSettings {
-        segments,
-        length_m: 0.040,
-        diameter_m: 1.18e-3,
-        density_kg_m3: 1110.0,
-        youngs_modulus_pa: 3.0e9,
-        damping_ratio: 0.05,
-    }
+    case(segments, 0.0, 0.0).filament
 }
 
 /// A case of the paper at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
 pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
-    Settings {
-        tool: ToolSettings {
-            kind: ToolKind::Round,
-            body_radius_m: 0.140,
-            width_m: 0.020,
-            filament_count: 10_500.0,
-            filament_count_uncertainty: 600.0,
-        },
-        filament: filament(segments),
-        contact: Default::default(),
-        workpiece: WorkpieceSettings::default(),
-        process: ProcessSettings {
-            brushing_velocity_m_s: velocity,
-            penetration_depth_m: depth,
-            gravity_m_s2: [0.0; 3],
-            lead_angle_rad: 0.005,
-            tail_angle_rad: 0.15,
-        },
-        solver: SolverSettings::default(),
-        uncertainty: Default::default(),
-    }
+    let mut settings = Settings::paper(velocity, depth);
+    settings.filament.segments = segments;
+    settings
 }
 
 /// A spatial state: a randomly bent filament away from the poles, with rates as in a fast brush.

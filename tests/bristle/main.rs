@@ -5,6 +5,8 @@ mod common;
 mod agreement;
 mod allocations;
 mod batch;
+mod fingerprint;
+mod open_core;
 mod physics;
 mod poles;
 mod reference;

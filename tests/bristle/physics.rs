@@ -12,7 +12,7 @@ use bristle::model::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate, simulate};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
-use bristle_inspect::evaluation::{State, evaluate};
+use bristle_inspect::evaluation::{ChainState, evaluate};
 use fastrand::Rng;
 use nalgebra::{DMatrix, SymmetricEigen};
 use proptest::prelude::*;
@@ -20,17 +20,17 @@ use proptest::prelude::*;
 /// A clamp at rest, along `x`.
 const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
 
-fn mass_matrix(state: &State) -> DMatrix<f64> {
+fn mass_matrix(state: &ChainState) -> DMatrix<f64> {
     let rows = evaluate(&filament(1), 0.14, state).expect("the state is regular").mass_matrix;
     DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j])
 }
 
 /// States of 1 to 6 segments away from the poles.
-fn states() -> impl Strategy<Value = State> {
+fn states() -> impl Strategy<Value = ChainState> {
     (1..=6_usize).prop_flat_map(|segments| {
         let q = prop::collection::vec([0.3..2.8_f64, -3.0..3.0_f64], segments);
         let v = prop::collection::vec(-300.0..300.0_f64, 2 * segments);
-        (q, v, -3.0..3.0_f64, -200.0..200.0_f64).prop_map(|(q, v, base_angle, base_rate)| State {
+        (q, v, -3.0..3.0_f64, -200.0..200.0_f64).prop_map(|(q, v, base_angle, base_rate)| ChainState {
             base_angle,
             base_rate,
             base_acceleration: 0.0,
@@ -85,7 +85,7 @@ proptest! {
 fn straight_filament_is_exact() {
     // Rigid rotation in the plane: no spring energy, no dissipation; the chain only pulls along itself.
     let segments = 25;
-    let state = State {
+    let state = ChainState {
         base_angle: -1.2,
         base_rate: 100.0,
         base_acceleration: 0.0,
@@ -277,7 +277,7 @@ fn stiff_components_do_not_limit_the_step() {
 #[test]
 fn folded_joints_and_poles_are_reported() {
     // The declared singular points: the azimuth at a pole, and a joint folded back on itself.
-    let mut state = State {
+    let mut state = ChainState {
         base_angle: 0.0,
         base_rate: 0.0,
         base_acceleration: 0.0,

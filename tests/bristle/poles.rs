@@ -13,7 +13,7 @@ use bristle::model::settings::{ContactSettings, FilamentSettings};
 use bristle::simulation::{FilamentState, FilamentSystem, Sample, integrate, simulate_with_history};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
-use bristle_inspect::evaluation::{EvaluationError, State, evaluate};
+use bristle_inspect::evaluation::{ChainState, EvaluationError, evaluate};
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -447,7 +447,7 @@ fn history_of_a_pass_continues_across_chart_changes() {
 
 #[test]
 fn states_at_a_pole_are_refused_by_name() {
-    let mut state = State {
+    let mut state = ChainState {
         base_angle: 0.0,
         base_rate: 0.0,
         base_acceleration: 0.0,

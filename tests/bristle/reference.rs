@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use bristle::model::settings::FilamentSettings;
-use bristle_inspect::evaluation::{Evaluation, State, evaluate};
+use bristle_inspect::evaluation::{ChainState, Evaluation, evaluate};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -43,7 +43,7 @@ impl ReferenceState {
     }
 
     fn evaluate(&self) -> Evaluation {
-        let state = State {
+        let state = ChainState {
             base_angle: self.base_angle,
             base_rate: self.base_rate,
             base_acceleration: self.base_acceleration,

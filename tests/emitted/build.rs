@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-use bristle_codegen::emit::{Origin, emit};
+use bristle_codegen::back::rust::{Origin, emit};
 
 #[path = "src/catalogue.rs"]
 #[allow(dead_code, reason = "the tests use the rest")]
@@ -14,7 +14,7 @@ use catalogue::{COVERAGE, FORMS, RANDOM};
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src/catalogue.rs");
-    println!("cargo::rerun-if-changed=../../codegen/tests/expressions/mod.rs");
+    println!("cargo::rerun-if-changed=../../codegen/tests/codegen/expressions.rs");
     let mut source = emit(
         &catalogue::kernels(),
         Origin { title: "Random expressions, and every operator.", maker: "src/catalogue.rs", again: "cargo test" },

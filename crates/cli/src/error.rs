@@ -48,8 +48,6 @@ pub enum CliError {
     Saved(#[from] SavedError),
     #[error("{}: {error}", path.display())]
     Advice { path: PathBuf, error: AdviceError },
-    #[error("cannot draw a figure: {0}")]
-    Drawing(Box<dyn std::error::Error>),
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
     #[error(transparent)]

@@ -9,7 +9,6 @@ use std::{fs, thread};
 
 use bristle::model::settings::Settings;
 use bristle::simulation::Sample;
-use bristle_report::drawing::raster::png;
 use bristle_report::figures::{Picture, history_figure, is_of_study, study_figures};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
@@ -38,20 +37,6 @@ pub enum PicturesError {
     /// There are no saved results, or they cannot be read.
     #[error(transparent)]
     Saved(#[from] SavedError),
-    /// A picture cannot be drawn.
-    #[error("cannot draw `{name}`: {message}")]
-    Drawing {
-        /// Name of the picture.
-        name: String,
-        /// The error of the drawing library.
-        message: String,
-    },
-}
-
-impl PicturesError {
-    fn drawing(name: &str, error: impl ToString) -> Self {
-        Self::Drawing { name: name.to_owned(), message: error.to_string() }
-    }
 }
 
 /// A report of what has been drawn.
@@ -77,9 +62,10 @@ pub fn draw_study(
     study: &Study,
     results: &[CaseResult],
     measured: &[Measurement],
+    threads: Option<NonZeroUsize>,
 ) -> Result<Drawn, PicturesError> {
-    let drawn = study_figures(study, results, measured).map_err(|error| PicturesError::drawing("study", error))?;
-    let mut message = write_pictures(directory, &drawn.pictures)?;
+    let drawn = study_figures(study, results, measured);
+    let mut message = write_pictures(directory, &drawn.pictures, threads)?;
     remove_others(directory, &drawn.pictures);
     if !drawn.note.is_empty() {
         message.push_str(&format!(" ({})", drawn.note));
@@ -93,8 +79,8 @@ pub fn draw_study(
 
 /// Draws one contact over time below `directory`.
 pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -> Result<Drawn, PicturesError> {
-    let picture = history_figure(settings, history).map_err(|error| PicturesError::drawing("history", error))?;
-    Ok(Drawn { message: write_pictures(directory, &[picture])?, comparisons: Vec::new() })
+    let picture = history_figure(settings, history);
+    Ok(Drawn { message: write_pictures(directory, &[picture], None)?, comparisons: Vec::new() })
 }
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact, or of both.
@@ -113,7 +99,7 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     };
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
-        drawn.push(draw_study(directory, &study, &results, &measured)?);
+        drawn.push(draw_study(directory, &study, &results, &measured, None)?);
     }
     if let Some((settings, history)) = case {
         drawn.push(draw_history(directory, &settings, &history)?);
@@ -121,8 +107,13 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     Ok(drawn)
 }
 
-/// Writes pictures as SVG and PNG, all of them or none. Returns a message. All cores render bitmaps.
-fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, PicturesError> {
+/// Writes pictures as SVG and PNG, all of them or none. Returns a message. Without a number there are as many threads as
+/// cores; the number does not change the files.
+fn write_pictures(
+    directory: &Path,
+    pictures: &[Picture],
+    threads: Option<NonZeroUsize>,
+) -> Result<String, PicturesError> {
     if pictures.is_empty() {
         return Ok("no figures".to_owned());
     }
@@ -130,10 +121,9 @@ fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, Pict
     prepare_directory(&directory, &[])?;
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
-    let stage = |Picture { name, svg }: &Picture| {
-        let bitmap = png(svg).map_err(|error| PicturesError::drawing(name, error))?;
-        for (ending, content) in [("svg", svg.as_bytes()), ("png", &bitmap)] {
-            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(content))?;
+    let stage = |Picture { name, canvas }: &Picture| {
+        for (ending, content) in [("svg", canvas.svg().into_bytes()), ("png", canvas.png())] {
+            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
         Ok::<_, PicturesError>(())
@@ -145,7 +135,8 @@ fn write_pictures(directory: &Path, pictures: &[Picture]) -> Result<String, Pict
             stage(picture)?;
         }
     };
-    let others = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(pictures.len()) - 1;
+    let threads = threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let others = threads.min(pictures.len()) - 1;
     thread::scope(|scope| {
         let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
         let own: Result<(), PicturesError> = work();

@@ -2,18 +2,18 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use bristle_codegen::back::json::{self, ExchangeError, from_json};
 use bristle_codegen::compare::{self, CompareError, Deviation, compare, whole_segments};
-use bristle_codegen::dimension::DimensionError;
-use bristle_codegen::exchange::{self, ExchangeError, from_json};
-use bristle_codegen::kernels::kernels;
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::dimension::DimensionError;
 
 use bristle::model::parameters::MAX_SEGMENTS;
 
 pub use bristle_codegen::compare::States;
 
 /// Largest size of a graph in bytes.
-pub const MAX_GRAPH_BYTES: usize = exchange::MAX_BYTES;
+pub const MAX_GRAPH_BYTES: usize = json::MAX_BYTES;
 
 /// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! Derives the equations of motion, whole or as the kernels of the solver, in a form for people or for other programs.
 
 use bristle_codegen::MAKER;
-use bristle_codegen::dimension::DimensionError;
-use bristle_codegen::emit::{EmitError, Origin, emit};
-use bristle_codegen::exchange::to_json;
-use bristle_codegen::kernels::kernels;
-use bristle_codegen::print::{self, Form};
-use bristle_codegen::whole::{Purpose, whole_kernels};
+use bristle_codegen::back::json::to_json;
+use bristle_codegen::back::print::{self, Form};
+use bristle_codegen::back::rust::{EmitError, Origin, emit};
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::dimension::DimensionError;
 
 /// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));

@@ -1,7 +1,7 @@
 //! Evaluates the equations of motion at one state.
 
-use bristle_codegen::graph::NodeId;
-use bristle_codegen::lagrange::{WholeEquations, whole_equations};
+use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
 use serde::Serialize;
 
 use bristle::equations::{Chain, Clamp, Dynamics, NoLoads, PoleError};
@@ -11,7 +11,7 @@ use bristle::tool::radial_clamp;
 
 /// A state of a filament on a round tool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct ChainState {
     /// Angle `β` of the brush body in rad.
     pub base_angle: f64,
     /// Its rate `ω` in rad/s.
@@ -71,7 +71,11 @@ pub enum EvaluationError {
 /// # Errors
 /// If the state has the wrong shape, a segment is at a pole of its coordinates, or the equations are singular for another
 /// reason.
-pub fn evaluate(filament: &FilamentSettings, body_radius: f64, state: &State) -> Result<Evaluation, EvaluationError> {
+pub fn evaluate(
+    filament: &FilamentSettings,
+    body_radius: f64,
+    state: &ChainState,
+) -> Result<Evaluation, EvaluationError> {
     let (q, v) = (pairs(&state.q), pairs(&state.v));
     if q.is_empty() || 2 * q.len() != state.q.len() || state.q.len() != state.v.len() {
         return Err(EvaluationError::Shape { q: state.q.len(), v: state.v.len() });
@@ -119,7 +123,7 @@ pub fn symbol_values(
     let graph = &whole.graph;
     let mut values = vec![0.0; graph.symbols().len()];
     let mut set = |node: NodeId, value: f64| {
-        if let bristle_codegen::graph::Node::Symbol(symbol) = graph.node(node) {
+        if let bristle_codegen::ir::graph::Node::Symbol(symbol) = graph.node(node) {
             values[symbol.index()] = value;
         }
     };

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::evaluation::State;
+use crate::evaluation::ChainState;
 use bristle::equations::find_pole;
 use bristle::model::parameters::MAX_SEGMENTS;
 
@@ -57,7 +57,7 @@ pub enum StateError {
     },
 }
 
-/// A [`State`] as in the file.
+/// A [`ChainState`] as in the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StateFile {
@@ -72,7 +72,7 @@ struct StateFile {
 /// Reads and checks a state.
 ///
 /// Every number of a state is finite: JSON has no NaN and no infinity, and a number too large for `f64` is an error.
-pub fn parse_state(text: &str) -> Result<State, StateError> {
+pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let unreadable = |key: String, error: &serde_json::Error| {
         let message = error.to_string();
@@ -103,7 +103,7 @@ pub fn parse_state(text: &str) -> Result<State, StateError> {
     if let Some(segment) = find_pole(q.as_chunks().0) {
         return Err(StateError::Pole { segment: segment + 1, index: 2 * segment, polar_angle: q[2 * segment] });
     }
-    Ok(State { base_angle, base_rate, base_acceleration, gravity, q, v })
+    Ok(ChainState { base_angle, base_rate, base_acceleration, gravity, q, v })
 }
 
 #[cfg(test)]

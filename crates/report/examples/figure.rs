@@ -5,18 +5,18 @@
 //! cargo run --release -p bristle-report --example figure -- other.svg
 //! ```
 
-use bristle_report::drawing::{
-    Area, BLUE, FAINT, GREY, INK, Result, VERMILION, axis, centred, chart, fine, labelled, pixels, right_of, stroke,
-    svg, text, whole,
-};
+use std::error::Error;
+use std::ops::Range;
+
 use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::ClampMotion;
+use bristle_report::drawing::{
+    BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, WHITE, axis, fine, labelled, stroke, text, viridis, whole,
+};
 use bristle_study::document::Document;
 use bristle_study::study::{CaseResult, Study, run_study};
-use plotters::element::DashedPathElement;
-use plotters::prelude::*;
 
 /// Size of the picture in pixels, and where its left panel ends.
 const SIZE: (i32, i32) = (1000, 400);
@@ -30,10 +30,12 @@ const INTERVAL_S: f64 = 0.5e-3;
 /// Every so many shapes a time is written at the root.
 const LABELLED: usize = 4;
 
-const BODY: RGBColor = RGBColor(236, 238, 241);
-const WORKPIECE: RGBColor = RGBColor(222, 218, 208);
-const FILAMENT: RGBColor = BLUE;
-const TIP: RGBColor = VERMILION;
+const BODY: Color = Color(236, 238, 241);
+const WORKPIECE: Color = Color(222, 218, 208);
+const FILAMENT: Color = BLUE;
+const TIP: Color = VERMILION;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 fn main() -> Result<()> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "docs/contact.svg".into());
@@ -45,14 +47,48 @@ fn main() -> Result<()> {
     let study = document.study()?;
     let results = run_study(&study, None, || {})?;
 
-    let picture = svg(SIZE, |root| {
-        let (left, right) = root.split_horizontally(fine(SPLIT));
-        draw_contact(&left, &contact)?;
-        draw_map(&right, &study, &results)
-    })?;
-    std::fs::write(&path, &picture)?;
+    let mut canvas = Canvas::new(SIZE);
+    draw_contact(&mut canvas, &contact);
+    draw_map(&mut canvas, &study, &results)?;
+    std::fs::write(&path, canvas.svg())?;
     eprintln!("wrote {path}");
     Ok(())
+}
+
+/// A diagram with equal distances for equal differences.
+struct Chart {
+    /// The first and the last coordinate of the canvas across, then down.
+    frame: [i32; 4],
+    x: Range<f64>,
+    y: Range<f64>,
+}
+
+impl Chart {
+    /// A diagram between `left` and `right` (pixels) with free room around it, and its title above it.
+    fn new(
+        canvas: &mut Canvas,
+        title: &str,
+        [left, right]: [i32; 2],
+        [top, bottom]: [i32; 2],
+        x: Range<f64>,
+        y: Range<f64>,
+    ) -> Self {
+        canvas.text(title, text(14, INK), (fine(left), fine(14)));
+        Self { frame: [fine(left), fine(right) - 1, fine(top), fine(bottom) - 1], x, y }
+    }
+
+    fn at(&self, (x, y): (f64, f64)) -> Point {
+        let [left, right, top, bottom] = self.frame;
+        let part = |value: f64, range: &Range<f64>| (value - range.start) / (range.end - range.start);
+        // So that rounding errors do not move what lies on a border.
+        let across = (part(x, &self.x) * f64::from(right - left) + 1e-3).floor();
+        let up = (part(y, &self.y) * f64::from(bottom - top) + 1e-3).floor();
+        (left + across as i32, bottom - up as i32)
+    }
+
+    fn line(&self, points: &[(f64, f64)]) -> Vec<Point> {
+        points.iter().map(|&point| self.at(point)).collect()
+    }
 }
 
 /// A filament on its way over the workpiece: `x` along the surface and `y` above it, in mm.
@@ -95,7 +131,7 @@ impl Contact {
             shapes,
             tip_path,
             axis_height: 1e3 * axis_height,
-            body_radius: 1e3 * motion.body_radius,
+            body_radius: 1e3 * motion.tool.body_radius,
             tool_radius: 1e3 * radius,
         })
     }
@@ -107,111 +143,100 @@ impl Contact {
     }
 }
 
-fn draw_contact(area: &Area<'_>, contact: &Contact) -> Result<()> {
-    let margins @ [left, right, top, bottom] = [60, 20, 40, 46];
-    let (width, height) = (SPLIT - left - right, SIZE.1 - top - bottom);
+fn draw_contact(canvas: &mut Canvas, contact: &Contact) {
+    let [left, right, top, bottom] = [60, SPLIT - 20, 40, SIZE.1 - 46];
     let half = 44.0;
-    let scale = 2.0 * half / f64::from(width);
-    let (x, y) = (-half..half, -9.0..f64::from(height) * scale - 9.0);
+    let scale = 2.0 * half / f64::from(right - left);
+    let (x, y) = (-half..half, -9.0..f64::from(bottom - top) * scale - 9.0);
     let title = format!("A filament every 0.5 ms at v_b = {VELOCITY_M_S} m/s, a_e = {} mm", 1e3 * DEPTH_M);
-    let mut chart = chart(area, &title, margins, x.clone(), y.clone())?;
+    let chart = Chart::new(canvas, &title, [left, right], [top, bottom], x, y.clone());
 
-    let workpiece = Rectangle::new([(-half, y.start), (half, 0.0)], WORKPIECE.filled());
-    chart.draw_series([workpiece])?;
+    canvas.rectangle([(-half, y.start), (half, 0.0)].map(|corner| chart.at(corner)), WORKPIECE);
     let rim = contact.circle(contact.body_radius, half);
     let mut body = rim.clone();
     body.extend([(half, y.end), (-half, y.end)]);
-    chart.draw_series([Polygon::new(body, BODY.filled())])?;
-    chart.draw_series([PathElement::new(rim, stroke(FAINT, 10))])?;
-    let nominal = contact.circle(contact.tool_radius, half);
-    chart.draw_series([DashedPathElement::new(nominal, fine(5), fine(4), stroke(FAINT, 10))])?;
-    chart.draw_series([PathElement::new([(-half, 0.0), (half, 0.0)], stroke(INK, 10))])?;
+    canvas.polygon(chart.line(&body), BODY);
+    canvas.line(chart.line(&rim), stroke(FAINT, 10));
+    let nominal = chart.line(&contact.circle(contact.tool_radius, half));
+    canvas.dashed(&nominal, [5, 4].map(fine), stroke(FAINT, 10));
+    canvas.line(chart.line(&[(-half, 0.0), (half, 0.0)]), stroke(INK, 10));
 
     for (_, shape) in &contact.shapes {
-        chart.draw_series([PathElement::new(shape.clone(), stroke(FILAMENT, 13))])?;
+        canvas.line(chart.line(shape), stroke(FILAMENT, 13));
     }
-    chart.draw_series([PathElement::new(contact.tip_path.clone(), stroke(TIP, 13))])?;
-    let tips = contact.shapes.iter().filter_map(|(_, shape)| shape.last());
-    chart.draw_series(tips.map(|&tip| Circle::new(tip, fine(2), TIP.filled())))?;
+    canvas.line(chart.line(&contact.tip_path), stroke(TIP, 13));
+    for &tip in contact.shapes.iter().filter_map(|(_, shape)| shape.last()) {
+        canvas.circle(chart.at(tip), fine(2), TIP);
+    }
 
-    let times = contact.shapes.iter().step_by(LABELLED).map(|(time, shape)| {
+    for (time, shape) in contact.shapes.iter().step_by(LABELLED) {
         let (x, y) = shape[0];
-        Text::new(format!("{time} ms"), (x, y + 2.2), centred(text(11, INK)))
-    });
-    chart.draw_series(times)?;
-    let label = |label, at, color| Text::new(label, at, right_of(text(12, color)));
-    chart.draw_series([
-        label("brush body", (-half + 2.0, y.end - 3.0), INK),
-        label("workpiece", (-half + 2.0, -5.5), INK),
-        label("filament", (-half + 2.0, 26.0), FILAMENT),
-    ])?;
-    chart.draw_series([
-        Text::new("tip", (half - 4.0, 5.0), centred(text(12, TIP))),
-        Text::new("tip of the undeformed tool", (0.0, -5.5), centred(text(12, GREY))),
-    ])?;
-    // The way that the tool turns.
+        canvas.text(&format!("{time} ms"), text(11, INK).centred(), chart.at((x, y + 2.2)));
+    }
+    for (label, at, color) in [
+        ("brush body", (-half + 2.0, y.end - 3.0), INK),
+        ("workpiece", (-half + 2.0, -5.5), INK),
+        ("filament", (-half + 2.0, 26.0), FILAMENT),
+    ] {
+        canvas.text(label, text(12, color).right(), chart.at(at));
+    }
+    canvas.text("tip", text(12, TIP).centred(), chart.at((half - 4.0, 5.0)));
+    canvas.text("tip of the undeformed tool", text(12, GREY).centred(), chart.at((0.0, -5.5)));
+    // The direction in which the tool turns.
     let (from, to, above) = (-half + 22.0, -half + 36.0, y.end - 3.0);
-    chart.draw_series([
-        PathElement::new([(from, above), (to, above)], stroke(INK, 12)),
-        PathElement::new([(to - 2.0, above + 1.0), (to, above), (to - 2.0, above - 1.0)], stroke(INK, 12)),
-    ])?;
+    canvas.line(chart.line(&[(from, above), (to, above)]), stroke(INK, 12));
+    canvas.line(chart.line(&[(to - 2.0, above + 1.0), (to, above), (to - 2.0, above - 1.0)]), stroke(INK, 12));
 
-    let pixel = pixels(area, &chart);
     let ticks = labelled((-4..=4).map(|i| f64::from(i) * 10.0), whole);
-    axis(area, ("along the surface in mm", (left + width / 2, SIZE.1 - 12)), &ticks, false, |x| pixel((x, y.start)))?;
+    let name = ("along the surface in mm", ((left + right) / 2, SIZE.1 - 12));
+    axis(canvas, name, &ticks, false, |x| chart.at((x, y.start)));
     let heights = labelled((0..=5).map(|i| f64::from(i) * 10.0), whole);
-    axis(area, ("above the surface in mm", (16, top + height / 2)), &heights, true, |y| pixel((-half, y)))?;
-    Ok(())
+    let name = ("above the surface in mm", (16, (top + bottom) / 2));
+    axis(canvas, name, &heights, true, |y| chart.at((-half, y)));
 }
 
-fn draw_map(area: &Area<'_>, study: &Study, results: &[CaseResult]) -> Result<()> {
-    let margins @ [left, right, top, bottom] = [60, 84, 40, 46];
-    let (width, height) = (SIZE.0 - SPLIT - left - right, SIZE.1 - top - bottom);
+fn draw_map(canvas: &mut Canvas, study: &Study, results: &[CaseResult]) -> Result<()> {
+    let [left, right, top, bottom] = [SPLIT + 60, SIZE.0 - 84, 40, SIZE.1 - 46];
     let (dv, da) = (2.5, 0.5);
     let (x, y) = (1.25..31.25, 0.25..5.25);
-    let mut chart = chart(area, "Contact time ratio ε_tc: from striking to sweeping", margins, x.clone(), y.clone())?;
+    let title = "Contact time ratio ε_tc: from striking to sweeping";
+    let chart = Chart::new(canvas, title, [left, right], [top, bottom], x.clone(), y.clone());
     let cell = |v: f64, a: f64| [(v - dv / 2.0, a - da / 2.0), (v + dv / 2.0, a + da / 2.0)];
-    // A cell reaches a little below the one that is drawn after it, so that no seam shows.
+    // A cell extends slightly below the one that is drawn after it, so that no seam shows.
     let overlap =
         |[low, (right, above)]: [(f64, f64); 2]| [low, ((right + 0.05).min(x.end), (above + 0.01).min(y.end))];
     for (case, result) in results.iter().enumerate() {
         let process = study.settings(case).process;
         let ratio = result.as_ref().map_err(Clone::clone)?.metrics.contact_time_ratio;
         let cell = cell(process.brushing_velocity_m_s, 1e3 * process.penetration_depth_m);
-        chart.draw_series([Rectangle::new(overlap(cell), color_of(ratio).filled())])?;
+        canvas.rectangle(overlap(cell).map(|corner| chart.at(corner)), viridis(ratio));
     }
     // The contact on the left.
     let [(left_v, low), (right_v, high)] = cell(VELOCITY_M_S, 1e3 * DEPTH_M);
     let frame = [(left_v, low), (right_v, low), (right_v, high), (left_v, high), (left_v, low), (right_v, low)];
-    chart.draw_series([PathElement::new(frame, stroke(WHITE, 20))])?;
+    canvas.line(chart.line(&frame), stroke(WHITE, 20));
 
-    let pixel = pixels(area, &chart);
     let velocities = labelled((1..=6).map(|i| 5.0 * f64::from(i)), whole);
     let depths = labelled((1..=5).map(f64::from), whole);
-    let name = "brushing velocity v_b in m/s";
-    axis(area, (name, (left + width / 2, SIZE.1 - 12)), &velocities, false, |x| pixel((x, y.start)))?;
-    axis(area, ("penetration depth a_e in mm", (20, top + height / 2)), &depths, true, |y| pixel((x.start, y)))?;
+    let name = ("brushing velocity v_b in m/s", ((left + right) / 2, SIZE.1 - 12));
+    axis(canvas, name, &velocities, false, |v| chart.at((v, y.start)));
+    let name = ("penetration depth a_e in mm", (SPLIT + 20, (top + bottom) / 2));
+    axis(canvas, name, &depths, true, |a| chart.at((x.start, a)));
 
     // The colour bar.
-    let (bar, bar_width) = (left + width + 22, 14);
-    let level = |ratio: f64| fine(top + height) - (ratio * f64::from(fine(height))).round() as i32;
+    let (bar, bar_width) = (right + 22, 14);
+    let level = |ratio: f64| fine(bottom) - (ratio * f64::from(fine(bottom - top))).round() as i32;
     let steps = 100;
     for step in 0..steps {
         let [low, middle] = [0.0, 0.5].map(|part| (f64::from(step) + part) / f64::from(steps));
         let corners = [(fine(bar), level(1.0)), (fine(bar + bar_width), level(low))];
-        area.draw(&Rectangle::new(corners, color_of(middle).filled()))?;
+        canvas.rectangle(corners, viridis(middle));
     }
     for i in 0..=5 {
         let ratio = f64::from(i) / 5.0;
         let edge = fine(bar + bar_width);
-        area.draw(&PathElement::new([(edge, level(ratio)), (edge + fine(4), level(ratio))], stroke(INK, 10)))?;
-        let style = right_of(text(11, INK));
-        area.draw_text(&format!("{ratio:.1}"), &style, (edge + fine(7), level(ratio)))?;
+        canvas.line([(edge, level(ratio)), (edge + fine(4), level(ratio))], stroke(INK, 10));
+        canvas.text(&format!("{ratio:.1}"), text(11, INK).right(), (edge + fine(7), level(ratio)));
     }
     Ok(())
-}
-
-/// Viridis: even steps of brightness, readable without colour vision.
-fn color_of(ratio: f64) -> RGBColor {
-    ViridisRGB.get_color(ratio)
 }

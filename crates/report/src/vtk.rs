@@ -170,7 +170,8 @@ mod tests {
         settings.workpiece.normal = [1.0, 2.0, 0.5];
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
-        let simulation = simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true });
+        let simulation =
+            simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true, alongside: false });
         (settings, simulation.expect("the pass ends"))
     }
 

@@ -18,6 +18,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead};
+use std::sync::LazyLock;
 
 use crate::digest::digest;
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,10 @@ use bristle::simulation::SOLVER_FINGERPRINT;
 
 /// The version of the format.
 pub const FORMAT: u32 = 1;
+
+/// SHA-256 of all code that decides results: the core's, and that of this crate.
+static SOLVER: LazyLock<String> =
+    LazyLock::new(|| digest([SOLVER_FINGERPRINT, env!("BRISTLE_STUDY_SOURCES")].concat().as_bytes()));
 
 /// How every header begins, whatever its format.
 const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
@@ -153,7 +158,7 @@ impl Journal {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             equations: FINGERPRINT.to_owned(),
-            solver: SOLVER_FINGERPRINT.to_owned(),
+            solver: SOLVER.clone(),
             settings: study.base(),
             sweeps: study.sweep_texts(),
         };
@@ -316,7 +321,7 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let programs = [
         ("version", &there.version, env!("CARGO_PKG_VERSION")),
         ("equations (SHA-256)", &there.equations, FINGERPRINT),
-        ("solver (SHA-256)", &there.solver, SOLVER_FINGERPRINT),
+        ("solver (SHA-256)", &there.solver, &*SOLVER),
     ];
     for (what, there, here) in programs {
         if there != here {

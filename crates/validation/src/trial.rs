@@ -1,6 +1,5 @@
 //! A trial: its formula, the computed numbers with their references, and whether they agree.
 
-use bristle_report::drawing;
 use bristle_report::drawing::diagram::Diagram;
 pub use bristle_report::drawing::diagram::{Curve, Look};
 pub use bristle_report::drawing::scale::Axis;
@@ -142,8 +141,8 @@ pub struct Figure {
 
 impl Figure {
     /// The diagram as the text of an SVG file.
-    pub fn svg(&self) -> drawing::Result<String> {
+    pub fn svg(&self) -> String {
         let Self { title, x, y, curves, .. } = self.clone();
-        Diagram { title, subtitle: String::new(), x, y, curves }.svg()
+        Diagram { title, subtitle: String::new(), x, y, curves }.draw().svg()
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! The build script emits them, and the tests compare the emitted code with this list.
 
-use bristle_codegen::calculus::gradient;
-use bristle_codegen::graph::{Graph, Node, NodeId};
-use bristle_codegen::kernels::{Input, Kernel, Output, Shape};
-use bristle_codegen::simplify::{Style, normalise};
-use bristle_codegen::unit::Unit;
+use bristle_codegen::ir::graph::{Graph, Node, NodeId};
+use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::unit::Unit;
+use bristle_codegen::passes::calculus::gradient;
+use bristle_codegen::passes::normal_form::{Style, normalise};
 use fastrand::Rng;
 
-#[path = "../../../codegen/tests/expressions/mod.rs"]
+#[path = "../../../codegen/tests/codegen/expressions.rs"]
 pub mod expressions;
 use expressions::{Instruction, VARIABLES, build};
 
@@ -69,7 +69,7 @@ pub const COVERAGE: &[Covered] = &[
     Covered { name: "rational", build: |g, _, _| g.ratio(-2, 3), value: |_, _| -2.0 / 3.0, slopes: |_, _| [0.0, 0.0] },
     Covered {
         name: "float",
-        build: |g, _, _| g.constant(bristle_codegen::constant::Constant::Float(-0.1)),
+        build: |g, _, _| g.constant(bristle_codegen::ir::constant::Constant::Float(-0.1)),
         value: |_, _| -0.1,
         slopes: |_, _| [0.0, 0.0],
     },

@@ -1,7 +1,7 @@
 //! Is it right? Emitted functions have the same values as the expressions that they come from.
 
-use bristle_codegen::exchange::operators;
-use bristle_codegen::graph::Graph;
+use bristle_codegen::back::json::operators;
+use bristle_codegen::ir::graph::Graph;
 use bristle_emitted::catalogue::expressions::{VARIABLES, value};
 use bristle_emitted::catalogue::{COVERAGE, FORMS, KINDS, covered_nodes, forms, kind, programs};
 use bristle_emitted::emitted;

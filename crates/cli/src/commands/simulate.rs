@@ -67,7 +67,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true })?;
+    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true, alongside: false })?;
     let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
     let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
     let case = case_text(&settings);

@@ -6,13 +6,14 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
-use bristle_report::page::{page, record};
+use bristle::simulation::Simulation;
+use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::results::{study_text, write_runs};
-use bristle_study::study::{CaseResult, Study, complete_study};
+use bristle_study::study::{CaseResult, Study, complete_study_sampled};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
@@ -118,12 +119,15 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     remove_leftovers(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON]);
     remove_unfinished(&arguments.out);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
-    let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results)?;
+    let recorder = Recorder::new(&study);
+    let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results, &recorder)?;
+    let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
 
     let total = study.case_count();
-    let files = write_results(arguments, &study, &results, measured.as_ref().map(|(text, _)| text.as_str()))?;
+    let text = measured.as_ref().map(|(text, _)| text.as_str());
+    let files = write_results(arguments, &study, &results, &courses, text)?;
     let points = measured.map_or_else(Vec::new, |(_, points)| points);
-    let drawn = draw_study(&arguments.out, &study, &results, &points)?;
+    let drawn = draw_study(&arguments.out, &study, &results, &points, arguments.threads())?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
@@ -162,24 +166,28 @@ fn tell_of_earlier(earlier: &Earlier, path: &Path) {
     }
 }
 
-/// Simulates the cases without a result and appends each to the journal. Returns all results, and the time taken in s.
+/// Simulates the cases without a result, appends each to the journal, and records its course. Returns all results, and the
+/// time taken in s.
 fn simulate_cases(
     study: &Study,
     arguments: &StudyArgs,
     journal: &mut JournalFile,
     mut results: Vec<Option<CaseResult>>,
+    recorder: &Recorder<'_>,
 ) -> Result<(Vec<CaseResult>, Progress, f64), CliError> {
     let total = study.case_count();
     stop_on_interrupt(journal, total, arguments.out.join(JOURNAL));
     let failures = results.iter().flatten().filter(|result| result.is_err()).count();
     let progress = Progress::begin(total, journal.cases(), failures, arguments.json);
-    let simulated = complete_study(study, arguments.threads(), &mut results, |case, result| {
+    let record = |case, pass: &Simulation| recorder.take(case, pass);
+    let done = |case, result: &CaseResult| {
         let flow = journal.append(case, result);
         if flow.is_continue() {
             progress.case_done(result.is_err());
         }
         flow
-    });
+    };
+    let simulated = complete_study_sampled(study, arguments.threads(), &mut results, recorder.sampling(), record, done);
     let seconds = progress.end();
     journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
     simulated.map_err(CliError::Threads)?;
@@ -205,6 +213,7 @@ fn write_results(
     arguments: &StudyArgs,
     study: &Study,
     results: &[CaseResult],
+    courses: &[Course],
     measured: Option<&str>,
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
@@ -224,8 +233,7 @@ fn write_results(
         staged.push(StagedFile::text(directory, MEASURED, text).map_err(unfinished)?);
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
-    let courses = record(study, results, arguments.threads()).map_err(CliError::Threads)?;
-    staged.push(StagedFile::text(directory, REPORT, &page(&name, study, results, &courses)).map_err(unfinished)?);
+    staged.push(StagedFile::text(directory, REPORT, &page(&name, study, results, courses)).map_err(unfinished)?);
     let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
     let has_measured = measured.is_some();

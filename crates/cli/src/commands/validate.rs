@@ -58,7 +58,7 @@ fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> R
     let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
     files.push(stage(PAGE, validation::page(outcomes, extent))?);
     for figure in outcomes.iter().flat_map(Outcome::figures) {
-        files.push(stage(&format!("{}.svg", figure.name), figure.svg().map_err(CliError::Drawing)?)?);
+        files.push(stage(&format!("{}.svg", figure.name), figure.svg())?);
     }
     for file in files {
         say_written(&file.commit()?);

@@ -144,7 +144,7 @@ impl Workspace {
     /// Expects the files of an undisturbed study, and no others.
     fn is_as_undisturbed(&self) {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv differs");
-        let digest = bristle_codegen::exchange::digest(UNDISTURBED.0.as_bytes());
+        let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
         assert!(self.read("study.json").contains(&digest), "study.json belongs to another runs.csv");
         assert_eq!(self.files(), RESULTS);
         let contents = self.contents().expect("the journal is whole");
@@ -319,7 +319,7 @@ fn results_of_another_build_are_not_mixed_in() {
     let header = Journal::new(&study).header().to_owned();
     let (object, _) = header.split_once(",\"check\"").expect("a check");
     let object = object.replacen(bristle::equations::FINGERPRINT, &"0".repeat(64), 1);
-    let check = &bristle_codegen::exchange::digest(object.as_bytes())[..16];
+    let check = &bristle_codegen::fingerprint::digest(object.as_bytes())[..16];
     workspace.write_journal(format!("{object},\"check\":\"{check}\"}}\n").as_bytes());
     let message = workspace.is_refused("");
     assert!(message.contains("equations (SHA-256): 000000000000 there"), "{message}");

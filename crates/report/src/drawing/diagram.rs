@@ -2,12 +2,9 @@
 //!
 //! A legend covers no point: it stands in a corner that is free, or beside the diagram.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
 use super::pens::{pen, reference_pen};
 use super::scale::{Axis, Scale, coordinate};
-use super::{Area, FAINT, GREY, GRID, INK, Pen, axis, fine, right_of, stroke, text};
+use super::{Canvas, FAINT, GREY, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
 
 /// Size of a picture in pixels; one with a legend beside the diagram may be wider.
 const SIZE: (i32, i32) = (680, 430);
@@ -98,27 +95,26 @@ struct Styled<'a> {
 }
 
 impl Styled<'_> {
-    fn draw(&self, area: &Area<'_>, points: &[(i32, i32)], marked: &[(i32, i32)]) -> super::Result<()> {
+    fn draw(&self, canvas: &mut Canvas, points: &[Point], marked: &[Point]) {
         match self.curve.look {
-            Look::Reference | Look::Line => self.pen.line(area, points)?,
-            Look::Markers => self.pen.markers(area, marked)?,
+            Look::Reference | Look::Line => self.pen.line(canvas, points),
+            Look::Markers => self.pen.markers(canvas, marked),
             Look::Joined => {
-                self.pen.line(area, points)?;
+                self.pen.line(canvas, points);
                 // Of many points some, so that the dashes can be seen between them.
                 let every = marked.len().div_ceil(MAX_MARKERS).max(1);
-                let marked: Vec<(i32, i32)> = marked.iter().copied().step_by(every).collect();
-                self.pen.markers(area, &marked)?;
+                let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
+                self.pen.markers(canvas, &marked);
             }
-            Look::Band => area.draw(&Polygon::new(points, self.pen.color.mix(BAND).filled()))?,
+            Look::Band => canvas.area(points, self.pen.color, BAND),
             Look::Bars => {
                 let whole = Pen { dash: (1, 0), tenths: 12, ..self.pen };
-                whole.line(area, points)?;
+                whole.line(canvas, points);
                 for &(x, y) in points {
-                    whole.line(area, &[(x - fine(CAP), y), (x + fine(CAP), y)])?;
+                    whole.line(canvas, &[(x - fine(CAP), y), (x + fine(CAP), y)]);
                 }
             }
         }
-        Ok(())
     }
 }
 
@@ -183,14 +179,10 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
     points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
 }
 
-/// Width of a text in pixels, about: the font is the reader's.
-pub fn width(text: &str, size: i32) -> i32 {
-    text.chars().count() as i32 * size * 55 / 100
-}
-
 impl Diagram {
-    /// The diagram as the text of an SVG file.
-    pub fn svg(&self) -> super::Result<String> {
+    /// The diagram as a figure.
+    #[must_use]
+    pub fn draw(&self) -> Canvas {
         let shown = || {
             let points = self.curves.iter().flat_map(|curve| &curve.points);
             points.filter_map(|&(x, y)| Some((coordinate(&self.x, x)?, coordinate(&self.y, y)?)))
@@ -223,25 +215,23 @@ impl Diagram {
         );
         let size = if corner.is_some() { (SIZE.0, height) } else { (frame[2] + MARGIN + wide, height.max(top + high)) };
 
-        super::svg(size, |area| {
-            heading(area, left, &self.title, &self.subtitle)?;
-            draw_axes(area, [&x, &y], frame)?;
-            for styled in &curves {
-                for points in places(styled.curve, [&x, &y], frame) {
-                    styled.draw(area, &points, &points)?;
-                }
+        let mut canvas = Canvas::new(size);
+        heading(&mut canvas, left, &self.title, &self.subtitle);
+        draw_axes(&mut canvas, [&x, &y], frame);
+        for styled in &curves {
+            for points in places(styled.curve, [&x, &y], frame) {
+                styled.draw(&mut canvas, &points, &points);
             }
-            let (across, down) = legend;
-            let cover = [(fine(across), fine(down)), (fine(across + wide), fine(down + high))];
-            area.draw(&Rectangle::new(cover, WHITE.filled()))?;
-            for (row, entry) in (0..).zip(&entries) {
-                let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
-                let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
-                entry.draw(area, &line, &line[1..2])?;
-                area.draw_text(&entry.curve.name, &right_of(text(12, INK)), (fine(across + TEXT), level))?;
-            }
-            Ok(())
-        })
+        }
+        let (across, down) = legend;
+        canvas.rectangle([(fine(across), fine(down)), (fine(across + wide), fine(down + high))], WHITE);
+        for (row, entry) in (0..).zip(&entries) {
+            let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
+            let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
+            entry.draw(&mut canvas, &line, &line[1..2]);
+            canvas.text(&entry.curve.name, text(12, INK).right(), (fine(across + TEXT), level));
+        }
+        canvas
     }
 }
 
@@ -252,12 +242,11 @@ pub fn left_of(y: &Scale) -> i32 {
 }
 
 /// Writes a heading and what is smaller below it.
-pub fn heading(area: &Area<'_>, left: i32, title: &str, subtitle: &str) -> super::Result<()> {
-    area.draw_text(title, &text(14, INK), (fine(left), fine(14)))?;
+pub fn heading(canvas: &mut Canvas, left: i32, title: &str, subtitle: &str) {
+    canvas.text(title, text(14, INK), (fine(left), fine(14)));
     if !subtitle.is_empty() {
-        area.draw_text(subtitle, &text(11, GREY), (fine(left), fine(32)))?;
+        canvas.text(subtitle, text(11, GREY), (fine(left), fine(32)));
     }
-    Ok(())
 }
 
 /// Where a legend of a size can stand in the frame, as far as possible from the curves; nowhere if it would cover one.
@@ -281,33 +270,30 @@ fn free_corner(
     (wide <= right - left && distance(best) > fine(6)).then_some(best)
 }
 
-/// Grid, frame, ticks and names.
-pub fn draw_axes(area: &Area<'_>, scales @ [x, y]: [&Scale; 2], frame: Frame) -> super::Result<()> {
+/// Draws grid, frame, ticks and names.
+pub fn draw_axes(canvas: &mut Canvas, scales @ [x, y]: [&Scale; 2], frame: Frame) {
     let [left, top, right, bottom] = frame;
-    draw_grid(area, scales, frame)?;
+    draw_grid(canvas, scales, frame);
     let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
-    axis(area, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)))?;
+    axis(canvas, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)));
     let name = (&*y.axis.label, (14, (top + bottom) / 2));
-    axis(area, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)))?;
-    let to_the_left = text(11, INK).pos(Pos::new(HPos::Right, VPos::Center));
-    area.draw_text(&y.factor, &to_the_left, (fine(left - 7), fine(top - 12)))?;
-    area.draw_text(&x.factor, &to_the_left, (fine(right), fine(bottom + 38)))?;
-    Ok(())
+    axis(canvas, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)));
+    let to_the_left = text(11, INK).left();
+    canvas.text(&y.factor, to_the_left, (fine(left - 7), fine(top - 12)));
+    canvas.text(&x.factor, to_the_left, (fine(right), fine(bottom + 38)));
 }
 
-/// Grid and frame.
-fn draw_grid(area: &Area<'_>, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> super::Result<()> {
+/// Draws grid and frame.
+fn draw_grid(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
     for (at, _) in &x.ticks {
         let at = x.place(*at, left, right);
-        area.draw(&PathElement::new([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8)))?;
+        canvas.line([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8));
     }
     for (at, _) in &y.ticks {
         let at = y.place(*at, bottom, top);
-        area.draw(&PathElement::new([(fine(left), at), (fine(right), at)], stroke(GRID, 8)))?;
+        canvas.line([(fine(left), at), (fine(right), at)], stroke(GRID, 8));
     }
-    let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-    area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
-    Ok(())
+    canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
 }
 
 #[cfg(test)]
@@ -341,11 +327,11 @@ mod tests {
         ];
         for logarithmic in [false, true] {
             for odd in odd {
-                let text = diagram(logarithmic, points(odd)).svg().expect("a picture");
+                let text = diagram(logarithmic, points(odd)).draw().svg();
                 assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{odd:?}");
                 assert!(!text.contains("NaN") && !text.contains("inf"), "{odd:?}\n{text}");
             }
-            diagram(logarithmic, vec![]).svg().expect("a picture");
+            assert!(diagram(logarithmic, vec![]).draw().svg().starts_with("<svg"));
         }
     }
 
@@ -371,14 +357,14 @@ mod tests {
         let crossing = vec![(0.0, 0.0), (1.0, 1.0), (f64::NAN, 0.0), (0.0, 1.0), (1.0, 0.0)];
         let crossing = vec![Curve::new("a name", Look::Line, crossing)];
         assert_eq!(free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)), None);
-        let beside = diagram(false, crossing).svg().expect("a picture");
+        let beside = diagram(false, crossing).draw().svg();
         assert!(beside.contains("a name"));
     }
 
     #[test]
     fn long_histories_keep_what_can_be_seen() {
         let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin())).collect();
-        let text = diagram(false, vec![Curve::new("history", Look::Line, history)]).svg().expect("a picture");
+        let text = diagram(false, vec![Curve::new("history", Look::Line, history)]).draw().svg();
         assert!(text.len() < 300_000, "{}", text.len());
     }
 }

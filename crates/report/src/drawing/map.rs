@@ -2,11 +2,9 @@
 //!
 //! The colours are viridis: even steps of brightness, the same to a reader who sees no colours.
 
-use plotters::prelude::*;
-
-use super::diagram::{Frame, SUBTITLE, heading, width};
+use super::diagram::{Frame, SUBTITLE, heading};
 use super::scale::{Axis, Scale, coordinate};
-use super::{Area, FAINT, INK, axis, centred, fine, right_of, stroke, text};
+use super::{Canvas, Color, FAINT, INK, WHITE, axis, fine, stroke, text, viridis, width};
 
 /// Size of a picture in pixels.
 const SIZE: (i32, i32) = (680, 430);
@@ -22,7 +20,7 @@ const SHADES: u32 = 100;
 const NUMBER: i32 = 10;
 const FREE: (i32, i32) = (4, 5);
 /// Fill of a cell without a value, and distance of the lines across it.
-const EMPTY: RGBColor = RGBColor(240, 241, 243);
+const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
 
 /// A side of a map.
@@ -112,8 +110,9 @@ fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) ->
 }
 
 impl Map {
-    /// The map as the text of an SVG file.
-    pub fn svg(&self) -> super::Result<String> {
+    /// The map as a figure.
+    #[must_use]
+    pub fn draw(&self) -> Canvas {
         let axis_of_colours = Axis::linear(self.label.clone());
         let known =
             self.values.iter().flatten().copied().filter(|value| coordinate(&axis_of_colours, *value).is_some());
@@ -124,26 +123,27 @@ impl Map {
         let left = 36 + labels.max(24);
         let (top, height) = (TOP + height_of_heading, SIZE.1 + height_of_heading);
         let frame @ [_, _, right, bottom] = [left, top, SIZE.0 - RIGHT, height - BOTTOM];
-        super::svg((SIZE.0, height), |area| {
-            heading(area, left, &self.title, &self.subtitle)?;
-            self.draw_cells(area, frame, &scale)?;
-            let (xs, ys) = (self.x.borders(), self.y.borders());
-            let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
-            self.draw_level(area, &across, &up)?;
-            self.draw_numbers(area, &scale, &across, &up)?;
-            let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-            area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
-            let below = ticks(&self.x, &across, |label| width(label, 11) + 8);
-            let name = (&*self.x.label, ((left + right) / 2, bottom + 38));
-            axis(area, name, &below, false, |x| (across(x), fine(bottom)))?;
-            let beside = ticks(&self.y, &up, |_| 15);
-            axis(area, (&self.y.label, (14, (top + bottom) / 2)), &beside, true, |y| (fine(left), up(y)))?;
-            // Without a value there is nothing that the colours range over.
-            if shown.is_empty() { Ok(()) } else { self.draw_bar(area, frame, &scale) }
-        })
+        let mut canvas = Canvas::new((SIZE.0, height));
+        heading(&mut canvas, left, &self.title, &self.subtitle);
+        self.draw_cells(&mut canvas, frame, &scale);
+        let (xs, ys) = (self.x.borders(), self.y.borders());
+        let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
+        self.draw_level(&mut canvas, &across, &up);
+        self.draw_numbers(&mut canvas, &scale, &across, &up);
+        canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
+        let below = ticks(&self.x, &across, |label| width(label, 11) + 8);
+        let name = (&*self.x.label, ((left + right) / 2, bottom + 38));
+        axis(&mut canvas, name, &below, false, |x| (across(x), fine(bottom)));
+        let beside = ticks(&self.y, &up, |_| 15);
+        axis(&mut canvas, (&self.y.label, (14, (top + bottom) / 2)), &beside, true, |y| (fine(left), up(y)));
+        // Without a value there is nothing that the colours range over.
+        if !shown.is_empty() {
+            self.draw_bar(&mut canvas, frame, &scale);
+        }
+        canvas
     }
 
-    fn draw_cells(&self, area: &Area<'_>, [left, top, right, bottom]: Frame, scale: &Scale) -> super::Result<()> {
+    fn draw_cells(&self, canvas: &mut Canvas, [left, top, right, bottom]: Frame, scale: &Scale) {
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
         let cells = || {
@@ -158,26 +158,19 @@ impl Map {
                 Some(value) => {
                     let reach = [(low_x, high_y - 5), (high_x + 5, low_y)];
                     let reach = [(reach[0].0, reach[0].1.max(fine(top))), (reach[1].0.min(fine(right)), reach[1].1)];
-                    area.draw(&Rectangle::new(reach, color(scale.part(*value)).filled()))?;
+                    canvas.rectangle(reach, viridis(scale.part(*value)));
                 }
-                None => hatch(area, [(low_x, high_y), (high_x, low_y)])?,
+                None => hatch(canvas, [(low_x, high_y), (high_x, low_y)]),
             }
         }
         // Once more over what neighbours have drawn into them.
         for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
-            hatch(area, corners(borders))?;
+            hatch(canvas, corners(borders));
         }
-        Ok(())
     }
 
     /// Writes the numbers of all cells, if all fit; but none that the line of the level crosses.
-    fn draw_numbers(
-        &self,
-        area: &Area<'_>,
-        scale: &Scale,
-        across: &impl Fn(f64) -> i32,
-        up: &impl Fn(f64) -> i32,
-    ) -> super::Result<()> {
+    fn draw_numbers(&self, canvas: &mut Canvas, scale: &Scale, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let mut numbers = Vec::new();
         for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
@@ -188,14 +181,14 @@ impl Map {
                 let [left, right] = [x[0], x[1]].map(across);
                 let [bottom, top] = [y[0], y[1]].map(up);
                 if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
-                    return Ok(());
+                    return;
                 }
                 numbers.push((value, number, ((left + right) / 2, (top + bottom) / 2), half));
             }
         }
         let largest = numbers.iter().fold(0.0_f64, |largest, (value, ..)| largest.max(value.abs()));
         if !scale.factor.is_empty() || largest < 0.1 {
-            return Ok(());
+            return;
         }
         let line = self.level_line(across, up);
         for (value, number, middle, half) in numbers {
@@ -204,9 +197,8 @@ impl Map {
                 continue;
             }
             let shade = if scale.part(value) < 0.6 { WHITE } else { INK };
-            area.draw_text(&number, &centred(text(NUMBER, shade)), middle)?;
+            canvas.text(&number, text(NUMBER, shade).centred(), middle);
         }
-        Ok(())
     }
 
     /// The pieces of the level's line in coordinates of the file; none without a level.
@@ -216,69 +208,59 @@ impl Map {
     }
 
     /// The line of the level, in ink on white, so that it shows on every colour.
-    fn draw_level(&self, area: &Area<'_>, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> super::Result<()> {
+    fn draw_level(&self, canvas: &mut Canvas, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
         let pieces = self.level_line(across, up);
         for (color, tenths) in LINE {
             for piece in &pieces {
-                area.draw(&PathElement::new(piece.to_vec(), stroke(color, tenths)))?;
+                canvas.line(*piece, stroke(color, tenths));
             }
         }
-        Ok(())
     }
 
-    fn draw_bar(&self, area: &Area<'_>, [_, top, right, bottom]: Frame, scale: &Scale) -> super::Result<()> {
+    fn draw_bar(&self, canvas: &mut Canvas, [_, top, right, bottom]: Frame, scale: &Scale) {
         let (start, end) = (right + BAR.0, right + BAR.0 + BAR.1);
         let at = |part: f64| fine(bottom) - (part * f64::from(fine(bottom - top))).round() as i32;
         for shade in 0..SHADES {
             let [low, middle] = [0.0, 0.5].map(|half| (f64::from(shade) + half) / f64::from(SHADES));
             let corners = [(fine(start), fine(top)), (fine(end), at(low))];
-            area.draw(&Rectangle::new(corners, color(middle).filled()))?;
+            canvas.rectangle(corners, viridis(middle));
         }
-        let corners = [(start, top), (end, top), (end, bottom), (start, bottom), (start, top)];
-        area.draw(&PathElement::new(corners.map(|(x, y)| (fine(x), fine(y))), stroke(FAINT, 8)))?;
+        canvas.frame([(fine(start), fine(top)), (fine(end), fine(bottom))], stroke(FAINT, 8));
         let mut labels = 0;
         for (value, label) in &scale.ticks {
             let level = scale.place(*value, bottom, top);
-            area.draw(&PathElement::new([(fine(end), level), (fine(end + 4), level)], stroke(INK, 10)))?;
-            area.draw_text(label, &right_of(text(11, INK)), (fine(end + 7), level))?;
+            canvas.line([(fine(end), level), (fine(end + 4), level)], stroke(INK, 10));
+            canvas.text(label, text(11, INK).right(), (fine(end + 7), level));
             labels = labels.max(width(label, 11));
         }
         if let Some(level) = self.level.filter(|level| (0.0..=1.0).contains(&scale.part(*level))) {
             let level = scale.place(level, bottom, top);
             for (color, tenths) in LINE {
-                area.draw(&PathElement::new([(fine(start), level), (fine(end), level)], stroke(color, tenths)))?;
+                canvas.line([(fine(start), level), (fine(end), level)], stroke(color, tenths));
             }
         }
-        area.draw_text(&scale.factor, &right_of(text(11, INK)), (fine(start), fine(top - 12)))?;
+        canvas.text(&scale.factor, text(11, INK).right(), (fine(start), fine(top - 12)));
         let name = (end + 7 + labels + 16, (top + bottom) / 2);
-        let turned = centred(text(12, INK)).transform(plotters::style::FontTransform::Rotate270);
-        area.draw_text(&self.label, &turned, (fine(name.0), fine(name.1)))?;
-        Ok(())
+        canvas.text(&self.label, text(12, INK).centred().upwards(), (fine(name.0), fine(name.1)));
     }
 }
 
 /// Colours and widths in tenths of a pixel of the level's line, from the lowest to the highest.
-const LINE: [(RGBColor, i32); 2] = [(WHITE, 44), (INK, 20)];
-
-/// Of a part of the range, 0 to 1.
-fn color(part: f64) -> RGBColor {
-    ViridisRGB.get_color(part.clamp(0.0, 1.0))
-}
+const LINE: [(Color, i32); 2] = [(WHITE, 44), (INK, 20)];
 
 /// Fills a rectangle with lines.
-fn hatch(area: &Area<'_>, corners: [(i32, i32); 2]) -> super::Result<()> {
+fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
     let [(left, top), (right, bottom)] = corners;
-    area.draw(&Rectangle::new(corners, EMPTY.filled()))?;
+    canvas.rectangle(corners, EMPTY);
     let (wide, high) = (right - left, bottom - top);
     let mut offset = fine(HATCH) / 2;
     while offset < wide + high {
         // From the left or lower border to the upper or right one.
         let from = (left + (offset - high).max(0), top + offset.min(high));
         let to = (left + offset.min(wide), top + (offset - wide).max(0));
-        area.draw(&PathElement::new([from, to], stroke(FAINT, 8)))?;
+        canvas.line([from, to], stroke(FAINT, 8));
         offset += fine(HATCH);
     }
-    Ok(())
 }
 
 /// The pieces of the line on which a quantity, given row by row, has this level; linear between neighbours.
@@ -358,7 +340,7 @@ mod tests {
             map(&(0..300).map(f64::from).collect::<Vec<_>>(), &[1.0], vec![Some(0.5); 300]),
         ];
         for map in maps {
-            let text = map.svg().expect("a picture");
+            let text = map.draw().svg();
             assert!(text.trim_end().ends_with("</svg>") && !text.contains("NaN") && !text.contains("inf"), "{text}");
         }
     }

@@ -2,20 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use plotters::prelude::*;
-
-use super::{BLUE, GREY, INK, Marker, Pen, VERMILION};
+use super::{BLUE, Color, GREY, INK, Marker, Pen, VERMILION};
 
 /// Of Okabe and Ito, without their yellow, which white swallows.
-pub const COLORS: [RGBColor; 7] = [
-    BLUE,
-    VERMILION,
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    INK,
-];
+pub const COLORS: [Color; 7] =
+    [BLUE, VERMILION, Color(0, 158, 115), Color(204, 121, 167), Color(230, 159, 0), Color(86, 180, 233), INK];
 /// Corners and turns of the markers. Their number, that of the colours and that of the dashes have no common factor, so that no
 /// two curves look the same.
 const MARKERS: [(u32, f64); 5] = [(32, 0.0), (4, TAU / 8.0), (3, -TAU / 4.0), (4, 0.0), (3, TAU / 4.0)];

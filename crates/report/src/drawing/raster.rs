@@ -1,76 +1,143 @@
-//! Pictures as bitmaps: the text of an SVG file in, a PNG file out.
-//!
-//! The one font is part of the program, so that a machine without fonts draws the same bytes as any other. It is metrically
-//! equal to the Helvetica and Arial that the SVG asks for.
+//! A canvas as a bitmap, in a PNG file.
 
-use std::sync::{Arc, LazyLock};
+use tiny_skia::{FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Transform};
 
-use resvg::tiny_skia::{Color, Pixmap, Transform};
-use resvg::usvg::fontdb::{Database, Source};
-use resvg::usvg::{Options, Tree};
+use super::canvas::{Anchor, Canvas, FINE, Level, Point, Shape, TextStyle};
+use super::color::Color;
+use super::{font, png};
 
-/// Liberation Sans 2.1.5, under the SIL Open Font License (`assets/fonts/OFL.txt`).
-static FONT: &[u8] = include_bytes!("../../assets/fonts/LiberationSans-Regular.ttf");
-
-/// Pixels of the bitmap for one of the picture: about 200 dpi.
+/// Pixels of the bitmap per pixel of the figure: about 200 dpi.
 const SCALE: f32 = 2.0;
 
-/// Characters of drawings that the font lacks, and what looks like them.
-const SUBSTITUTES: [(char, char); 2] = [('⁻', 'ˉ'), ('⁰', '°')];
-
-static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
-    let mut fonts = Database::new();
-    fonts.load_font_source(Source::Binary(Arc::new(FONT)));
-    // All that a picture asks for.
-    fonts.set_sans_serif_family("Liberation Sans");
-    Arc::new(fonts)
-});
-
-/// A picture as a PNG file, twice as many pixels as the SVG has.
-pub fn png(svg: &str) -> super::Result<Vec<u8>> {
-    let mut text = svg.to_owned();
-    for (lacking, similar) in SUBSTITUTES {
-        text = text.replace(lacking, similar.encode_utf8(&mut [0; 4]));
+impl Canvas {
+    /// The figure as a PNG file, with twice as many pixels across and down as the SVG file has.
+    ///
+    /// # Panics
+    /// If the figure has no pixels, or more than memory holds.
+    #[must_use]
+    pub fn png(&self) -> Vec<u8> {
+        let (width, height) = self.size();
+        let [width, height] = [width, height].map(|pixels| (pixels as f32 * SCALE) as u32);
+        let mut pixels = Pixmap::new(width, height).expect("a figure has some pixels, and no more than memory holds");
+        for shape in self.shapes() {
+            draw(&mut pixels, shape);
+        }
+        png::encode(width, height, pixels.data())
     }
-    let options =
-        Options { fontdb: Arc::clone(&FONTS), font_family: "Liberation Sans".to_owned(), ..Options::default() };
-    let tree = Tree::from_str(&text, &options)?;
-    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the picture has no size")?;
-    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the picture is too large")?;
-    pixels.fill(Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    Ok(pixels.encode_png()?)
+}
+
+/// From coordinates to pixels of the bitmap.
+fn scale() -> Transform {
+    Transform::from_scale(SCALE / FINE as f32, SCALE / FINE as f32)
+}
+
+fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
+    let mut color = tiny_skia::Color::from_rgba8(red, green, blue, u8::MAX);
+    color.set_alpha(opacity as f32);
+    let mut paint = Paint::default();
+    paint.set_color(color);
+    paint
+}
+
+fn draw(pixels: &mut Pixmap, shape: &Shape) {
+    let mut fill = |path: Option<Path>, paint: &Paint<'_>, transform| {
+        // Without a path there is nothing to fill.
+        if let Some(path) = path {
+            pixels.fill_path(&path, paint, FillRule::Winding, transform, None);
+        }
+    };
+    match shape {
+        Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
+            let [left, top, right, bottom] = [left, top, right, bottom].map(|&coordinate| coordinate as f32);
+            let path = Rect::from_ltrb(left, top, right, bottom).map(PathBuilder::from_rect);
+            fill(path, &paint(*color, 1.0), scale());
+        }
+        Shape::Polygon { points, fill: color, opacity } => {
+            fill(polyline(points, true), &paint(*color, *opacity), scale())
+        }
+        Shape::Circle { centre: (x, y), radius, fill: color } => {
+            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), &paint(*color, 1.0), scale());
+        }
+        Shape::Line { points, stroke } => {
+            let look = tiny_skia::Stroke { width: stroke.width as f32, line_cap: LineCap::Butt, ..Default::default() };
+            if let Some(path) = polyline(points, false) {
+                pixels.stroke_path(&path, &paint(stroke.color, 1.0), &look, scale(), None);
+            }
+        }
+        Shape::Text { text, style, at } => {
+            let (path, turn) = outline(text, style, *at);
+            fill(path, &paint(style.color, 1.0), scale().pre_concat(turn));
+        }
+    }
+}
+
+/// The points joined by straight lines.
+fn polyline(points: &[Point], closed: bool) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    for (index, &(x, y)) in points.iter().enumerate() {
+        let (x, y) = (x as f32, y as f32);
+        if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+    }
+    if closed {
+        path.close();
+    }
+    path.finish()
+}
+
+/// The outlines of a text before it is turned, and how it is turned.
+fn outline(text: &str, style: &TextStyle, (x, y): Point) -> (Option<Path>, Transform) {
+    let (x, y) = (x as f32, y as f32);
+    let size = style.size as f32;
+    let start = match style.anchor {
+        Anchor::Start => x,
+        Anchor::Middle => x - font::length(text, style.size) / 2.0,
+        Anchor::End => x - font::length(text, style.size),
+    };
+    // As the `dy` of the SVG file says, where a height of an x is half the font size.
+    let baseline = match style.level {
+        Level::Top => y + 0.76 * size,
+        Level::Middle => y + 0.25 * size,
+    };
+    let mut path = PathBuilder::new();
+    font::outline(&mut path, text, style.size, (start, baseline));
+    let turn = if style.upwards { Transform::from_rotate_at(270.0, x, y) } else { Transform::identity() };
+    (path.finish(), turn)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::canvas::text;
+    use super::super::color::INK;
     use super::*;
 
-    /// A picture of one word.
-    fn picture(word: &str) -> Vec<u8> {
-        let svg = super::super::svg((60, 20), |area| {
-            area.draw_text(word, &super::super::text(12, super::super::INK), (0, 0))?;
-            Ok(())
-        });
-        png(&svg.expect("a picture")).expect("a bitmap")
+    /// A figure of one word.
+    fn figure(word: &str) -> Vec<u8> {
+        let mut canvas = Canvas::new((60, 20));
+        canvas.text(word, text(12, INK), (0, 0));
+        canvas.png()
     }
 
     #[test]
     fn bitmaps_have_twice_the_pixels_and_the_same_bytes() {
-        let bytes = picture("F_n");
+        let bytes = figure("F_n");
         assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
         assert_eq!([&bytes[16..20], &bytes[20..24]], [&120_u32.to_be_bytes()[..], &40_u32.to_be_bytes()[..]]);
-        assert_eq!(bytes, picture("F_n"));
+        assert_eq!(bytes, figure("F_n"));
     }
 
     #[test]
-    fn every_character_of_the_drawings_has_a_glyph() {
+    fn every_character_of_the_figures_is_drawn() {
         // What the font lacks is drawn as a box.
-        let boxed = picture("\u{10FFFD}");
+        let boxed = figure("\u{10FFFD}");
         for character in "abcxyzABCXYZ0123456789()=+,._/·×±−–½²³¹⁴⁵⁶⁷⁸⁹⁻⁰εωφµρχζΩθ√≈≤≥…".chars()
         {
-            let drawn = picture(&character.to_string());
-            assert!(drawn != boxed && drawn != picture(""), "{character}");
+            let drawn = figure(&character.to_string());
+            assert!(drawn != boxed && drawn != figure(""), "{character}");
         }
+    }
+
+    #[test]
+    fn a_subscript_is_not_on_the_baseline() {
+        assert_ne!(figure("F_n"), figure("Fn"));
     }
 }

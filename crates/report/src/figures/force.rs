@@ -1,7 +1,6 @@
 //! The tool force with what is known of its uncertainty: bands, measured points, and what the scatter comes from.
 
 use super::{Family, Picture, Sides, View, selection};
-use crate::drawing;
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::scale::Axis;
 use bristle_study::measured::{Measurement, Simulated, same, tool_force};
@@ -24,16 +23,16 @@ struct Banded {
 
 impl View<'_> {
     /// The tool's force where filaments scatter; none where it does not vary along this side.
-    pub(super) fn scatter(&self, family: Family) -> drawing::Result<Option<Picture>> {
+    pub(super) fn scatter(&self, family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
-            return Ok(None);
+            return None;
         }
         let levels: Vec<f64> =
             spread(of.values.len(), MAX_SCATTERED).into_iter().map(|index| of.values[index]).collect();
         let Banded { curves, has_gaps } = self.banded(sides, &levels, "");
         if curves.iter().all(|curve| curve.look != Look::Band || curve.points.is_empty()) {
-            return Ok(None);
+            return None;
         }
         let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let diagram = Diagram {
@@ -44,14 +43,14 @@ impl View<'_> {
             curves,
         };
         let name = format!("scatter_over_{}{}", over.word(), self.slice.suffix());
-        Ok(Some(Picture { name, svg: diagram.svg()? }))
+        Some(Picture { name, canvas: diagram.draw() })
     }
 
     /// First-order Sobol indices along the first side, at the middle value of the other.
-    pub(super) fn sobol(&self) -> drawing::Result<Option<Picture>> {
+    pub(super) fn sobol(&self) -> Option<Picture> {
         let Slice { x, y, .. } = self.slice;
         if !x.varies() {
-            return Ok(None);
+            return None;
         }
         let row = (y.values.len() - 1) / 2;
         let indices = |column: usize| {
@@ -74,7 +73,7 @@ impl View<'_> {
         }
         add("not attributed", &|indices| (1.0 - indices.iter().sum::<f64>()).max(0.0));
         if known.iter().all(Option::is_none) {
-            return Ok(None);
+            return None;
         }
         let at = equation(y.parameter, y.values[row]);
         let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
@@ -87,14 +86,14 @@ impl View<'_> {
             curves,
         };
         let name = format!("sobol_over_{}{}", x.word(), self.slice.suffix());
-        Ok(Some(Picture { name, svg: diagram.svg()? }))
+        Some(Picture { name, canvas: diagram.draw() })
     }
 
     /// The tool's force beside measured points; none where the study has no curve.
-    pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> drawing::Result<Option<Picture>> {
+    pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
-            return Ok(None);
+            return None;
         }
         let place = |point: &Measurement| match family {
             Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
@@ -107,7 +106,7 @@ impl View<'_> {
         levels.sort_by(f64::total_cmp);
         levels.dedup_by(|next, first| same(*next, *first));
         if levels.is_empty() {
-            return Ok(None);
+            return None;
         }
         let total = levels.len();
         let levels: Vec<f64> = spread(total, MAX_MEASURED).into_iter().map(|index| levels[index]).collect();
@@ -136,7 +135,7 @@ impl View<'_> {
             curves,
         };
         let name = format!("measured_over_{}{}", over.word(), self.slice.suffix());
-        Ok(Some(Picture { name, svg: diagram.svg()? }))
+        Some(Picture { name, canvas: diagram.draw() })
     }
 
     /// What the bands are.

@@ -1,13 +1,12 @@
 //! The pictures of results: a study's metrics over its settings, measured forces beside them, one contact over time.
 //!
-//! Results in, named pictures as SVG out ([`drawing::raster`] makes bitmaps of them). They show what
-//! Uhlmann and Hoyer (2021) show in their figures 3 to 7.
+//! Results in, named figures out. They show what Uhlmann and Hoyer (2021) show in their figures 3 to 7.
 
 use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of};
 use crate::drawing::map::{self, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
-use crate::drawing::{self, Area, BLUE, GREY, Pen, VERMILION, centred, fine, stroke, text};
+use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
@@ -17,7 +16,6 @@ use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, equation, process_slices, telling_slices};
 use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
-use plotters::prelude::*;
 
 mod force;
 
@@ -29,16 +27,16 @@ const MAX_CURVES: usize = 7;
 const MAX_CELLS: usize = 200;
 
 /// A picture with the name of its file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Name without ending.
     pub name: String,
-    /// Text of the SVG file.
-    pub svg: String,
+    /// What it shows, to be written as SVG or PNG.
+    pub canvas: Canvas,
 }
 
 /// The pictures of a study.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pictures {
     /// In the order of the paper.
     pub pictures: Vec<Picture>,
@@ -140,7 +138,7 @@ const QUANTITIES: [Quantity; 5] = [
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each
 /// of their values, but not for more than four, with the value at the end of the name.
-pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> drawing::Result<Pictures> {
+pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
@@ -148,20 +146,20 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
         for quantity in &QUANTITIES {
             if is_map {
-                pictures.push(view.map(quantity)?);
+                pictures.push(view.map(quantity));
             }
             let families = if is_map { quantity.families } else { &[Family::OverX] };
             for family in families {
-                pictures.push(view.curves(quantity, *family)?);
+                pictures.push(view.curves(quantity, *family));
             }
         }
     }
     if study.scatters() {
         for slice in &slices.chosen {
             let view = View { study, results, slice };
-            pictures.extend(view.scatter(Family::OverX)?);
-            pictures.extend(view.scatter(Family::OverY)?);
-            pictures.extend(view.sobol()?);
+            pictures.extend(view.scatter(Family::OverX));
+            pictures.extend(view.scatter(Family::OverY));
+            pictures.extend(view.sobol());
         }
     }
     let mut note = String::new();
@@ -174,11 +172,11 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         for slice in &process_slices(study, MAX_SLICES).chosen {
             let view = View { study, results, slice };
             for family in [Family::OverX, Family::OverY] {
-                pictures.extend(view.measured(measured, family)?);
+                pictures.extend(view.measured(measured, family));
             }
         }
     }
-    Ok(Pictures { pictures, note })
+    Pictures { pictures, note }
 }
 
 /// Whether a picture of this name is one that [`study_figures`] can make.
@@ -249,7 +247,7 @@ impl View<'_> {
         }
     }
 
-    fn map(&self, quantity: &Quantity) -> drawing::Result<Picture> {
+    fn map(&self, quantity: &Quantity) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
         let side = |side: &Side, shown: &[usize]| {
@@ -280,10 +278,10 @@ impl View<'_> {
             range: quantity.range,
             level: level.map(|(level, _)| level),
         };
-        Ok(Picture { name: format!("{}_map{}", quantity.name, self.slice.suffix()), svg: map.svg()? })
+        Picture { name: format!("{}_map{}", quantity.name, self.slice.suffix()), canvas: map.draw() }
     }
 
-    fn curves(&self, quantity: &Quantity, family: Family) -> drawing::Result<Picture> {
+    fn curves(&self, quantity: &Quantity, family: Family) -> Picture {
         let Sides { over, of, .. } = self.sides(family);
         let value = |along: usize, member: usize| match family {
             Family::OverX => self.value(quantity, along, member),
@@ -307,7 +305,7 @@ impl View<'_> {
             curves,
         };
         let name = format!("{}_over_{}{}", quantity.name, over.word(), self.slice.suffix());
-        Ok(Picture { name, svg: diagram.svg()? })
+        Picture { name, canvas: diagram.draw() }
     }
 }
 
@@ -322,10 +320,10 @@ const HISTORY_TOP: i32 = 68;
 const PANEL: i32 = 190;
 const BETWEEN: i32 = 26;
 /// Colour of the times in contact.
-const CONTACT: RGBColor = RGBColor(225, 232, 240);
+const CONTACT: Color = Color(225, 232, 240);
 
 /// The picture of one contact over time: force and tip deflection (the paper's Fig. 3), named `history`.
-pub fn history_figure(settings: &Settings, history: &[Sample]) -> drawing::Result<Picture> {
+pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
     let times = || history.iter().map(|sample| milliseconds(sample.time_s));
@@ -341,47 +339,41 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> drawing::Resul
     let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
     let settings = settings
         .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
-    let svg = drawing::svg(HISTORY, |area| {
-        let title = format!("One contact: {}", settings.join(", "));
-        heading(area, left, &title, "shaded: in contact; dashed: nominal entry and exit of the undeformed filament")?;
-        for (row, (scale, points, color)) in (0..).zip(&panels) {
-            let top = HISTORY_TOP + row * (PANEL + BETWEEN);
-            let frame = [left, top, right, top + PANEL];
-            draw_contact(area, &x, &forces, frame)?;
-            let last = row + 1 == panels.len() as i32;
-            let mut x = x.clone();
-            if !last {
-                x.axis.label = "".into();
-                x.ticks.iter_mut().for_each(|(_, label)| label.clear());
-            }
-            draw_axes(area, [&x, scale], frame)?;
-            for (time, name) in [(entry, "entry"), (exit, "exit")] {
-                if (0.0..=1.0).contains(&x.part(time)) {
-                    let at = x.place(time, left, right);
-                    let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
-                    line.line(area, &[(at, fine(top)), (at, fine(top + PANEL))])?;
-                    if row == 0 {
-                        area.draw_text(name, &centred(text(11, GREY)), (at, fine(top - 8)))?;
-                    }
+    let mut canvas = Canvas::new(HISTORY);
+    let title = format!("One contact: {}", settings.join(", "));
+    let subtitle = "shaded: in contact; dashed: nominal entry and exit of the undeformed filament";
+    heading(&mut canvas, left, &title, subtitle);
+    for (row, (scale, points, color)) in (0..).zip(&panels) {
+        let top = HISTORY_TOP + row * (PANEL + BETWEEN);
+        let frame = [left, top, right, top + PANEL];
+        draw_contact(&mut canvas, &x, &forces, frame);
+        let last = row + 1 == panels.len() as i32;
+        let mut x = x.clone();
+        if !last {
+            x.axis.label = "".into();
+            x.ticks.iter_mut().for_each(|(_, label)| label.clear());
+        }
+        draw_axes(&mut canvas, [&x, scale], frame);
+        for (time, name) in [(entry, "entry"), (exit, "exit")] {
+            if (0.0..=1.0).contains(&x.part(time)) {
+                let at = x.place(time, left, right);
+                let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
+                line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + PANEL))]);
+                if row == 0 {
+                    canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
                 }
             }
-            let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + PANEL, top)));
-            let mut line: Vec<(i32, i32)> = places.collect();
-            line.dedup();
-            area.draw(&PathElement::new(line, stroke(*color, 14)))?;
         }
-        Ok(())
-    })?;
-    Ok(Picture { name: "history".to_owned(), svg })
+        let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + PANEL, top)));
+        let mut line: Vec<Point> = places.collect();
+        line.dedup();
+        canvas.line(line, stroke(*color, 14));
+    }
+    Picture { name: "history".to_owned(), canvas }
 }
 
 /// Marks the times with a force.
-fn draw_contact(
-    area: &Area<'_>,
-    x: &Scale,
-    forces: &[(f64, f64)],
-    [left, top, right, bottom]: [i32; 4],
-) -> drawing::Result<()> {
+fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, top, right, bottom]: [i32; 4]) {
     let mut marked: Vec<(i32, i32)> = Vec::new();
     for pair in forces.windows(2).filter(|pair| pair.iter().any(|(_, force)| *force > 0.0)) {
         let [from, to] = [pair[0].0, pair[1].0].map(|time| x.place(time, left, right));
@@ -392,9 +384,8 @@ fn draw_contact(
         }
     }
     for (from, to) in marked {
-        area.draw(&Rectangle::new([(from, fine(top)), (to, fine(bottom))], CONTACT.filled()))?;
+        canvas.rectangle([(from, fine(top)), (to, fine(bottom))], CONTACT);
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -440,10 +431,11 @@ mod tests {
             // As simulated, with one failed case, and with failed cases only.
             for failed in [0, 1, results.len()] {
                 results.iter_mut().take(failed).for_each(|result| *result = Err("failed".to_owned()));
-                let pictures = study_figures(&study, &results, &measured).expect("pictures");
-                let again = study_figures(&study, &results, &measured).expect("pictures");
+                let pictures = study_figures(&study, &results, &measured);
+                let again = study_figures(&study, &results, &measured);
                 assert_eq!(pictures, again);
-                for Picture { name, svg } in &pictures.pictures {
+                for Picture { name, canvas } in &pictures.pictures {
+                    let svg = canvas.svg();
                     assert!(is_of_study(name), "{name}");
                     assert!(
                         svg.trim_end().ends_with("</svg>") && !svg.contains("NaN") && !svg.contains("inf"),
@@ -461,7 +453,7 @@ mod tests {
     #[test]
     fn one_case_has_no_picture() {
         let (study, results) = study("brushing_velocity_m_s = [10.0]");
-        let pictures = study_figures(&study, &results, &[]).expect("pictures");
+        let pictures = study_figures(&study, &results, &[]);
         assert!(pictures.pictures.is_empty() && !pictures.note.is_empty());
     }
 
@@ -470,12 +462,15 @@ mod tests {
         let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
-        let pictures = study_figures(&study, &results, &[]).expect("pictures");
+        let pictures = study_figures(&study, &results, &[]);
         assert_eq!(pictures.pictures.len(), 11);
-        let find = |name: &str| pictures.pictures.iter().find(|picture| picture.name == name).expect(name);
-        assert!(find("impulse_over_depth").svg.contains("7 of 9 values of v_b"));
-        assert!(!find("impulse_over_velocity").svg.contains("values of"));
-        assert!(find("tool_force_map").svg.contains("N_f = 10500 ± 600: all values ± 5.7 %"));
+        let find = |name: &str| {
+            let picture = pictures.pictures.iter().find(|picture| picture.name == name);
+            picture.expect(name).canvas.svg()
+        };
+        assert!(find("impulse_over_depth").contains("7 of 9 values of v<tspan"));
+        assert!(!find("impulse_over_velocity").contains("values of"));
+        assert!(find("tool_force_map").contains("> = 10500 ± 600: all values ± 5.7 %"));
     }
 
     #[test]
@@ -490,9 +485,9 @@ mod tests {
         let settings = study.settings(0);
         for samples in [2, 3, 300] {
             let history = simulate_with_history(&settings, samples).expect("a pass").history;
-            let svg = history_figure(&settings, &history).expect("a picture").svg;
-            assert!(!svg.contains("NaN") && svg.contains("F_n in N") && svg.contains("s_n in mm"));
+            let svg = history_figure(&settings, &history).canvas.svg();
+            assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
         }
-        history_figure(&settings, &[]).expect("an empty picture");
+        assert!(history_figure(&settings, &[]).canvas.svg().contains("One contact"));
     }
 }

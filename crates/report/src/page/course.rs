@@ -1,10 +1,11 @@
 //! The course of a contact over time, as the page draws it: curves, and the filament's shapes.
 //!
-//! A study keeps no courses, so the cases that the page shows one of are simulated once more. Each is packed as soon as it
-//! is there, into two bytes a number.
+//! A [`Recorder`] takes courses while a study is simulated. Results that are read from a file have none, so those cases that
+//! the page shows one of are simulated once more. Each course is packed at once, into two bytes a number.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 use std::{io, thread};
 
 use base64::Engine;
@@ -14,7 +15,7 @@ use serde::Serialize;
 use super::Selection;
 use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 use bristle_study::study::{CaseResult, Study};
 
@@ -22,7 +23,7 @@ use bristle_study::study::{CaseResult, Study};
 pub const MAX_COURSES: usize = 120;
 
 /// What is read off each pass: enough for curves 600 pixels wide, and for motion without jumps.
-const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false };
+const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, alongside: true };
 /// Most points of a shape; of longer chains a selection is drawn.
 const MAX_POINTS: usize = 26;
 
@@ -140,64 +141,106 @@ impl Packed {
     }
 }
 
-/// Simulates the cases of `study` that the page shows a course of, at most [`MAX_COURSES`], evenly spread over the grid.
-///
-/// Cases that have failed by `results`, or do now, have no course. Without a number there are as many threads as cores;
-/// it changes nothing.
-///
-/// # Errors
-/// If the threads cannot be started.
-pub fn record(study: &Study, results: &[CaseResult], threads: Option<NonZeroUsize>) -> io::Result<Vec<Course>> {
-    let mut queue: Vec<(Kind, f64, usize)> = Selection::with_course(study)
-        .cases
-        .into_iter()
-        .filter(|&case| results[case].is_ok())
-        .map(|case| {
-            let settings = study.settings(case);
-            let [_, _, duration] = Pass::new(&settings).times();
-            (Kind::of(&settings), duration, case)
-        })
-        .collect();
-    // Taken from the end: kind by kind, and the longest passes first, so that threads end at the same time.
-    queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
-    let count = queue.len();
-    let (queue, courses) = (Mutex::new(queue), Mutex::new(Vec::with_capacity(count)));
-    let work = || {
-        let take = |kind: Option<Kind>| {
-            let mut queue = queue.lock().expect("nothing panics with the queue in hand");
-            let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-            Some(Case { number, settings: study.settings(number) })
-        };
-        sample_side_by_side(SAMPLING, take, |number, result| {
-            if let Ok(simulation) = result {
-                let course = Course::new(number, &study.settings(number), &simulation);
-                courses.lock().expect("nothing panics with the courses in hand").push(course);
-            }
-        });
-    };
-    let threads = match threads {
-        Some(threads) => threads.get(),
-        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
-    };
-    thread::scope(|scope| {
-        for _ in 1..threads.min(count) {
-            thread::Builder::new().spawn_scoped(scope, work)?;
+/// Records the courses of a study, at most [`MAX_COURSES`], evenly spread over the grid.
+#[derive(Debug)]
+pub struct Recorder<'a> {
+    study: &'a Study,
+    courses: Mutex<Vec<Course>>,
+}
+
+impl<'a> Recorder<'a> {
+    /// A recorder without a course.
+    #[must_use]
+    pub fn new(study: &'a Study) -> Self {
+        Self { study, courses: Mutex::default() }
+    }
+
+    /// What each pass of the study is to be sampled for, so that [`Recorder::take`] has what it needs: nothing where many
+    /// more passes are simulated than courses shown, since that would cost more than simulating some of them again.
+    #[must_use]
+    pub fn sampling(&self) -> Sampling {
+        let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
+        if all { SAMPLING } else { Sampling::default() }
+    }
+
+    /// Records a case, counted from 0, if its pass was sampled.
+    ///
+    /// # Panics
+    /// If the study has no such case.
+    pub fn take(&self, case: usize, pass: &Simulation) {
+        // Samples that are not finite were left out.
+        if !pass.history.is_empty() {
+            let course = Course::new(case, &self.study.settings(case), pass);
+            self.courses().push(course);
         }
-        work();
-        Ok::<_, io::Error>(())
-    })?;
-    let mut courses = courses.into_inner().expect("nothing panics with the courses in hand");
-    courses.sort_unstable_by_key(Course::case);
-    Ok(courses)
+    }
+
+    fn courses(&self) -> MutexGuard<'_, Vec<Course>> {
+        self.courses.lock().expect("nothing panics with the courses in hand")
+    }
+
+    /// Simulates those cases once more that the page shows a course of and that were not recorded, and returns all courses.
+    ///
+    /// Cases that have failed by `results`, or do now, have no course. Without a number there are as many threads as cores.
+    /// Neither the threads nor what was recorded before change a course.
+    ///
+    /// # Errors
+    /// If the threads cannot be started.
+    pub fn finish(self, results: &[CaseResult], threads: Option<NonZeroUsize>) -> io::Result<Vec<Course>> {
+        let study = self.study;
+        let recorded: BTreeSet<usize> = self.courses().iter().map(Course::case).collect();
+        let mut queue: Vec<(Kind, f64, usize)> = Selection::with_course(study)
+            .cases
+            .into_iter()
+            .filter(|case| results[*case].is_ok() && !recorded.contains(case))
+            .map(|case| {
+                let settings = study.settings(case);
+                let [_, _, duration] = Pass::new(&settings).times();
+                (Kind::of(&settings), duration, case)
+            })
+            .collect();
+        // Taken from the end: kind by kind, and the longest passes first, so that threads end at the same time.
+        queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
+        let count = queue.len();
+        let queue = Mutex::new(queue);
+        let work = || {
+            let take = |kind: Option<Kind>| {
+                let mut queue = queue.lock().expect("nothing panics with the queue in hand");
+                let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
+                Some(Job::new(number, &study.settings(number)))
+            };
+            sample_side_by_side(SAMPLING, take, |number, result| {
+                if let Ok(simulation) = result {
+                    self.take(number, &simulation);
+                }
+            });
+        };
+        let threads = match threads {
+            Some(threads) => threads.get(),
+            None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        };
+        thread::scope(|scope| {
+            for _ in 1..threads.min(count) {
+                thread::Builder::new().spawn_scoped(scope, work)?;
+            }
+            work();
+            Ok::<_, io::Error>(())
+        })?;
+        let mut courses = self.courses.into_inner().expect("nothing panics with the courses in hand");
+        courses.sort_unstable_by_key(Course::case);
+        Ok(courses)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
     use bristle::model::parameters::Parameter;
     use bristle::simulation::{simulate, simulate_with};
     use bristle_study::document::Document;
-    use bristle_study::study::{Sweep, VELOCITY, run_study};
+    use bristle_study::study::{Sweep, VELOCITY, complete_study_sampled, run_study};
 
     fn settings() -> Settings {
         let text = include_str!("../../../../examples/zirconia.toml");
@@ -255,12 +298,48 @@ mod tests {
         let study =
             Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
         let results = run_study(&study, None, || {}).expect("the threads start");
-        let courses = record(&study, &results, None).expect("the threads start");
+        let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
         let alone = (0..3).map(|case| {
             let settings = study.settings(case);
             Course::new(case, &settings, &simulate_with(&settings, SAMPLING).expect("the pass ends"))
         });
         assert!(courses == alone.collect::<Vec<_>>());
+    }
+
+    /// Sampling must not change results, and what was recorded in a study must be what a page made later shows.
+    #[test]
+    fn courses_recorded_in_the_study_change_nothing() {
+        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
+        let study =
+            Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
+        let recorder = Recorder::new(&study);
+        let mut results = vec![None; study.case_count()];
+        // As after a resume: the first case is not simulated, so its course has to be made later.
+        let alone = run_study(&study, None, || {}).expect("the threads start");
+        results[0] = Some(alone[0].clone());
+        let take = |case, pass: &Simulation| recorder.take(case, pass);
+        let go_on = |_, _: &CaseResult| ControlFlow::Continue(());
+        complete_study_sampled(&study, None, &mut results, recorder.sampling(), take, go_on)
+            .expect("the threads start");
+        assert_eq!(recorder.courses().len(), 2);
+        let results: Vec<CaseResult> = results.into_iter().map(|result| result.expect("every case is done")).collect();
+        assert!(results == alone, "metrics and statistics have the same bits");
+        let recorded = recorder.finish(&results, None).expect("the threads start");
+        assert!(recorded == Recorder::new(&study).finish(&results, None).expect("the threads start"));
+    }
+
+    /// The dissipated energy that courses integrate less exactly cannot be told from the exact one in a drawing.
+    #[test]
+    fn energies_alongside_are_those_of_a_history() {
+        let settings = settings();
+        let exact = simulate_with(&settings, Sampling { alongside: false, ..SAMPLING }).expect("the pass ends");
+        let alongside = simulate_with(&settings, SAMPLING).expect("the pass ends");
+        let taken = |simulation: &Simulation| simulation.history.last().expect("samples").dissipated_energy_j;
+        for (exact_sample, sample) in exact.history.iter().zip(&alongside.history) {
+            let difference = (exact_sample.dissipated_energy_j - sample.dissipated_energy_j).abs();
+            assert!(difference < 1e-5 * taken(&exact), "{difference} J at {} s", sample.time_s);
+        }
+        assert_eq!(alongside.metrics, simulate(&settings).expect("the pass ends").metrics);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `report.html`: a study as one page that needs nothing else, to look through in a browser.
 //!
-//! Enter a study, its results, and the courses of some cases ([`record`]); leaves the text of the page. The data stand in
+//! Enter a study, its results, and the courses of some cases ([`Recorder`]); leaves the text of the page. The data stand in
 //! it as JSON; `script.js` and its neighbours draw them, `style.css` says how they look. The same study gives the same
 //! bytes: no date and no duration is in them.
 
@@ -16,7 +16,7 @@ use bristle_study::study::{CaseResult, CaseSummary, Study};
 mod course;
 mod legend;
 
-pub use course::{Course, MAX_COURSES, record};
+pub use course::{Course, MAX_COURSES, Recorder};
 
 use legend::{QUANTITIES, Quantity, SCATTER, STATISTICS, SettingLegend};
 

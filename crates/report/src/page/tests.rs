@@ -116,7 +116,7 @@ fn the_same_study_gives_the_same_bytes() {
     let study = grid(3, 2);
     let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
     let pages = [1, 2].map(|threads| {
-        let courses = record(&study, &results, NonZeroUsize::new(threads)).expect("the threads start");
+        let courses = Recorder::new(&study).finish(&results, NonZeroUsize::new(threads)).expect("the threads start");
         assert_eq!(courses.len(), 6);
         page("study.toml", &study, &results, &courses)
     });
@@ -128,7 +128,7 @@ fn failed_cases_are_shown_as_such() {
     let study = grid(3, 2);
     let mut results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
     results[4] = Err("it stopped".to_owned());
-    let courses = record(&study, &results, None).expect("the threads start");
+    let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
     let data = data_in(&page("study.toml", &study, &results, &courses));
     assert_eq!(data["failed"], 1);
     assert_eq!(data["errors"], json!([[4, "it stopped"]]));
@@ -152,7 +152,7 @@ fn large_studies_stay_small_pages() {
         ("solver.relative_tolerance", 1, 1e-2..2e-2),
     ]);
     let results = made_up(study.case_count());
-    let courses = record(&study, &results, None).expect("the threads start");
+    let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
     assert!((100..=MAX_COURSES).contains(&courses.len()));
     let page = page("study.toml", &study, &results, &courses);
     assert!(page.len() < 10_000_000, "{} bytes", page.len());

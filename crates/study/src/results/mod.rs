@@ -15,9 +15,12 @@ pub use tables::{
 
 #[cfg(test)]
 mod tests {
+    use bristle::equations::FINGERPRINT;
+
+    use super::data::AGAIN;
     use super::*;
     use crate::document::Document;
-    use crate::study::run_study;
+    use crate::study::{CaseResult, Study, run_study};
     use crate::testing::brush;
     use bristle::simulation::simulate_with_history;
 

@@ -7,15 +7,24 @@ mod scheduler;
 mod sweep;
 
 pub use grid::{Study, StudyError};
-pub use scheduler::{CaseResult, CaseSummary, complete_study, run_study};
+pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study};
 pub use sweep::{DEPTH, MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, VELOCITY};
 
 pub(crate) use sweep::SweepText;
 
 #[cfg(test)]
 mod tests {
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
+    use bristle::integrate::Statistics;
+    use bristle::model::metrics::Metrics;
+    use bristle::model::parameters::Parameter;
+    use bristle::model::settings::Settings;
+    use bristle::simulation::{Job, Kind, Simulation};
+
+    use super::scheduler::{complete_cases, in_order_of_work};
     use super::*;
     use crate::document::Document;
     use crate::testing::brush;
@@ -111,10 +120,10 @@ mod tests {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
         let done = AtomicUsize::new(0);
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
                         report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Case { number, settings }) = take(None) {
-                let velocity = settings.process.brushing_velocity_m_s;
+            while let Some(Job { number, pass }) = take(None) {
+                let velocity = pass.nominal().brushing_velocity;
                 report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
             }
         };
@@ -138,11 +147,11 @@ mod tests {
     fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Case>,
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
                         report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Case { number, settings }) = take(None) {
+            while let Some(Job { number, pass }) = take(None) {
                 assert!(number >= 5, "the first five have results");
-                report(number, Ok(simulation(settings.process.brushing_velocity_m_s)));
+                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
             }
         };
         let mut results = vec![None; 20];

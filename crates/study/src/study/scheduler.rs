@@ -12,7 +12,7 @@ use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Case, Kind, Pass, Simulation, SimulationError, simulate_side_by_side};
+use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
@@ -70,15 +70,47 @@ pub fn complete_study(
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    complete_cases(study, threads, results, on_case_done, simulate_taken)
+    complete_study_sampled(study, threads, results, Sampling::default(), |_, _| {}, on_case_done)
 }
 
-/// [`simulate_side_by_side`], compiled here once, and not again for whoever calls this module.
-fn simulate_taken(
-    take: &dyn Fn(Option<Kind>) -> Option<Case>,
+/// [`complete_study`], with what `sampling` asks for of each pass.
+///
+/// `on_pass` is handed the pass of each case with the case's number, but neither those of sampled tools nor one that
+/// failed, before `on_case_done` is told of the case. Results have the bits of [`complete_study`] if `sampling` is
+/// [`alongside`](Sampling::alongside).
+///
+/// # Errors
+/// As [`complete_study`].
+///
+/// # Panics
+/// As [`complete_study`].
+pub fn complete_study_sampled(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    sampling: Sampling,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    complete_cases(study, threads, results, on_case_done, |take, done| {
+        sample_taken(sampling, take, &|number, result| {
+            if let Ok(simulation) = &result
+                && number < study.case_count()
+            {
+                on_pass(number, simulation);
+            }
+            done(number, result);
+        });
+    })
+}
+
+/// [`sample_side_by_side`], compiled here once, and not again for whoever calls this module.
+fn sample_taken(
+    sampling: Sampling,
+    take: &dyn Fn(Option<Kind>) -> Option<Job>,
     done: &dyn Fn(usize, Result<Simulation, SimulationError>),
 ) {
-    simulate_side_by_side(take, done);
+    sample_side_by_side(sampling, take, done);
 }
 
 /// The passes that are still to be simulated, and those that are.
@@ -88,7 +120,7 @@ struct Queue {
     /// The case begun last, with its kind, as long as it has passes that have not been given out.
     current: Option<(Kind, usize)>,
     begun: BTreeMap<usize, BegunCase>,
-    /// Case and run of each pass that is being simulated, by the number that it was given out under.
+    /// Job and run of each pass that is being simulated, by the number that it was given out under.
     running: BTreeMap<usize, (usize, Run)>,
     /// How many passes of sampled tools have been given out.
     tools: usize,
@@ -179,7 +211,7 @@ impl BegunCase {
 
 impl Queue {
     /// The next pass of this kind, or of any.
-    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Case> {
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         if self.current.is_none() {
             let &(next, case) = self.waiting.last()?;
             if kind.is_some_and(|kind| kind != next) {
@@ -206,7 +238,7 @@ impl Queue {
         };
         self.tools += usize::from(matches!(run, Run::Tool(_)));
         self.running.insert(number, (case, run));
-        Some(Case { number, settings: begun.settings(run) })
+        Some(Job::new(number, &begun.settings(run)))
     }
 
     /// Takes the result of a pass, and returns its case if that is complete.
@@ -222,12 +254,12 @@ impl Queue {
 }
 
 /// [`complete_study`] with a function that simulates the cases that it takes until there is none.
-fn complete_cases<E: Display>(
+pub(super) fn complete_cases<E: Display>(
     study: &Study,
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Case>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
 ) -> io::Result<()> {
     assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
     let mut waiting = in_order_of_work(study);
@@ -286,7 +318,7 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
 
 /// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
 /// threads and lanes end at the same time.
-fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
+pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
     let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
         .map(|number| {
             let settings = study.settings(number);

@@ -15,6 +15,7 @@ use spec_math::cephes64::ndtri;
 use bristle::model::metrics::{NominalContact, tool_force};
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Hold, Settings};
+use bristle::workpiece;
 
 mod indices;
 
@@ -179,7 +180,8 @@ impl Scatter {
         if settings.uncertainty.hold == Hold::Machine {
             let [nominal, here] = [&self.settings, &settings].map(NominalContact::of);
             settings.process.brushing_velocity_m_s = nominal.rate() * here.tool_radius;
-            settings.process.penetration_depth_m += here.reach - nominal.reach;
+            let reach = |tool: &NominalContact| workpiece::reach(&self.settings.workpiece, tool.tool_radius);
+            settings.process.penetration_depth_m += reach(&here) - reach(&nominal);
         }
         (settings.process.penetration_depth_m > 0.0).then_some(settings)
     }

@@ -1,0 +1,370 @@
+//! Pages of definitions: text, a LaTeX document, or Markdown with formulas as GitHub shows them.
+//!
+//! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken literally.
+
+use crate::back::latex::{self, Latex};
+use crate::back::print::legend::Row;
+use crate::ir::notation::{Notation, Text};
+
+/// What a page is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Plain text.
+    Text,
+    /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
+    Latex,
+    /// Markdown with formulas between dollar signs.
+    Markdown,
+}
+
+/// `head = body`, in the page's notation.
+#[derive(Clone, Debug)]
+pub(super) struct Definition {
+    pub head: String,
+    pub body: String,
+}
+
+/// Lines are broken before they are wider than this, where a sum allows it: in characters, with what stands before
+/// the sum, and in thousandths of an em without.
+const TEXT_WIDTH: usize = 110;
+const FORMULA_WIDTH: usize = 38_000;
+/// A display of formulas ends when it has so many lines: TeX keeps a display in memory as a whole.
+const LATEX_LINES: usize = 30;
+const MARKDOWN_LINES: usize = 10;
+
+/// Columns between symbol and meaning of a legend in text.
+const LEGEND_INDENT: usize = 20;
+
+pub(super) struct Page {
+    form: Form,
+    text: String,
+}
+
+impl Page {
+    /// An empty page; `again` is the command that makes it.
+    pub fn new(form: Form, title: &str, again: &str) -> Self {
+        let again: String = again.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+        let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
+        let text = match form {
+            Form::Text => format!("{title}\n"),
+            Form::Latex => format!(
+                "% To make it again: {}\n\
+                 \\documentclass[fleqn,a4paper]{{article}}\n\
+                 \\usepackage{{amsmath}}\n\
+                 \\usepackage{{longtable}}\n\
+                 \\usepackage[margin=20mm]{{geometry}}\n\
+                 \\setlength{{\\parindent}}{{0pt}}\n\
+                 \\setlength{{\\parskip}}{{1ex}}\n\
+                 \\setlength{{\\mathindent}}{{0pt}}\n\
+                 \\setlength{{\\LTleft}}{{0pt}}\n\
+                 \\allowdisplaybreaks\n\
+                 \\raggedright\n\
+                 \\begin{{document}}\n\n\
+                 \\section*{{{}}}\n",
+                ascii(&again),
+                latex::words(title)
+            ),
+            Form::Markdown => format!(
+                "<!-- To make it again: {} -->\n\n# {}\n",
+                again.replace("-->", "--&gt;"),
+                markdown_words(title)
+            ),
+        };
+        Self { form, text }
+    }
+
+    pub fn notation(&self) -> &'static dyn Notation {
+        match self.form {
+            Form::Text => &Text,
+            Form::Latex | Form::Markdown => &Latex,
+        }
+    }
+
+    pub fn heading(&mut self, title: &str) {
+        self.text.push_str(&match self.form {
+            // Its first paragraph follows without an empty line.
+            Form::Text => format!("\n{title}"),
+            Form::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
+            Form::Markdown => format!("\n## {}\n", markdown_words(title)),
+        });
+    }
+
+    /// A paragraph.
+    pub fn prose(&mut self, sentences: &str) {
+        self.text.push('\n');
+        self.text.push_str(&self.sentences(sentences));
+        self.text.push('\n');
+    }
+
+    /// A line above the definitions that it tells about.
+    pub fn item(&mut self, sentence: &str) {
+        let sentence = self.sentences(sentence);
+        self.text.push_str(&match self.form {
+            Form::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
+            Form::Latex | Form::Markdown => format!("\n{sentence}\n"),
+        });
+    }
+
+    fn sentences(&self, text: &str) -> String {
+        let parts: Vec<&str> = text.split('`').collect();
+        if parts.len().is_multiple_of(2) {
+            // Not the doc comment that it should be.
+            return self.words(text);
+        }
+        let mut result = String::new();
+        for (i, part) in parts.iter().enumerate() {
+            let links = |at: Option<usize>, bracket: char, start: bool| {
+                let part = at.and_then(|at| parts.get(at)).copied().unwrap_or("");
+                if start { part.starts_with(bracket) } else { part.ends_with(bracket) }
+            };
+            if i % 2 == 0 {
+                let after_link = i > 0 && links(Some(i), ']', true) && links(i.checked_sub(2), '[', false);
+                let before_link = links(Some(i), '[', false) && links(Some(i + 2), ']', true);
+                let part = if after_link { &part[1..] } else { part };
+                let part = if before_link { part.strip_suffix('[').unwrap_or(part) } else { part };
+                result.push_str(&self.words(part));
+            } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
+                result.push_str(&match self.form {
+                    Form::Text => (*part).to_owned(),
+                    Form::Latex => format!("\\texttt{{{}}}", latex::words(part)),
+                    Form::Markdown => format!("`{part}`"),
+                });
+            } else {
+                result.push_str(&match self.form {
+                    Form::Text => (*part).to_owned(),
+                    Form::Latex => format!("${}$", latex::formula(part)),
+                    Form::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
+                });
+            }
+        }
+        result
+    }
+
+    fn words(&self, text: &str) -> String {
+        match self.form {
+            Form::Text => text.into(),
+            Form::Latex => latex::words(text),
+            Form::Markdown => markdown_words(text),
+        }
+    }
+
+    /// Formulas below each other, aligned at their equality signs.
+    pub fn definitions(&mut self, definitions: &[Definition]) {
+        if self.form == Form::Text {
+            for Definition { head, body } in definitions {
+                let head = format!("  {head} = ");
+                let indent = head.chars().count();
+                let lines = lines(&Text, body, TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4));
+                self.text.push_str(&head);
+                self.text.push_str(&lines.join(&format!("\n{}", " ".repeat(indent))));
+                self.text.push('\n');
+            }
+            return;
+        }
+        let mut display: Vec<String> = Vec::new();
+        for Definition { head, body } in definitions {
+            let lines = lines(&Latex, body, FORMULA_WIDTH);
+            let continued = lines.iter().skip(1).map(|line| format!("&\\quad {line}"));
+            display.push(format!("{head} &= {}", lines[0]));
+            display.extend(continued);
+            if display.len() >= self.display_lines() {
+                self.display(&std::mem::take(&mut display));
+            }
+        }
+        if !display.is_empty() {
+            self.display(&display);
+        }
+    }
+
+    fn display_lines(&self) -> usize {
+        if self.form == Form::Markdown { MARKDOWN_LINES } else { LATEX_LINES }
+    }
+
+    fn display(&mut self, lines: &[String]) {
+        self.text.push_str(&match self.form {
+            Form::Text => unreachable!("text has no displays"),
+            // An empty group keeps a bracket at the start of a line from being an option of the line break.
+            Form::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
+            // Not `\\`, which Markdown may take for an escaped backslash.
+            Form::Markdown => {
+                format!("\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n", in_markdown(&lines.join(" \\cr\n")))
+            }
+        });
+    }
+
+    /// The symbols with their meaning and unit.
+    pub fn legend(&mut self, rows: &[Row]) {
+        let symbols = |row: &Row| {
+            let written: Vec<String> = row.symbols.iter().map(|symbol| self.notation().symbol(symbol)).collect();
+            written.join(", ")
+        };
+        let mut text = String::new();
+        match self.form {
+            Form::Text => {
+                text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
+                for row in rows {
+                    let symbols = symbols(row);
+                    let width = symbols.chars().filter(|&letter| !latex::is_accent(letter)).count();
+                    let pad = " ".repeat(LEGEND_INDENT.saturating_sub(width).max(2));
+                    let unit = row.unit.as_ref().filter(|unit| *unit != "1");
+                    let unit = unit.map(|unit| format!(", {unit}")).unwrap_or_default();
+                    text.push_str(&format!("  {symbols}{pad}{}{unit}\n", self.sentences(&row.meaning)));
+                }
+            }
+            Form::Latex => {
+                text.push_str(
+                    "\nA dot is a time derivative.\n\n\
+                     \\begin{longtable}{@{}p{0.28\\textwidth}p{0.52\\textwidth}p{0.12\\textwidth}@{}}\n\
+                     symbol & meaning & unit \\\\\n\\hline\\noalign{\\vskip 2pt}\n\\endhead\n",
+                );
+                for row in rows {
+                    let unit = row.unit.as_deref().map(latex::words).unwrap_or_default();
+                    // Broken between the symbols, where there are many.
+                    let symbols = symbols(row).replace(", ", "$, $");
+                    text.push_str(&format!("${symbols}$ & {} & {unit} \\\\\n", self.sentences(&row.meaning)));
+                }
+                text.push_str("\\end{longtable}\n");
+            }
+            Form::Markdown => {
+                text.push_str("\nA dot is a time derivative.\n\n| symbol | meaning | unit |\n|---|---|---|\n");
+                for row in rows {
+                    let unit = row.unit.as_deref().map(markdown_words).unwrap_or_default();
+                    let symbols = in_markdown(&symbols(row));
+                    let meaning = self.sentences(&row.meaning);
+                    text.push_str(&format!("| ${symbols}$ | {meaning} | {unit} |\n"));
+                }
+            }
+        }
+        self.text.push_str(&text);
+    }
+
+    pub fn finish(mut self) -> String {
+        if self.form == Form::Latex {
+            self.text.push_str("\n\\end{document}\n");
+        }
+        self.text
+    }
+}
+
+/// A formula that Markdown leaves alone: no sign that it takes for HTML.
+fn in_markdown(formula: &str) -> String {
+    formula.replace('<', "\\lt ").replace('>', "\\gt ")
+}
+
+/// Words with the signs of Markdown escaped.
+fn markdown_words(text: &str) -> String {
+    let mut result = String::new();
+    for letter in text.chars() {
+        match letter {
+            '<' => result.push_str("&lt;"),
+            '>' => result.push_str("&gt;"),
+            '&' => result.push_str("&amp;"),
+            '\\' | '`' | '*' | '_' | '$' | '|' | '[' | ']' | '#' | '~' | '!' => result.extend(['\\', letter]),
+            _ => result.push(letter),
+        }
+    }
+    result
+}
+
+/// Deepest brackets whose terms may stand on lines of their own.
+const MAX_BREAK_DEPTH: usize = 12;
+/// Added to the depth where a break is between factors.
+const FACTORS: usize = 6;
+/// Added inside of braces, where LaTeX cannot break.
+const BRACES: usize = 100;
+
+/// A part of a formula that stays on one line, with the number of brackets around the break before it.
+struct Piece<'a> {
+    text: &'a str,
+    width: usize,
+    depth: usize,
+}
+
+/// `body` on lines of at most `width`: broken before signs that stand outside all brackets or in the outermost pair,
+/// and deeper or between factors only where what stands there is too wide.
+fn lines(notation: &dyn Notation, body: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    let mut filled = 0;
+    for group in groups(&pieces(notation, body), 1, width) {
+        let size: usize = group.iter().map(|piece| piece.width).sum();
+        if filled > 0 && filled + size > width {
+            lines.push(String::new());
+            filled = 0;
+        }
+        let line = lines.last_mut().expect("there is a first line");
+        let text: String = group.iter().map(|piece| piece.text).collect();
+        let start = if filled == 0 { text.trim_start() } else { &text };
+        line.push_str(start);
+        filled += if start.len() < text.len() { notation.width(start) } else { size };
+    }
+    lines
+}
+
+/// The pieces between breaks of at most `depth`, and of a larger depth where they are too wide.
+fn groups<'a, 'b>(pieces: &'b [Piece<'a>], depth: usize, width: usize) -> Vec<&'b [Piece<'a>]> {
+    let mut result = Vec::new();
+    let mut start = 0;
+    for end in 1..=pieces.len() {
+        if end < pieces.len() && pieces[end].depth > depth {
+            continue;
+        }
+        let group = &pieces[start..end];
+        let size: usize = group.iter().map(|piece| piece.width).sum();
+        if size > width && depth < MAX_BREAK_DEPTH && group.len() > 1 {
+            result.extend(groups(group, depth + 1, width));
+        } else {
+            result.push(group);
+        }
+        start = end;
+    }
+    result
+}
+
+/// `body`, cut before each space at which it may be broken.
+fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
+    let mut pieces = Vec::new();
+    let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
+    // Where the current word starts, to know a command by its backslash.
+    let mut word = 0;
+    for (index, character) in body.char_indices() {
+        match character {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
+            '{' => depth += BRACES,
+            '}' => depth = depth.saturating_sub(BRACES),
+            ' ' => {
+                let sign = |text: &str| matches!(text, "+" | "-" | "−");
+                let next =
+                    body[index + 1..].chars().next().map_or("", |next| &body[index + 1..index + 1 + next.len_utf8()]);
+                let last = &body[word..index];
+                let bound = sign(last) || last == "<" || next == "<" || is_command(last) || is_function(last);
+                word = index + 1;
+                if !bound {
+                    let text = &body[start..index];
+                    pieces.push(Piece { text, width: notation.width(text), depth: start_depth });
+                    start = index;
+                    start_depth = if sign(next) { depth } else { depth + FACTORS };
+                }
+            }
+            _ => {}
+        }
+    }
+    let text = &body[start..];
+    pieces.push(Piece { text, width: notation.width(text), depth: start_depth });
+    pieces
+}
+
+/// True for a word that ends in a LaTeX command, whose argument may follow.
+fn is_command(word: &str) -> bool {
+    word.rfind('\\').is_some_and(|start| {
+        let name = word[start + 1..].trim_end_matches(|last: char| last.is_ascii_digit());
+        let name = name.split(['^', '{']).next().unwrap_or_default();
+        matches!(name, "sin" | "cos" | "arcsin" | "cdot" | "dot" | "ddot" | "dddot" | "hat" | "tilde" | "bar" | "vec")
+    })
+}
+
+/// True for a word that ends in the name of a function of a text, whose argument follows.
+fn is_function(word: &str) -> bool {
+    let name = word.trim_start_matches(['(', '[', '−']).trim_end_matches(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".contains(last));
+    matches!(name, "sin" | "cos" | "asin")
+}

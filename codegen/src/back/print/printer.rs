@@ -1,0 +1,185 @@
+//! The definitions of a page: which intermediates get a name, and how each element of an output is headed.
+
+use crate::back::print::page::Definition;
+use crate::ir::graph::{Graph, Node, NodeId};
+use crate::ir::kernel::{Kernel, Output, Shape};
+use crate::ir::notation::Notation;
+use crate::ir::writer::Writer;
+
+/// Expressions deeper than this are cut by a name.
+const MAX_DEPTH: usize = 6;
+/// Expressions of more symbols and numbers than this are cut by a name.
+const MAX_LENGTH: usize = 60;
+
+/// Writes the expressions of one graph.
+pub(super) struct Printer<'a> {
+    graph: &'a Graph,
+    notation: &'a dyn Notation,
+    writer: Writer<'a>,
+    /// The nodes that get a definition, in the order in which they are defined.
+    defined: Vec<NodeId>,
+    /// By index: whether the node is an input under its name.
+    given: Vec<bool>,
+    /// True if rows and columns of all outputs are the coordinates.
+    by_coordinates: bool,
+}
+
+impl<'a> Printer<'a> {
+    /// Without names.
+    fn plain(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+        let (writer, given) = (Writer::new(graph, notation), vec![false; graph.nodes().len()]);
+        Self { graph, notation, writer, defined: Vec::new(), given, by_coordinates: false }
+    }
+
+    /// Whole equations in closed form: the arguments of `S` are named, nothing else.
+    pub fn closed(graph: &'a Graph, outputs: &[NodeId], notation: &'a dyn Notation) -> Self {
+        let mut printer = Self { by_coordinates: true, ..Self::plain(graph, notation) };
+        let mut arguments: Vec<NodeId> = graph
+            .reachable(outputs)
+            .into_iter()
+            .filter_map(|id| match graph.node(id) {
+                Node::HalfAngleSquared(_, argument) => Some(argument),
+                _ => None,
+            })
+            .collect();
+        // In the order of the joints: the outermost segment that an argument depends on tells the joint.
+        arguments.sort_unstable();
+        arguments.dedup();
+        arguments.sort_by_key(|&argument| {
+            let needed = graph.reachable(&[argument]);
+            needed.into_iter().filter(|&id| graph.symbol_name(id).is_some()).max()
+        });
+        for (i, &argument) in arguments.iter().enumerate() {
+            printer.writer.set_name(argument, notation.symbol(&format!("u{}", i + 1)));
+        }
+        printer.defined = arguments;
+        printer
+    }
+
+    /// With a name for each operation that is used more than once, or at which a deep or long expression is cut.
+    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Notation) -> Self {
+        let graph = &kernel.graph;
+        let mut printer = Self::plain(graph, notation);
+        let size = graph.nodes().len();
+        // An input that is no simple function of symbols is not taken apart.
+        let mut is_input = vec![false; size];
+        for (name, node) in kernel.inputs.iter().flat_map(|input| &input.elements) {
+            is_input[node.index()] = true;
+            if !printer.is_simple(*node, 4) {
+                printer.given[node.index()] = true;
+                printer.writer.set_name(*node, notation.symbol(name));
+            }
+        }
+        let outputs = kernel.output_nodes();
+        let order = printer.needed(&outputs);
+        let mut uses = vec![0_u32; size];
+        let operands = order.iter().filter(|id| !printer.given[id.index()]).flat_map(|&id| graph.node(id).operands());
+        for operand in operands.chain(outputs) {
+            uses[operand.index()] += 1;
+        }
+        let (mut depths, mut lengths) = (vec![0_usize; size], vec![1_usize; size]);
+        for &id in &order {
+            if printer.given[id.index()] {
+                continue;
+            }
+            let node = graph.node(id);
+            let is_sum = |node: Node| matches!(node, Node::Add(..) | Node::Sub(..));
+            for operand in node.operands() {
+                // The terms of a sum stand side by side, however its additions are nested.
+                let same_level = is_sum(node) && is_sum(graph.node(operand));
+                let depth = depths[operand.index()] + usize::from(!same_level);
+                depths[id.index()] = depths[id.index()].max(depth);
+            }
+            lengths[id.index()] = node.operands().map(|operand| lengths[operand.index()]).sum::<usize>().max(1);
+            let shared = uses[id.index()] > 1 && !printer.is_simple(id, if is_input[id.index()] { 4 } else { 2 });
+            if shared || depths[id.index()] > MAX_DEPTH || lengths[id.index()] > MAX_LENGTH {
+                printer.defined.push(id);
+                printer.writer.set_name(id, notation.symbol(&format!("t{}", printer.defined.len())));
+                (depths[id.index()], lengths[id.index()]) = (0, 1);
+            }
+        }
+        printer
+    }
+
+    /// True if `id` is an input that the page shows under its own name.
+    pub fn is_given(&self, id: NodeId) -> bool {
+        self.given[id.index()]
+    }
+
+    /// What `outputs` need, operands before users, without looking behind given nodes.
+    fn needed(&self, outputs: &[NodeId]) -> Vec<NodeId> {
+        let mut live = vec![false; self.graph.nodes().len()];
+        for output in outputs {
+            live[output.index()] = true;
+        }
+        for id in self.graph.ids().collect::<Vec<_>>().into_iter().rev() {
+            if live[id.index()] && !self.given[id.index()] {
+                self.graph.node(id).operands().for_each(|operand| live[operand.index()] = true);
+            }
+        }
+        self.graph.ids().filter(|id| live[id.index()]).collect()
+    }
+
+    /// True for a symbol, its sine, a power of these, and with more `levels` the sine of a difference: what is as
+    /// good as a name.
+    fn is_simple(&self, id: NodeId, levels: u8) -> bool {
+        let below = |operand| levels > 0 && self.is_simple(operand, levels - 1);
+        match self.graph.node(id) {
+            Node::Constant(_) | Node::Symbol(_) => true,
+            Node::Sin(a) | Node::Cos(a) | Node::Powi(a, _) => below(a),
+            Node::Add(a, b) | Node::Sub(a, b) => levels > 2 && below(a) && below(b),
+            _ => false,
+        }
+    }
+
+    /// The definitions of the named intermediates.
+    pub fn named_definitions(&self) -> Vec<Definition> {
+        let definition = |&id: &NodeId| Definition {
+            head: self.writer.name(id).to_owned(),
+            body: self.writer.operation(id).within(0),
+        };
+        self.defined.iter().map(definition).collect()
+    }
+
+    /// A definition for each element; zeros and what symmetry repeats are left out.
+    pub fn output(&self, output: &Output) -> Vec<Definition> {
+        let coordinates = self.by_coordinates || matches!(output.name.as_str(), "mass_matrix" | "force");
+        let symbol = match output.name.as_str() {
+            "mass_matrix" => "M",
+            "force" => "f",
+            "kinetic" => "E_kin",
+            "spring" => "E_spring",
+            "gravity" => "E_grav",
+            "dissipation" => "D",
+            name => name,
+        };
+        let index = |i: usize| if coordinates { coordinate(i) } else { (i + 1).to_string() };
+        let head = |indices: &[usize]| {
+            let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
+            self.notation.element(symbol, &indices)
+        };
+        let elements: Vec<(String, NodeId)> = match output.shape {
+            Shape::Scalar => vec![(self.notation.symbol(symbol), output.nodes[0])],
+            Shape::Vector(_) => output.nodes.iter().enumerate().map(|(i, &node)| (head(&[i]), node)).collect(),
+            Shape::Matrix(rows, columns) => (0..rows * columns)
+                .map(|i| (i / columns, i % columns, output.nodes[i]))
+                .filter(|&(row, column, node)| {
+                    rows != columns || row <= column || output.nodes[column * columns + row] != node
+                })
+                .map(|(row, column, node)| (head(&[row, column]), node))
+                .collect(),
+        };
+        let define = |(head, node)| Definition { head, body: self.writer.expression(node).text };
+        let filled = elements.iter().filter(|(_, node)| !self.graph.is_zero(*node)).cloned();
+        let definitions: Vec<Definition> = filled.map(define).collect();
+        if definitions.is_empty() {
+            return vec![Definition { head: self.notation.symbol(symbol), body: "0".into() }];
+        }
+        definitions
+    }
+}
+
+/// The coordinate at position `i` of `q`.
+pub(super) fn coordinate(i: usize) -> String {
+    format!("{}{}", ["φ", "θ"][i % 2], i / 2 + 1)
+}

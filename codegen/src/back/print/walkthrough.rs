@@ -1,0 +1,236 @@
+//! From the energies to the equations of motion, step by step. The formulas are derived when the page is made.
+
+use crate::back::print::legend;
+use crate::back::print::page::{Definition, Form, Page};
+use crate::back::print::printer::{Printer, coordinate};
+use crate::ir::graph::{Graph, NodeId};
+use crate::ir::kernel::{Output, output_nodes, set_output_nodes};
+use crate::ir::notation::Notation;
+use crate::ir::unit::Unit;
+use crate::model::chain::{self, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
+use crate::model::lagrange::whole_equations;
+use crate::model::whole::{Purpose, whole_kernels};
+use crate::passes::dimension::{self, DimensionError};
+use crate::passes::normal_form::{Style, normalise};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A step of the derivation: expressions of one graph under their names, before anything is written.
+struct Step {
+    graph: Graph,
+    outputs: Vec<Output>,
+}
+
+impl Step {
+    /// Reduced to sums of products, collected by the constants of the model.
+    fn collected(source: &Graph, parameters: &Parameters, mut outputs: Vec<Output>) -> Result<Self, DimensionError> {
+        dimension::check(source, &outputs)?;
+        let normalised = normalise(source, &output_nodes(&outputs), Style::Collected(&parameters.constants()));
+        set_output_nodes(&mut outputs, normalised.outputs);
+        Ok(Self { graph: normalised.graph, outputs })
+    }
+
+    fn nodes(&self) -> Vec<NodeId> {
+        output_nodes(&self.outputs)
+    }
+
+    fn definitions(&self, notation: &dyn Notation) -> Vec<Definition> {
+        let printer = Printer::closed(&self.graph, &self.nodes(), notation);
+        let mut definitions = printer.named_definitions();
+        definitions.extend(self.outputs.iter().flat_map(|output| printer.output(output)));
+        definitions
+    }
+}
+
+/// A vector by its components: `head` and the index after it.
+fn components(head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
+    let component = |(axis, node)| Output::scalar(&format!("{head}{axis}"), "", unit, node);
+    AXES.into_iter().zip(vector).map(component).collect()
+}
+
+/// One segment and one joint as the model states them.
+fn stated() -> (Step, Step) {
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let segment = Segment::new(g, "k");
+    let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
+    let mut outputs = components("e_k_", Unit::ONE, direction);
+    outputs.extend(components("ė_k_", Unit::SECOND.powi(-1), rate));
+    let frames = Step { graph, outputs };
+
+    // As it is stated: without rules that would change the order of the terms.
+    let mut graph = Graph::raw();
+    let g = &mut graph;
+    let parameters = Parameters::new(g);
+    let position = vector_symbol(g, "base_position", "x", Unit::METRE);
+    let velocity = vector_symbol(g, "base_velocity", "ẋ", VELOCITY);
+    let inner = vector_symbol(g, "direction", "e", Unit::ONE);
+    let inner_rate = vector_symbol(g, "direction_rate", "ė", Unit::SECOND.powi(-1));
+    let outer = vector_symbol(g, "outer_direction", "e'", Unit::ONE);
+    let outer_rate = vector_symbol(g, "outer_direction_rate", "ė'", Unit::SECOND.powi(-1));
+    let kinetic = chain::kinetic_energy(g, &parameters, velocity, inner_rate);
+    let gravity = chain::gravity_energy(g, &parameters, position, inner);
+    let spring = chain::spring_energy(g, parameters.joint_stiffness, inner, outer);
+    let dissipation = chain::dissipation(g, parameters.joint_damping, (inner, inner_rate), (outer, outer_rate));
+    let outputs = vec![
+        Output::scalar("kinetic", "", Unit::JOULE, kinetic),
+        Output::scalar("gravity", "", Unit::JOULE, gravity),
+        Output::scalar("spring", "", Unit::JOULE, spring),
+        Output::scalar("dissipation", "", Unit::WATT, dissipation),
+    ];
+    (frames, Step { graph, outputs })
+}
+
+/// The way from the energies to the equations of motion of a chain of `segments` segments, for readers.
+///
+/// `again` is the command that makes the page.
+///
+/// # Errors
+/// If a term of the derivation makes no physical sense.
+///
+/// # Panics
+/// If `segments` is zero.
+pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionError> {
+    let mut whole = whole_equations(segments);
+    let parts = whole.parts();
+    let (frames, stated) = stated();
+    let centres = centre_velocities(segments)?;
+    let collected = |name: &str, nodes: &[NodeId]| {
+        let outputs = vec![Output::vector(name, "", STIFFNESS, nodes.to_vec())];
+        Step::collected(&whole.graph, &whole.parameters, outputs)
+    };
+    let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
+    let momenta = Step::collected(
+        &whole.graph,
+        &whole.parameters,
+        vec![Output::vector("p", "", angular_momentum, parts.momenta.clone())],
+    )?;
+    let inertial = collected("f_inertial", &parts.inertial)?;
+    let spring = collected("f_spring", &parts.spring)?;
+    let gravity = collected("f_gravity", &parts.gravity)?;
+    let damping = collected("f_damping", &parts.damping)?;
+    let kernels = whole_kernels(segments, Purpose::Reading)?;
+    let find = |name: &str| {
+        let kernel = kernels.iter().find(|kernel| kernel.name == name).expect("the whole equations have this part");
+        Step { graph: kernel.graph.clone(), outputs: kernel.outputs.clone() }
+    };
+    let (mass_matrix, force, energies) = (find("mass_matrix"), find("force"), find("energies"));
+
+    let plural = if segments == 1 { "" } else { "s" };
+    let title = format!("Equations of motion of a filament of {segments} rigid segment{plural}, step by step");
+    let mut page = Page::new(Form::Markdown, &title, again);
+    page.prose(
+        "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
+         derived and written by the program; components are those in the inertial frame.",
+    );
+    page.heading("Symbols and units");
+    let steps = [&frames, &stated, &centres, &energies, &momenta, &mass_matrix, &force];
+    page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
+
+    page.heading("Frames and coordinates");
+    let coordinates: Vec<String> = (0..2 * segments).map(coordinate).collect();
+    page.prose(&format!(
+        "The inertial frame has its origin on the tool axis and `z` along it. The coordinates are the polar angle from \
+         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute, so that segment `k` points along \
+         `e_k` whatever the others do. This vector and its rate are",
+        coordinates.join(", ")
+    ));
+    step(&mut page, &frames);
+
+    page.heading("Velocities of the centres");
+    page.prose(
+        "Segment `k` starts where the one before it ends. Its centre is half a length further on: \
+         `ċ_k = ṙ_0 + h (ė_1 + … + ė_l) + ½ h ė_k` with `l = k − 1`. In components:",
+    );
+    step(&mut page, &centres);
+
+    page.heading("Energies");
+    page.prose(
+        "As the model states them, for a segment with the inner end `x` along `e`, and for a joint between `e` and `e'`. \
+         The angular velocities in `D` are `e × ė`. At the clamp joint `e_0`, `c1` and `d1` take the place of `e`, `c` \
+         and `d`.",
+    );
+    step(&mut page, &stated);
+    page.prose(
+        "Summed over the chain, with the directions and velocities from above put in, multiplied out and collected by \
+         the constants, they are the following. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
+    );
+    step(&mut page, &energies);
+
+    page.heading("Lagrange's equations");
+    page.prose(
+        "With `L = E_kin − E_spring − E_grav` each coordinate has the equation \
+         `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` holds the forces of contact and friction. Only the kinetic \
+         energy depends on the rates, by the momenta `p = ∂E_kin/∂q̇`:",
+    );
+    step(&mut page, &momenta);
+
+    page.heading("Mass matrix");
+    page.prose(
+        "The momenta are linear in the rates. Their coefficients, `M = ∂p/∂q̇`, are the factors of `q̈` in `dp/dt`. \
+         `M` is symmetric: entries below the diagonal are left out, and so are those that are zero.",
+    );
+    step(&mut page, &mass_matrix);
+
+    page.heading("Generalised force");
+    page.prose(
+        "What is left of Lagrange's equations stands on the right: `f = f_inertial + f_spring + f_gravity + f_damping`.",
+    );
+    let rest = [
+        ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &inertial),
+        ("Springs, `−∂E_spring/∂q`:", &spring),
+        ("Gravity, `−∂E_grav/∂q`:", &gravity),
+        ("Dampers, `−∂D/∂q̇`:", &damping),
+        ("Their sum, collected by the constants:", &force),
+    ];
+    for (sentence, part) in rest {
+        page.prose(sentence);
+        step(&mut page, part);
+    }
+    Ok(page.finish())
+}
+
+fn step(page: &mut Page, step: &Step) {
+    let definitions = step.definitions(page.notation());
+    page.definitions(&definitions);
+}
+
+/// `ċ_k` of each segment.
+fn centre_velocities(segments: usize) -> Result<Step, DimensionError> {
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let parameters = Parameters::new(g);
+    let mut velocity = chain::Clamp::new(g).velocity;
+    let mut outputs = Vec::new();
+    for k in 1..=segments {
+        let rate = Segment::new(g, &k.to_string()).direction_rate(g);
+        let end = chain::outer_end(g, &parameters, velocity, rate);
+        let half = g.ratio(1, 2);
+        let centre = std::array::from_fn(|i| {
+            let sum = g.add(velocity[i], end[i]);
+            g.mul(half, sum)
+        });
+        outputs.extend(components(&format!("ċ_{k}_"), VELOCITY, centre));
+        velocity = end;
+    }
+    Step::collected(&graph, &parameters, outputs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_formula_of_the_page_is_in_its_place() {
+        let page = walkthrough(1, "command").expect("the derivation is sound");
+        for part in [
+            "\\dot e_{k,x} &= ",
+            "\\dot c_{1,z} &= ",
+            "E_{\\mathrm{kin}} &= ",
+            "p_{\\varphi_{1}} &= ",
+            "f_{\\mathrm{spring},\\theta_{1}} &= ",
+        ] {
+            assert!(page.contains(part), "{part}");
+        }
+    }
+}

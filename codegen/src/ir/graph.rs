@@ -1,0 +1,525 @@
+//! The expression graph: interned nodes with typed ids, operands before users.
+//!
+//! Interning makes equal expressions one node, so common subexpressions cost nothing, equality is a comparison
+//! of ids, and differentiation and dead-node removal are single sweeps over the arena.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::ir::constant::Constant;
+use crate::ir::special;
+use crate::ir::unit::Unit;
+
+/// A node of one [`Graph`]. Ids grow in the order of creation, and operands have smaller ids than their users.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(u32);
+
+impl NodeId {
+    /// The position in the arena.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A free variable of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SymbolId(u32);
+
+impl SymbolId {
+    /// The position in [`Graph::symbols`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// How a symbol is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    /// A Rust identifier, unique in the graph: `phi_rate_2`.
+    pub name: String,
+    /// The field's notation: `φ̇2`.
+    pub notation: String,
+    /// The unit of its values.
+    pub unit: Unit,
+}
+
+/// One operation, with its operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A number.
+    Constant(Constant),
+    /// A free variable.
+    Symbol(SymbolId),
+    /// `a + b`
+    Add(NodeId, NodeId),
+    /// `a − b`
+    Sub(NodeId, NodeId),
+    /// `a b`
+    Mul(NodeId, NodeId),
+    /// `a / b`
+    Div(NodeId, NodeId),
+    /// `−a`
+    Neg(NodeId),
+    /// `a^k` for an integer `k`
+    Powi(NodeId, i32),
+    /// `√a`
+    Sqrt(NodeId),
+    /// `sin a`
+    Sin(NodeId),
+    /// `cos a`
+    Cos(NodeId),
+    /// `asin a`
+    Asin(NodeId),
+    /// 1 where `a < b`, else 0
+    LessThan(NodeId, NodeId),
+    /// The k-th derivative of `S(u) = ½ arccos²(1 − u)`, see [`crate::ir::special`].
+    HalfAngleSquared(u8, NodeId),
+}
+
+impl Node {
+    /// The operands, in order.
+    pub fn operands(&self) -> impl Iterator<Item = NodeId> + use<> {
+        let (first, second) = match *self {
+            Self::Constant(_) | Self::Symbol(_) => (None, None),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::LessThan(a, b) => {
+                (Some(a), Some(b))
+            }
+            Self::Neg(a)
+            | Self::Powi(a, _)
+            | Self::Sqrt(a)
+            | Self::Sin(a)
+            | Self::Cos(a)
+            | Self::Asin(a)
+            | Self::HalfAngleSquared(_, a) => (Some(a), None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// The same operation on other operands.
+    pub fn map(self, mut operand: impl FnMut(NodeId) -> NodeId) -> Self {
+        match self {
+            Self::Constant(_) | Self::Symbol(_) => self,
+            Self::Add(a, b) => Self::Add(operand(a), operand(b)),
+            Self::Sub(a, b) => Self::Sub(operand(a), operand(b)),
+            Self::Mul(a, b) => Self::Mul(operand(a), operand(b)),
+            Self::Div(a, b) => Self::Div(operand(a), operand(b)),
+            Self::Neg(a) => Self::Neg(operand(a)),
+            Self::Powi(a, k) => Self::Powi(operand(a), k),
+            Self::Sqrt(a) => Self::Sqrt(operand(a)),
+            Self::Sin(a) => Self::Sin(operand(a)),
+            Self::Cos(a) => Self::Cos(operand(a)),
+            Self::Asin(a) => Self::Asin(operand(a)),
+            Self::LessThan(a, b) => Self::LessThan(operand(a), operand(b)),
+            Self::HalfAngleSquared(order, a) => Self::HalfAngleSquared(order, operand(a)),
+        }
+    }
+}
+
+/// A broken invariant of a [`Graph`], as [`Graph::validate`] reports it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GraphError {
+    /// An operand is created after its user.
+    #[error("node {user} uses node {operand}, which does not come before it")]
+    OperandAfterUser {
+        /// Index of the user.
+        user: usize,
+        /// Index of the operand.
+        operand: usize,
+    },
+    /// Two nodes hold the same operation on the same operands.
+    #[error("nodes {first} and {second} are equal but not shared")]
+    Duplicate {
+        /// Index of the earlier node.
+        first: usize,
+        /// Index of the later node.
+        second: usize,
+    },
+    /// A constant is infinite or not a number.
+    #[error("node {node} is the constant {value}, which is not finite")]
+    NonFiniteConstant {
+        /// Index of the node.
+        node: usize,
+        /// The constant.
+        value: String,
+    },
+    /// A symbol has no entry in the table, or its name is taken or no identifier.
+    #[error("symbol {symbol} ({name:?}) is missing, doubled, or no identifier")]
+    BadSymbol {
+        /// Index of the symbol.
+        symbol: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A derivative of `S` beyond the highest that is defined.
+    #[error("node {node} asks for derivative {order} of S; the highest defined is {}", special::MAX_ORDER)]
+    UndefinedOrder {
+        /// Index of the node.
+        node: usize,
+        /// The derivative asked for.
+        order: u8,
+    },
+}
+
+/// One rewriting rule on an operation.
+pub struct Rule {
+    /// A short name, unique in the table.
+    pub name: &'static str,
+    /// What it does, as mathematics.
+    pub statement: &'static str,
+    /// Where it holds.
+    pub domain: &'static str,
+    /// The result, if the rule applies to this operation.
+    pub apply: fn(&mut Graph, Node) -> Option<NodeId>,
+}
+
+impl std::fmt::Debug for Rule {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}: {}", self.name, self.statement)
+    }
+}
+
+/// An expression graph.
+///
+/// Invariants, checked by [`Graph::validate`]:
+/// - operands precede their users;
+/// - no two nodes are equal;
+/// - constants are finite; symbols have unique names that are Rust identifiers.
+///
+/// The constructors (`add`, `mul`, …) first apply the rules that the graph was made with: [`Graph::new`] takes those of
+/// [`crate::ir::simplify`], [`Graph::raw`] takes none.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    interned: HashMap<Node, NodeId>,
+    symbols: Vec<Symbol>,
+    by_name: BTreeMap<String, NodeId>,
+    rules: &'static [Rule],
+}
+
+impl Graph {
+    /// An empty graph whose constructors keep every operation as it is written.
+    pub fn raw() -> Self {
+        Self::with_rules(&[])
+    }
+
+    /// An empty graph whose constructors apply `rules`, in this order.
+    pub(crate) fn with_rules(rules: &'static [Rule]) -> Self {
+        Self { nodes: Vec::new(), interned: HashMap::new(), symbols: Vec::new(), by_name: BTreeMap::new(), rules }
+    }
+
+    /// The operation at `id`.
+    pub fn node(&self, id: NodeId) -> Node {
+        self.nodes[id.index()]
+    }
+
+    /// All nodes, operands before users.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// All ids, in order.
+    pub fn ids(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..self.nodes.len() as u32).map(NodeId)
+    }
+
+    /// The symbols, in the order of their creation.
+    pub fn symbols(&self) -> &[Symbol] {
+        &self.symbols
+    }
+
+    /// The node that holds `node`, new or known, without rewriting.
+    ///
+    /// # Panics
+    /// If an operand is not of this graph, or the graph outgrows `u32`.
+    pub fn intern(&mut self, node: Node) -> NodeId {
+        let next = NodeId(u32::try_from(self.nodes.len()).expect("an expression graph holds at most 2^32 nodes"));
+        assert!(node.operands().all(|operand| operand < next), "an operand is not of this graph");
+        *self.interned.entry(node).or_insert_with(|| {
+            self.nodes.push(node);
+            next
+        })
+    }
+
+    /// The node for `node` after the graph's rules.
+    pub fn make(&mut self, node: Node) -> NodeId {
+        for rule in self.rules {
+            if let Some(result) = (rule.apply)(self, node) {
+                return result;
+            }
+        }
+        self.intern(node)
+    }
+
+    /// The symbol `name`, written `notation`, in `unit`; the one that exists if the name is known.
+    pub fn symbol(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
+        if let Some(&id) = self.by_name.get(name) {
+            return id;
+        }
+        let symbol = SymbolId(self.symbols.len() as u32);
+        self.symbols.push(Symbol { name: name.into(), notation: notation.into(), unit });
+        let id = self.intern(Node::Symbol(symbol));
+        self.by_name.insert(name.into(), id);
+        id
+    }
+
+    /// The symbol `name`, if there is one.
+    pub fn find_symbol(&self, name: &str) -> Option<NodeId> {
+        self.by_name.get(name).copied()
+    }
+
+    /// The name of a symbol node.
+    pub fn symbol_name(&self, id: NodeId) -> Option<&str> {
+        match self.node(id) {
+            Node::Symbol(symbol) => Some(&self.symbols[symbol.index()].name),
+            _ => None,
+        }
+    }
+
+    /// An empty graph with the symbols of this one, in the same order.
+    pub fn with_same_symbols(&self) -> Self {
+        let mut graph = Self::with_rules(self.rules);
+        for symbol in &self.symbols {
+            graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
+        }
+        graph
+    }
+
+    /// A graph of the same symbols and of what `outputs` need, and the outputs in it.
+    pub fn extract(&self, outputs: &[NodeId]) -> (Self, Vec<NodeId>) {
+        let mut graph = self.with_same_symbols();
+        let mut ids: HashMap<NodeId, NodeId> = HashMap::new();
+        for id in self.reachable(outputs) {
+            let copy = match self.node(id) {
+                // The arena may hold symbols in another order.
+                Node::Symbol(symbol) => graph.by_name[&self.symbols[symbol.index()].name],
+                node => graph.intern(node.map(|operand| ids[&operand])),
+            };
+            ids.insert(id, copy);
+        }
+        let outputs = outputs.iter().map(|output| ids[output]).collect();
+        (graph, outputs)
+    }
+
+    /// The constant `value`.
+    pub fn constant(&mut self, value: Constant) -> NodeId {
+        self.intern(Node::Constant(value))
+    }
+
+    /// The integer `value`.
+    pub fn integer(&mut self, value: i64) -> NodeId {
+        self.constant(value.into())
+    }
+
+    /// The exact rational `numerator / denominator`.
+    pub fn ratio(&mut self, numerator: i64, denominator: i64) -> NodeId {
+        self.constant(Constant::ratio(numerator, denominator))
+    }
+
+    /// The value of a constant node.
+    pub fn as_constant(&self, id: NodeId) -> Option<Constant> {
+        match self.node(id) {
+            Node::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// True if `id` is the constant zero.
+    pub fn is_zero(&self, id: NodeId) -> bool {
+        self.as_constant(id).is_some_and(Constant::is_zero)
+    }
+
+    /// `a + b`
+    pub fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::Add(a, b))
+    }
+
+    /// `a − b`
+    pub fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::Sub(a, b))
+    }
+
+    /// `a b`
+    pub fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::Mul(a, b))
+    }
+
+    /// `a / b`
+    pub fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::Div(a, b))
+    }
+
+    /// `−a`
+    pub fn neg(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Neg(a))
+    }
+
+    /// `a^exponent`
+    pub fn powi(&mut self, a: NodeId, exponent: i32) -> NodeId {
+        self.make(Node::Powi(a, exponent))
+    }
+
+    /// `√a`
+    pub fn sqrt(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Sqrt(a))
+    }
+
+    /// `sin a`
+    pub fn sin(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Sin(a))
+    }
+
+    /// `cos a`
+    pub fn cos(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Cos(a))
+    }
+
+    /// `asin a`
+    pub fn asin(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Asin(a))
+    }
+
+    /// 1 where `a < b`, else 0
+    pub fn less_than(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.make(Node::LessThan(a, b))
+    }
+
+    /// `S(u) = ½ arccos²(1 − u)`, see [`crate::ir::special`].
+    pub fn half_angle_squared(&mut self, u: NodeId) -> NodeId {
+        self.make(Node::HalfAngleSquared(0, u))
+    }
+
+    /// The sum of `terms`, zero if there are none.
+    pub fn sum(&mut self, terms: impl IntoIterator<Item = NodeId>) -> NodeId {
+        let mut terms = terms.into_iter();
+        match terms.next() {
+            None => self.integer(0),
+            Some(first) => terms.fold(first, |sum, term| self.add(sum, term)),
+        }
+    }
+
+    /// The inner product `Σ a_i b_i`.
+    pub fn dot(&mut self, a: &[NodeId], b: &[NodeId]) -> NodeId {
+        let products: Vec<_> = a.iter().zip(b).map(|(&a, &b)| self.mul(a, b)).collect();
+        self.sum(products)
+    }
+
+    /// The nodes that `outputs` need, themselves included, operands before users.
+    pub fn reachable(&self, outputs: &[NodeId]) -> Vec<NodeId> {
+        let end = outputs.iter().map(|output| output.index() + 1).max().unwrap_or(0);
+        let mut live = vec![false; end];
+        for output in outputs {
+            live[output.index()] = true;
+        }
+        for (index, node) in self.nodes[..end].iter().enumerate().rev() {
+            if live[index] {
+                for operand in node.operands() {
+                    live[operand.index()] = true;
+                }
+            }
+        }
+        self.ids().take(end).filter(|id| live[id.index()]).collect()
+    }
+
+    /// Checks the invariants.
+    ///
+    /// # Errors
+    /// The first that does not hold.
+    pub fn validate(&self) -> Result<(), GraphError> {
+        let mut seen = HashMap::new();
+        for id in self.ids() {
+            let node = self.node(id);
+            if let Some(operand) = node.operands().find(|&operand| operand >= id) {
+                return Err(GraphError::OperandAfterUser { user: id.index(), operand: operand.index() });
+            }
+            if let Some(first) = seen.insert(node, id) {
+                return Err(GraphError::Duplicate { first: first.index(), second: id.index() });
+            }
+            match node {
+                Node::Constant(value) if !value.value().is_finite() => {
+                    return Err(GraphError::NonFiniteConstant { node: id.index(), value: format!("{value:?}") });
+                }
+                Node::Symbol(symbol) => self.validate_symbol(symbol, id)?,
+                Node::HalfAngleSquared(order, _) if order > special::MAX_ORDER => {
+                    return Err(GraphError::UndefinedOrder { node: id.index(), order });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_symbol(&self, symbol: SymbolId, id: NodeId) -> Result<(), GraphError> {
+        let name = self.symbols.get(symbol.index()).map_or("", |symbol| &symbol.name);
+        let registered = self.by_name.get(name) == Some(&id);
+        if registered && syn::parse_str::<syn::Ident>(name).is_ok() {
+            return Ok(());
+        }
+        Err(GraphError::BadSymbol { symbol: symbol.index(), name: name.into() })
+    }
+
+    /// Values of all nodes, for the given values of the symbols (by symbol index).
+    ///
+    /// A node that its symbols make undefined (a division by zero) is NaN or infinite.
+    ///
+    /// # Panics
+    /// If `symbols` has not one value for each symbol.
+    pub fn evaluate(&self, symbols: &[f64]) -> Vec<f64> {
+        assert_eq!(symbols.len(), self.symbols.len(), "one value for each symbol");
+        let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let at = |id: NodeId| values[id.index()];
+            values.push(match *node {
+                Node::Constant(value) => value.value(),
+                Node::Symbol(symbol) => symbols[symbol.index()],
+                Node::Add(a, b) => at(a) + at(b),
+                Node::Sub(a, b) => at(a) - at(b),
+                Node::Mul(a, b) => at(a) * at(b),
+                Node::Div(a, b) => at(a) / at(b),
+                Node::Neg(a) => -at(a),
+                Node::Powi(a, exponent) => at(a).powi(exponent),
+                Node::Sqrt(a) => at(a).sqrt(),
+                Node::Sin(a) => at(a).sin(),
+                Node::Cos(a) => at(a).cos(),
+                Node::Asin(a) => at(a).asin(),
+                Node::LessThan(a, b) => f64::from(u8::from(at(a) < at(b))),
+                Node::HalfAngleSquared(order, a) => special::half_angle_squared(order, at(a)),
+            });
+        }
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_expressions_are_one_node() {
+        let mut graph = Graph::raw();
+        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+        let (a, b) = (graph.mul(x, y), graph.mul(x, y));
+        assert_eq!(a, b);
+        assert_eq!(graph.symbol("x", "x", Unit::ONE), x);
+        assert_eq!(graph.validate(), Ok(()));
+    }
+
+    #[test]
+    fn validate_names_what_is_broken() {
+        let mut graph = Graph::raw();
+        let x = graph.symbol("x", "x", Unit::ONE);
+        graph.nodes.push(Node::Symbol(SymbolId(0)));
+        assert_eq!(graph.validate(), Err(GraphError::Duplicate { first: 0, second: 1 }));
+
+        graph.nodes[1] = Node::Neg(NodeId(1));
+        assert_eq!(graph.validate(), Err(GraphError::OperandAfterUser { user: 1, operand: 1 }));
+
+        graph.nodes[1] = Node::Constant(Constant::Float(f64::INFINITY));
+        assert!(matches!(graph.validate(), Err(GraphError::NonFiniteConstant { node: 1, .. })));
+
+        graph.nodes[1] = Node::HalfAngleSquared(9, x);
+        assert_eq!(graph.validate(), Err(GraphError::UndefinedOrder { node: 1, order: 9 }));
+
+        let mut graph = Graph::raw();
+        graph.symbol("not an identifier", "x", Unit::ONE);
+        assert!(matches!(graph.validate(), Err(GraphError::BadSymbol { symbol: 0, .. })));
+    }
+}

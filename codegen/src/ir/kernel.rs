@@ -1,0 +1,131 @@
+//! A function to emit: expressions under names, with named inputs and outputs.
+
+use std::collections::{BTreeSet, HashSet};
+
+use crate::ir::graph::{Graph, Node, NodeId};
+use crate::ir::unit::Unit;
+
+/// A function to emit: named inputs, expressions, named outputs.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    /// Name of the function; the type of its result is the same in camel case.
+    pub name: String,
+    /// What it computes, in the words and symbols of the model. Several lines.
+    pub summary: String,
+    /// Where the expressions live.
+    pub graph: Graph,
+    /// The arguments, in order.
+    pub inputs: Vec<Input>,
+    /// The fields of the result, in order.
+    pub outputs: Vec<Output>,
+}
+
+impl Kernel {
+    /// The elements of all outputs, in order.
+    pub fn output_nodes(&self) -> Vec<NodeId> {
+        output_nodes(&self.outputs)
+    }
+
+    /// The nodes that the outputs need and that the inputs do not give, operands before users.
+    pub fn computed(&self) -> Vec<NodeId> {
+        let elements = self.inputs.iter().flat_map(|input| &input.elements);
+        let given: HashSet<NodeId> = elements.map(|&(_, node)| node).collect();
+        let mut live: BTreeSet<NodeId> = BTreeSet::new();
+        let mut pending = self.output_nodes();
+        while let Some(id) = pending.pop() {
+            if !given.contains(&id) && live.insert(id) {
+                pending.extend(computed_operands(self.graph.node(id)));
+            }
+        }
+        live.into_iter().collect()
+    }
+
+    /// A symbol that the outputs need and no input gives.
+    pub fn unbound_symbol(&self) -> Option<&str> {
+        self.computed().into_iter().find_map(|id| self.graph.symbol_name(id))
+    }
+}
+
+/// The operands whose values an operation needs: all but the base of a zeroth power.
+pub(crate) fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
+    node.operands().filter(move |_| !matches!(node, Node::Powi(_, 0)))
+}
+
+/// An argument of a [`Kernel`]: a scalar, or an array of scalars.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Name of the argument.
+    pub name: String,
+    /// What it is, with its unit.
+    pub doc: String,
+    /// Its elements: a local name, and the node whose value it is. One element makes a scalar.
+    pub elements: Vec<(String, NodeId)>,
+}
+
+impl Input {
+    /// The symbols `names` of `graph` as one argument.
+    ///
+    /// # Panics
+    /// If the graph has no such symbol.
+    pub(crate) fn symbols(graph: &Graph, name: &str, doc: &str, names: &[&str]) -> Self {
+        let find = |symbol: &&str| {
+            let node = graph.find_symbol(symbol).unwrap_or_else(|| panic!("`{symbol}` is a symbol of the graph"));
+            (symbol.to_string(), node)
+        };
+        Self { name: name.into(), doc: doc.into(), elements: names.iter().map(find).collect() }
+    }
+}
+
+/// The shape of an [`Output`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One value.
+    Scalar,
+    /// So many values.
+    Vector(usize),
+    /// Rows, columns; stored by rows.
+    Matrix(usize, usize),
+}
+
+/// A field of a kernel's result.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Name of the field.
+    pub name: String,
+    /// What it is.
+    pub doc: String,
+    /// Unit of its elements.
+    pub unit: Unit,
+    /// Its shape.
+    pub shape: Shape,
+    /// Its elements, row by row.
+    pub nodes: Vec<NodeId>,
+}
+
+impl Output {
+    pub(crate) fn scalar(name: &str, doc: &str, unit: Unit, node: NodeId) -> Self {
+        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Scalar, nodes: vec![node] }
+    }
+
+    pub(crate) fn vector(name: &str, doc: &str, unit: Unit, nodes: Vec<NodeId>) -> Self {
+        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Vector(nodes.len()), nodes }
+    }
+
+    pub(crate) fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
+        let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
+        Self { name: name.into(), doc: doc.into(), unit, shape, nodes: rows.concat() }
+    }
+}
+
+/// The elements of `outputs`, in order.
+pub(crate) fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
+    outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect()
+}
+
+/// Puts `nodes` in the place of [`output_nodes`], as a pass returns them.
+pub(crate) fn set_output_nodes(outputs: &mut [Output], nodes: Vec<NodeId>) {
+    let mut nodes = nodes.into_iter();
+    for output in outputs {
+        output.nodes = nodes.by_ref().take(output.nodes.len()).collect();
+    }
+}

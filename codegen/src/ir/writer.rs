@@ -1,0 +1,198 @@
+//! Expressions as readable mathematics: one expression at a time, in a given [`Notation`].
+
+use crate::ir::constant::Constant;
+use crate::ir::graph::{Graph, Node, NodeId};
+use crate::ir::notation::{ATOM, Notation, POWER, PRODUCT, QUOTIENT, SUM, Text, Written};
+use crate::ir::unit::Unit;
+
+/// Writes the expressions of one graph.
+///
+/// Sums and products of any length are written without recursion. Other operations recurse once per level, so that
+/// whoever writes deep expressions must cut them by names.
+pub(crate) struct Writer<'a> {
+    graph: &'a Graph,
+    notation: &'a dyn Notation,
+    /// Names of nodes, by index; empty for the others.
+    names: Vec<String>,
+}
+
+impl<'a> Writer<'a> {
+    /// Without names.
+    pub(crate) fn new(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+        Self { graph, notation, names: vec![String::new(); graph.nodes().len()] }
+    }
+
+    /// From now on `id` is written as `name`.
+    pub(crate) fn set_name(&mut self, id: NodeId, name: String) {
+        self.names[id.index()] = name;
+    }
+
+    /// The name of `id`; empty if it has none.
+    pub(crate) fn name(&self, id: NodeId) -> &str {
+        &self.names[id.index()]
+    }
+
+    fn is_named(&self, id: NodeId) -> bool {
+        !self.names[id.index()].is_empty()
+    }
+
+    /// The expression at `id`: its name, or else its operation.
+    pub(crate) fn expression(&self, id: NodeId) -> Written {
+        match self.is_named(id) {
+            true => Written::new(self.names[id.index()].clone(), ATOM),
+            false => self.operation(id),
+        }
+    }
+
+    /// The operation at `id`, whether it has a name or not.
+    pub(crate) fn operation(&self, id: NodeId) -> Written {
+        let of = |id, context| self.expression(id).within(context);
+        let minus = self.notation.minus();
+        match self.graph.node(id) {
+            Node::Constant(value) if value.is_negative() => {
+                Written::new(format!("{minus}{}", self.notation.number(-value)), SUM)
+            }
+            Node::Constant(value) => Written::new(self.notation.number(value), PRODUCT),
+            Node::Symbol(symbol) => {
+                Written::new(self.notation.symbol(&self.graph.symbols()[symbol.index()].notation), ATOM)
+            }
+            Node::Add(..) | Node::Sub(..) => Written::new(self.sum(id), SUM),
+            Node::Neg(a) => Written::new(format!("{minus}{}", of(a, QUOTIENT)), SUM),
+            Node::Mul(a, b) => match self.graph.as_constant(a) {
+                Some(factor) if factor.is_negative() => {
+                    let rest = match factor.is_minus_one() {
+                        true => String::new(),
+                        false => format!("{} ", self.notation.number(-factor)),
+                    };
+                    Written::new(format!("{minus}{rest}{}", of(b, PRODUCT)), SUM)
+                }
+                _ => Written::new(self.product(id), PRODUCT),
+            },
+            Node::Div(a, b) => {
+                let (above, below) = (self.expression(a), self.expression(b));
+                match self.notation.fraction(&above, &below) {
+                    Some(fraction) => Written::new(fraction, PRODUCT),
+                    None => Written::new(format!("{}/{}", above.within(PRODUCT), below.within(POWER)), QUOTIENT),
+                }
+            }
+            Node::Powi(a, exponent) => Written::new(self.power(a, exponent), POWER),
+            Node::Sqrt(a) => Written::new(self.notation.root(&of(a, 0)), POWER),
+            Node::Sin(a) => Written::new(self.function("sin", 1, a), POWER),
+            Node::Cos(a) => Written::new(self.function("cos", 1, a), POWER),
+            Node::Asin(a) => Written::new(self.function("asin", 1, a), POWER),
+            Node::LessThan(a, b) => Written::new(format!("[{} < {}]", of(a, 0), of(b, 0)), POWER),
+            Node::HalfAngleSquared(order, a) => {
+                Written::new(format!("{}({})", self.notation.half_angle_squared(order), of(a, 0)), POWER)
+            }
+        }
+    }
+
+    /// The terms with their signs. Without recursion: a sum can have more terms than the stack has room for.
+    fn sum(&self, top: NodeId) -> String {
+        let mut text = String::new();
+        let mut pending = vec![(top, false)];
+        while let Some((id, negative)) = pending.pop() {
+            match self.graph.node(id) {
+                Node::Add(a, b) if id == top || !self.is_named(id) => pending.extend([(b, negative), (a, negative)]),
+                Node::Sub(a, b) if id == top || !self.is_named(id) => pending.extend([(b, !negative), (a, negative)]),
+                _ => {
+                    let minus = self.notation.minus();
+                    let first = text.is_empty() && !negative;
+                    let term = self.expression(id).within(if first { SUM } else { QUOTIENT });
+                    match (text.is_empty(), negative) {
+                        (true, false) => {}
+                        (true, true) => text.push(minus),
+                        (false, false) => text.push_str(" + "),
+                        (false, true) => text.extend([' ', minus, ' ']),
+                    }
+                    text.push_str(&term);
+                }
+            }
+        }
+        text
+    }
+
+    /// The factors in the customary order: numbers, symbols, functions, sums.
+    fn product(&self, top: NodeId) -> String {
+        let mut factors = Vec::new();
+        let mut pending = vec![top];
+        while let Some(id) = pending.pop() {
+            match self.graph.node(id) {
+                Node::Mul(a, b) if id == top || !self.is_named(id) => pending.extend([b, a]),
+                _ => factors.push(id),
+            }
+        }
+        let is_one = |factor: NodeId| self.graph.as_constant(factor).is_some_and(Constant::is_one);
+        if !factors.iter().all(|&factor| is_one(factor)) {
+            factors.retain(|&factor| !is_one(factor));
+        }
+        factors.sort_by_key(|&factor| self.rank(factor));
+        let several = factors.len() > 1;
+        let write = |equal: &[NodeId]| match equal {
+            [factor] if several => self.expression(*factor).within(PRODUCT),
+            [factor] => self.expression(*factor).within(QUOTIENT),
+            _ => self.power(equal[0], equal.len() as i32),
+        };
+        factors.chunk_by(|a, b| a == b).map(write).collect::<Vec<_>>().join(" ")
+    }
+
+    fn rank(&self, factor: NodeId) -> (u8, NodeId) {
+        let rank = match self.graph.node(factor) {
+            _ if self.is_named(factor) => 1,
+            Node::Constant(_) => 0,
+            Node::Symbol(_) => 1,
+            Node::Powi(base, _) => return (self.rank(base).0, base),
+            Node::HalfAngleSquared(..) => 2,
+            Node::Sin(_) | Node::Cos(_) | Node::Asin(_) | Node::Sqrt(_) | Node::LessThan(..) => 3,
+            _ => 4,
+        };
+        (rank, factor)
+    }
+
+    fn function(&self, name: &str, exponent: i32, argument: NodeId) -> String {
+        let name = self.notation.function(name, exponent);
+        let argument = self.expression(argument);
+        match argument.strength {
+            ATOM => format!("{name} {}", argument.text),
+            _ => format!("{name}({})", argument.text),
+        }
+    }
+
+    /// A positive power of a sine or cosine has its exponent at the name; `sin⁻¹` would be read as an arc sine.
+    fn power(&self, base: NodeId, exponent: i32) -> String {
+        match self.graph.node(base) {
+            Node::Sin(argument) if exponent > 0 && !self.is_named(base) => self.function("sin", exponent, argument),
+            Node::Cos(argument) if exponent > 0 && !self.is_named(base) => self.function("cos", exponent, argument),
+            _ => self.notation.raised(&self.expression(base).within(ATOM), exponent),
+        }
+    }
+}
+
+/// Operations of an [`excerpt`] below this depth are left out, and characters beyond this number.
+const EXCERPT_DEPTH: usize = 5;
+const EXCERPT_LENGTH: usize = 120;
+
+/// The outer operations of `id` as text, for messages; an ellipsis stands for what is left out.
+pub(crate) fn excerpt(graph: &Graph, id: NodeId) -> String {
+    let mut copy = Graph::raw();
+    let top = copy_levels(graph, id, &mut copy, EXCERPT_DEPTH);
+    let text = Writer::new(&copy, &Text).expression(top).text;
+    if text.chars().count() <= EXCERPT_LENGTH {
+        return text;
+    }
+    text.chars().take(EXCERPT_LENGTH).chain(['…']).collect()
+}
+
+fn copy_levels(graph: &Graph, id: NodeId, copy: &mut Graph, levels: usize) -> NodeId {
+    match graph.node(id) {
+        Node::Symbol(symbol) => {
+            let symbol = &graph.symbols()[symbol.index()];
+            copy.symbol(&symbol.name, &symbol.notation, symbol.unit)
+        }
+        node if levels == 0 && node.operands().next().is_some() => copy.symbol("…", "…", Unit::ONE),
+        node => {
+            let node = node.map(|operand| copy_levels(graph, operand, copy, levels.saturating_sub(1)));
+            copy.intern(node)
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! The physics: the energies of a chain of rigid segments, and nothing else.
+//!
+//! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J` about their
+//! centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section 2). Segment `k` points
+//! along `e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`.
+//! Every energy is a sum over segments or joints, stated here once: the whole equations of a chain and the
+//! kernels of one segment or joint are derived from the same functions.
+
+use std::collections::BTreeMap;
+
+use crate::ir::graph::{Graph, NodeId};
+use crate::ir::unit::Unit;
+use crate::passes::calculus::directional_derivative;
+
+/// Of a joint's stiffness.
+pub const STIFFNESS: Unit = Unit::NEWTON.times(Unit::METRE);
+/// Of a joint's damping.
+pub const DAMPING: Unit = STIFFNESS.times(Unit::SECOND);
+/// Of a point.
+pub const VELOCITY: Unit = Unit::METRE.per(Unit::SECOND);
+/// Of a point.
+pub const ACCELERATION: Unit = VELOCITY.per(Unit::SECOND);
+/// Of an angle.
+pub const ANGULAR_RATE: Unit = Unit::RADIAN.per(Unit::SECOND);
+/// Of a rod about its centre.
+pub const INERTIA: Unit = Unit::KILOGRAM.times(Unit::METRE.powi(2));
+
+/// A vector in the inertial frame.
+pub type Vec3 = [NodeId; 3];
+
+/// The constants of a chain, as symbols.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters {
+    /// Segment length `h` in m.
+    pub length: NodeId,
+    /// Segment mass `m` in kg.
+    pub mass: NodeId,
+    /// Transverse moment of inertia of a segment about its centre, `J` in kg m².
+    pub inertia: NodeId,
+    /// Stiffness of the clamp joint, `c1` in N m.
+    pub root_stiffness: NodeId,
+    /// Stiffness of every other joint, `c` in N m.
+    pub joint_stiffness: NodeId,
+    /// Damping of the clamp joint, `d1` in N m s.
+    pub root_damping: NodeId,
+    /// Damping of every other joint, `d` in N m s.
+    pub joint_damping: NodeId,
+    /// Gravitational acceleration in m/s².
+    pub gravity: Vec3,
+}
+
+impl Parameters {
+    /// The symbols in `graph`.
+    pub fn new(graph: &mut Graph) -> Self {
+        Self {
+            length: graph.symbol("segment_length", "h", Unit::METRE),
+            mass: graph.symbol("segment_mass", "m", Unit::KILOGRAM),
+            inertia: graph.symbol("segment_inertia", "J", INERTIA),
+            root_stiffness: graph.symbol("root_stiffness", "c1", STIFFNESS),
+            joint_stiffness: graph.symbol("joint_stiffness", "c", STIFFNESS),
+            root_damping: graph.symbol("root_damping", "d1", DAMPING),
+            joint_damping: graph.symbol("joint_damping", "d", DAMPING),
+            gravity: vector_symbol(graph, "gravity", "g", ACCELERATION),
+        }
+    }
+}
+
+impl Parameters {
+    /// The scalar constants, by which the terms of the equations are collected.
+    pub fn constants(&self) -> [NodeId; 7] {
+        [
+            self.length,
+            self.mass,
+            self.inertia,
+            self.root_stiffness,
+            self.joint_stiffness,
+            self.root_damping,
+            self.joint_damping,
+        ]
+    }
+}
+
+/// The prescribed motion of the clamp, as symbols.
+#[derive(Clone, Copy, Debug)]
+pub struct Clamp {
+    /// Position of the root, `r_0` in m.
+    pub position: Vec3,
+    /// Velocity of the root, `ṙ_0` in m/s.
+    pub velocity: Vec3,
+    /// Acceleration of the root, `r̈_0` in m/s².
+    pub acceleration: Vec3,
+    /// Unit vector along which the filament is clamped, `e_0`.
+    pub direction: Vec3,
+    /// Its rate, `ė_0` in 1/s.
+    pub direction_rate: Vec3,
+}
+
+impl Clamp {
+    /// The symbols in `graph`.
+    pub fn new(graph: &mut Graph) -> Self {
+        Self {
+            position: vector_symbol(graph, "root_position", "r0", Unit::METRE),
+            velocity: vector_symbol(graph, "root_velocity", "ṙ0", VELOCITY),
+            acceleration: vector_symbol(graph, "root_acceleration", "r̈0", ACCELERATION),
+            direction: vector_symbol(graph, "clamp_direction", "e0", Unit::ONE),
+            direction_rate: vector_symbol(graph, "clamp_direction_rate", "ė0", Unit::SECOND.powi(-1)),
+        }
+    }
+}
+
+/// The minimal coordinates of one segment and their rates, as symbols.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Polar angle `φ` from `+z` in rad.
+    pub phi: NodeId,
+    /// Azimuth `θ` about `z` in rad.
+    pub theta: NodeId,
+    /// `φ̇` in rad/s.
+    pub phi_rate: NodeId,
+    /// `θ̇` in rad/s.
+    pub theta_rate: NodeId,
+}
+
+impl Segment {
+    /// The symbols of the segment `label` (its number, or a name like `next`) in `graph`.
+    pub fn new(graph: &mut Graph, label: &str) -> Self {
+        let mut symbol = |name: &str, notation: &str, unit: Unit| {
+            let separator = if label.is_empty() { "" } else { "_" };
+            graph.symbol(&format!("{name}{separator}{label}"), &format!("{notation}{label}"), unit)
+        };
+        Self {
+            phi: symbol("phi", "φ", Unit::RADIAN),
+            theta: symbol("theta", "θ", Unit::RADIAN),
+            phi_rate: symbol("phi_rate", "φ̇", ANGULAR_RATE),
+            theta_rate: symbol("theta_rate", "θ̇", ANGULAR_RATE),
+        }
+    }
+
+    /// The coordinates `(φ, θ)`.
+    pub fn coordinates(&self) -> [NodeId; 2] {
+        [self.phi, self.theta]
+    }
+
+    /// The rates `(φ̇, θ̇)`.
+    pub fn rates(&self) -> [NodeId; 2] {
+        [self.phi_rate, self.theta_rate]
+    }
+
+    /// The unit vector `e` along the segment.
+    pub fn direction(&self, graph: &mut Graph) -> Vec3 {
+        let (sin_phi, cos_phi) = (graph.sin(self.phi), graph.cos(self.phi));
+        let (sin_theta, cos_theta) = (graph.sin(self.theta), graph.cos(self.theta));
+        [graph.mul(sin_phi, cos_theta), graph.mul(sin_phi, sin_theta), cos_phi]
+    }
+
+    /// Its rate `ė`.
+    pub fn direction_rate(&self, graph: &mut Graph) -> Vec3 {
+        let direction = self.direction(graph);
+        let rates = BTreeMap::from([(self.phi, self.phi_rate), (self.theta, self.theta_rate)]);
+        to_vec3(directional_derivative(graph, &direction, &rates))
+    }
+}
+
+/// `½ m |ċ|² + ½ J |ė|²` of a segment whose inner end moves at `base_velocity`; its centre moves at
+/// `ċ = ẋ + (h/2) ė`.
+pub fn kinetic_energy(graph: &mut Graph, parameters: &Parameters, base_velocity: Vec3, direction_rate: Vec3) -> NodeId {
+    let velocity = along(graph, base_velocity, parameters.length, (1, 2), direction_rate);
+    let translation = half_square(graph, parameters.mass, velocity);
+    let rotation = half_square(graph, parameters.inertia, direction_rate);
+    graph.add(translation, rotation)
+}
+
+/// `−m g·c` of a segment whose inner end is at `base_position`; its centre is at `c = x + (h/2) e`.
+pub fn gravity_energy(graph: &mut Graph, parameters: &Parameters, base_position: Vec3, direction: Vec3) -> NodeId {
+    let centre = along(graph, base_position, parameters.length, (1, 2), direction);
+    let height = graph.dot(&parameters.gravity, &centre);
+    let energy = graph.mul(parameters.mass, height);
+    graph.neg(energy)
+}
+
+/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|² = 1 − cos α`.
+///
+/// The chord form of `u` is never negative and keeps its relative precision at the straight joint, where `S` is
+/// analytic (see [`crate::ir::special`]).
+pub fn spring_energy(graph: &mut Graph, stiffness: NodeId, previous: Vec3, next: Vec3) -> NodeId {
+    let chord = difference(graph, next, previous);
+    let one = graph.integer(1);
+    let u = half_square(graph, one, chord);
+    let half_angle_squared = graph.half_angle_squared(u);
+    graph.mul(stiffness, half_angle_squared)
+}
+
+/// `½ d |ω' − ω|²` of a joint, with the angular velocity `ω = e × ė` of each side.
+pub fn dissipation(graph: &mut Graph, damping: NodeId, previous: (Vec3, Vec3), next: (Vec3, Vec3)) -> NodeId {
+    let previous = cross(graph, previous.0, previous.1);
+    let next = cross(graph, next.0, next.1);
+    let relative = difference(graph, next, previous);
+    half_square(graph, damping, relative)
+}
+
+/// Position (or velocity) of the outer end of a segment: `x + h e` (or `ẋ + h ė`).
+pub fn outer_end(graph: &mut Graph, parameters: &Parameters, base: Vec3, direction: Vec3) -> Vec3 {
+    along(graph, base, parameters.length, (1, 1), direction)
+}
+
+/// Three symbols, `name_x` and so on, in `unit`.
+pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str, unit: Unit) -> Vec3 {
+    ["x", "y", "z"].map(|axis| graph.symbol(&format!("{name}_{axis}"), &format!("{notation}{axis}"), unit))
+}
+
+/// Three nodes as a vector.
+///
+/// # Panics
+/// If there are not three.
+pub fn to_vec3(nodes: Vec<NodeId>) -> Vec3 {
+    nodes.try_into().expect("a vector has three components")
+}
+
+/// `base + share × length × direction`
+fn along(graph: &mut Graph, base: Vec3, length: NodeId, share: (i64, i64), direction: Vec3) -> Vec3 {
+    let share = graph.ratio(share.0, share.1);
+    let reach = graph.mul(share, length);
+    std::array::from_fn(|i| {
+        let offset = graph.mul(reach, direction[i]);
+        graph.add(base[i], offset)
+    })
+}
+
+/// `½ factor |vector|²`
+fn half_square(graph: &mut Graph, factor: NodeId, vector: Vec3) -> NodeId {
+    let half = graph.ratio(1, 2);
+    let square = graph.dot(&vector, &vector);
+    let product = graph.mul(factor, square);
+    graph.mul(half, product)
+}
+
+fn difference(graph: &mut Graph, a: Vec3, b: Vec3) -> Vec3 {
+    std::array::from_fn(|i| graph.sub(a[i], b[i]))
+}
+
+fn cross(graph: &mut Graph, a: Vec3, b: Vec3) -> Vec3 {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let left = graph.mul(a[j], b[k]);
+        let right = graph.mul(a[k], b[j]);
+        graph.sub(left, right)
+    })
+}

@@ -1,0 +1,166 @@
+//! Lagrange's equations: from the energies of a chain to `M(q) q̈ = f(q, q̇, t) + Q`.
+
+use std::collections::BTreeMap;
+
+use crate::ir::graph::{Graph, NodeId};
+use crate::model::chain::{self, Clamp, Parameters, Segment, Vec3};
+use crate::passes::calculus::{directional_derivative, gradient, jacobian};
+
+/// The whole equations of a chain of `n` segments, as expressions.
+///
+/// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav` (Uhlmann and Hoyer 2021,
+/// Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1, θ1, …, φn, θn`.
+#[derive(Clone, Debug)]
+pub struct WholeEquations {
+    /// Where the expressions live.
+    pub graph: Graph,
+    /// The constants.
+    pub parameters: Parameters,
+    /// The motion of the clamp.
+    pub clamp: Clamp,
+    /// The coordinates and rates of each segment.
+    pub segments: Vec<Segment>,
+    /// `M`, 2n × 2n, in kg m² (rows and columns are angles).
+    pub mass_matrix: Vec<Vec<NodeId>>,
+    /// `f`, 2n, in N m: everything but the terms in `q̈` and the contact.
+    pub force: Vec<NodeId>,
+    /// `E_kin` in J.
+    pub kinetic_energy: NodeId,
+    /// `E_spring` in J.
+    pub spring_energy: NodeId,
+    /// `E_grav` in J.
+    pub gravity_energy: NodeId,
+    /// `D` in W.
+    pub dissipation: NodeId,
+    /// The tip `r_n` in m.
+    pub tip: Vec3,
+}
+
+/// Derives the whole equations for `segments` segments.
+///
+/// The expressions share their subexpressions: `M` takes O(n²) nodes and `f` takes O(n).
+///
+/// # Panics
+/// If `segments` is zero.
+pub fn whole_equations(segments: usize) -> WholeEquations {
+    assert!(segments > 0, "a chain has at least one segment");
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let parameters = Parameters::new(g);
+    let clamp = Clamp::new(g);
+    let segments: Vec<Segment> = (1..=segments).map(|k| Segment::new(g, &k.to_string())).collect();
+
+    let (mut kinetic, mut spring, mut gravity, mut dissipation) = (vec![], vec![], vec![], vec![]);
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    let (mut previous, mut previous_rate) = (clamp.direction, clamp.direction_rate);
+    let (mut stiffness, mut damping) = (parameters.root_stiffness, parameters.root_damping);
+    for segment in &segments {
+        let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
+        kinetic.push(chain::kinetic_energy(g, &parameters, velocity, rate));
+        gravity.push(chain::gravity_energy(g, &parameters, position, direction));
+        spring.push(chain::spring_energy(g, stiffness, previous, direction));
+        dissipation.push(chain::dissipation(g, damping, (previous, previous_rate), (direction, rate)));
+        position = chain::outer_end(g, &parameters, position, direction);
+        velocity = chain::outer_end(g, &parameters, velocity, rate);
+        (previous, previous_rate) = (direction, rate);
+        (stiffness, damping) = (parameters.joint_stiffness, parameters.joint_damping);
+    }
+    let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
+        [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));
+
+    let coordinates: Vec<NodeId> = segments.iter().flat_map(Segment::coordinates).collect();
+    let rates: Vec<NodeId> = segments.iter().flat_map(Segment::rates).collect();
+    let momenta = gradient(g, kinetic_energy, &rates);
+    let mass_matrix = jacobian(g, &momenta, &rates);
+    let momentum_rates = directional_derivative(g, &momenta, &free_motion(&segments, &clamp));
+    let kinetic_gradient = gradient(g, kinetic_energy, &coordinates);
+    let potential = g.add(spring_energy, gravity_energy);
+    let potential_gradient = gradient(g, potential, &coordinates);
+    let damping_torques = gradient(g, dissipation, &rates);
+    let force = (0..coordinates.len()).map(|i| {
+        let inertial = g.sub(kinetic_gradient[i], momentum_rates[i]);
+        let elastic = g.sub(inertial, potential_gradient[i]);
+        g.sub(elastic, damping_torques[i])
+    });
+    let force = force.collect();
+    WholeEquations {
+        graph,
+        parameters,
+        clamp,
+        segments,
+        mass_matrix,
+        force,
+        kinetic_energy,
+        spring_energy,
+        gravity_energy,
+        dissipation,
+        tip: position,
+    }
+}
+
+/// How everything that varies moves while `q̈ = 0`: what remains of `d/dt` depends on `q`, `q̇` and the motion of the
+/// clamp.
+fn free_motion(segments: &[Segment], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
+    let coordinates = segments.iter().flat_map(Segment::coordinates);
+    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.zip(segments.iter().flat_map(Segment::rates)).collect();
+    motion.extend(clamp.velocity.into_iter().zip(clamp.acceleration));
+    motion
+}
+
+/// The momenta and the parts of `f`, each in the order of the coordinates.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// `∂E_kin/∂q̇`
+    pub momenta: Vec<NodeId>,
+    /// `∂E_kin/∂q − d/dt(∂E_kin/∂q̇)` for `q̈ = 0`
+    pub inertial: Vec<NodeId>,
+    /// `−∂E_spring/∂q`
+    pub spring: Vec<NodeId>,
+    /// `−∂E_grav/∂q`
+    pub gravity: Vec<NodeId>,
+    /// `−∂D/∂q̇`
+    pub damping: Vec<NodeId>,
+}
+
+impl WholeEquations {
+    /// Derives the momenta and the parts whose sum is [`WholeEquations::force`].
+    pub fn parts(&mut self) -> Parts {
+        let coordinates: Vec<NodeId> = self.segments.iter().flat_map(Segment::coordinates).collect();
+        let rates: Vec<NodeId> = self.segments.iter().flat_map(Segment::rates).collect();
+        let motion = free_motion(&self.segments, &self.clamp);
+        let g = &mut self.graph;
+        let momenta = gradient(g, self.kinetic_energy, &rates);
+        let momentum_rates = directional_derivative(g, &momenta, &motion);
+        let kinetic_gradient = gradient(g, self.kinetic_energy, &coordinates);
+        let inertial = kinetic_gradient.into_iter().zip(momentum_rates).map(|(a, b)| g.sub(a, b)).collect();
+        let mut negative_gradient = |energy, variables: &[NodeId]| -> Vec<NodeId> {
+            let gradient = gradient(g, energy, variables);
+            gradient.into_iter().map(|slope| g.neg(slope)).collect()
+        };
+        let spring = negative_gradient(self.spring_energy, &coordinates);
+        let gravity = negative_gradient(self.gravity_energy, &coordinates);
+        let damping = negative_gradient(self.dissipation, &rates);
+        Parts { momenta, inertial, spring, gravity, damping }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_sum_to_the_force() {
+        // Sums of some tens of terms of size one.
+        const TOLERANCE: f64 = 1e-12;
+        let mut whole = whole_equations(3);
+        let parts = whole.parts();
+        let point: Vec<f64> = (0..whole.graph.symbols().len()).map(|i| 0.3 + 0.1 * (i as f64).sin()).collect();
+        let values = whole.graph.evaluate(&point);
+        let at = |node: NodeId| values[node.index()];
+        for (i, &force) in whole.force.iter().enumerate() {
+            let sum: f64 =
+                [&parts.inertial, &parts.spring, &parts.gravity, &parts.damping].map(|part| at(part[i])).iter().sum();
+            assert!((sum - at(force)).abs() < TOLERANCE, "{i}: {sum} {}", at(force));
+        }
+    }
+}

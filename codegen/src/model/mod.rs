@@ -1,0 +1,6 @@
+//! The filament: its energies, and the equations of motion that follow from them.
+
+pub mod chain;
+pub mod kernels;
+pub mod lagrange;
+pub mod whole;

@@ -1,0 +1,117 @@
+//! The whole equations of a chain under names, ready to be printed, emitted or exchanged.
+
+use crate::ir::graph::{Graph, NodeId};
+use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
+use crate::ir::unit::Unit;
+use crate::model::chain::{INERTIA, STIFFNESS, Segment};
+use crate::model::lagrange::{WholeEquations, whole_equations};
+use crate::passes::dimension::{self, DimensionError};
+use crate::passes::normal_form::{Style, normalise};
+
+/// What the whole equations are wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Sums of products, collected by the constants of the model.
+    Reading,
+    /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the energies.
+    Computing,
+}
+
+/// The functions `mass_matrix`, `force` and `energies` of a chain of `segments` segments.
+///
+/// Each takes all inputs, so that they are called alike.
+///
+/// # Errors
+/// If a term of the derivation makes no physical sense.
+///
+/// # Panics
+/// If `segments` is zero.
+pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
+    let whole = whole_equations(segments);
+    let size = 2 * segments;
+    let mass_matrix = Output::matrix(
+        "mass_matrix",
+        &format!("`M`, {size} × {size}, symmetric, rows and columns `φ1, θ1, φ2, …`"),
+        INERTIA,
+        whole.mass_matrix.clone(),
+    );
+    let force = Output::vector("force", "`f` of `M q̈ = f + Q`, without contact", STIFFNESS, whole.force.clone());
+    let energies = vec![
+        Output::scalar("kinetic", "`E_kin`", Unit::JOULE, whole.kinetic_energy),
+        Output::scalar("spring", "`E_spring`", Unit::JOULE, whole.spring_energy),
+        Output::scalar("gravity", "`E_grav`", Unit::JOULE, whole.gravity_energy),
+        Output::scalar("dissipation", "`D`", Unit::WATT, whole.dissipation),
+    ];
+    let plural = if segments == 1 { "" } else { "s" };
+    let chain = format!("of a chain of {segments} segment{plural}");
+    [
+        ("mass_matrix", format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
+        (
+            "force",
+            format!(
+                "Generalised force {chain}: `f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n\
+                 the first term without its part in `q̈`, `E_pot = E_spring + E_grav`."
+            ),
+            vec![force],
+        ),
+        (
+            "energies",
+            format!(
+                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`,\n\
+                 `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
+            ),
+            energies,
+        ),
+    ]
+    .into_iter()
+    .map(|(name, summary, outputs)| kernel(&whole, purpose, name, summary, outputs))
+    .collect()
+}
+
+fn kernel(
+    whole: &WholeEquations,
+    purpose: Purpose,
+    name: &str,
+    summary: String,
+    mut outputs: Vec<Output>,
+) -> Result<Kernel, DimensionError> {
+    dimension::check(&whole.graph, &outputs)?;
+    let nodes = output_nodes(&outputs);
+    let (graph, nodes) = match purpose {
+        Purpose::Reading => {
+            let normalised = normalise(&whole.graph, &nodes, Style::Collected(&whole.parameters.constants()));
+            (normalised.graph, normalised.outputs)
+        }
+        Purpose::Computing => whole.graph.extract(&nodes),
+    };
+    set_output_nodes(&mut outputs, nodes);
+    dimension::check(&graph, &outputs)?;
+    let inputs = inputs(whole, &graph);
+    Ok(Kernel { name: name.into(), summary, graph, inputs, outputs })
+}
+
+/// The arguments; each function takes all of them, so that they are called alike.
+fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
+    let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
+        let names = symbols.into_iter().filter_map(|symbol| whole.graph.symbol_name(symbol));
+        Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
+    };
+    let WholeEquations { parameters, clamp, segments, .. } = whole;
+    vec![
+        group("q", "φ1, θ1, φ2, … in rad", segments.iter().flat_map(Segment::coordinates).collect()),
+        group("v", "φ̇1, θ̇1, φ̇2, … in rad/s", segments.iter().flat_map(Segment::rates).collect()),
+        group("root_position", "r0 in m", clamp.position.into()),
+        group("root_velocity", "ṙ0 in m/s", clamp.velocity.into()),
+        group("root_acceleration", "r̈0 in m/s²", clamp.acceleration.into()),
+        group("clamp_direction", "e0", clamp.direction.into()),
+        group("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate.into()),
+        group("gravity", "g in m/s²", parameters.gravity.into()),
+        group("segment_length", "h in m", vec![parameters.length]),
+        group("segment_mass", "m in kg", vec![parameters.mass]),
+        group("segment_inertia", "J in kg m²", vec![parameters.inertia]),
+        group("root_stiffness", "c1 in N m", vec![parameters.root_stiffness]),
+        group("joint_stiffness", "c in N m", vec![parameters.joint_stiffness]),
+        group("root_damping", "d1 in N m s", vec![parameters.root_damping]),
+        group("joint_damping", "d in N m s", vec![parameters.joint_damping]),
+    ]
+}

@@ -1,0 +1,57 @@
+//! Is it right? The built-in derivation against those of other engines, whose graphs are committed.
+//!
+//! `derivations/README.md` tells how the graphs were made and how to make them again.
+
+use std::path::Path;
+
+use bristle_codegen::back::json::{GraphFile, from_json};
+use bristle_codegen::compare::{States, TOLERANCE, compare, whole_segments};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+
+/// States at which each pair of derivations is compared.
+const STATES: usize = 1000;
+
+fn committed(name: &str) -> GraphFile {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../derivations/graphs").join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    from_json(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The built-in derivation of the whole equations of `segments`.
+///
+/// In the form for computing: the one for reading writes the chord of a joint through cosines, which cancel.
+fn built_in(segments: usize) -> Vec<Kernel> {
+    whole_kernels(segments, Purpose::Computing).expect("the derivation is sound")
+}
+
+fn assert_agreement(expected: &[Kernel], name: &str, states: States) {
+    let found = committed(name);
+    let deviations = compare(expected, &found.kernels, STATES, states, 1).expect("they compute the same things");
+    for deviation in deviations {
+        assert!(deviation.largest <= TOLERANCE, "{name}: {deviation:?}");
+    }
+}
+
+#[test]
+fn casadi_derives_the_same_whole_equations() {
+    for segments in [1, 2, 3, 5] {
+        let name = format!("chain_{segments}.json");
+        assert_eq!(whole_segments(&committed(&name).kernels), Some(segments));
+        assert_agreement(&built_in(segments), &name, States::All);
+    }
+}
+
+#[test]
+fn casadi_derives_the_same_kernels_and_tangents() {
+    assert_agreement(&kernels().expect("the derivation is sound"), "kernels.json", States::All);
+}
+
+/// SymPy states the angle of a joint by the arc cosine, whose derivative has no value at the straight joint.
+#[test]
+fn sympy_derives_the_same_whole_equations() {
+    for segments in [1, 2] {
+        assert_agreement(&built_in(segments), &format!("sympy_{segments}.json"), States::Bent);
+    }
+}

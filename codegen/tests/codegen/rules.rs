@@ -1,0 +1,233 @@
+//! Is it right? Simplified expressions have the values of the raw ones; the derivation has its known form.
+
+use crate::expressions::{Instruction, VARIABLES, build, value};
+use bristle_codegen::back::rust::{EmitError, Origin, emit};
+use bristle_codegen::ir::constant::Constant;
+use bristle_codegen::ir::graph::{Graph, Node, NodeId};
+use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::simplify::RULES;
+use bristle_codegen::ir::unit::Unit;
+use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::model::lagrange::whole_equations;
+use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::normal_form::{Style, normalise};
+use proptest::prelude::*;
+
+fn instruction() -> impl Strategy<Value = Instruction> {
+    let operand = 0..64_usize;
+    prop_oneof![
+        1 => (-4..5_i64, 1..4_i64).prop_map(|(a, b)| Instruction::Constant(a, b)),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Add(a, b)),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Sub(a, b)),
+        3 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Mul(a, b)),
+        1 => operand.clone().prop_map(Instruction::Neg),
+        1 => (operand.clone(), 0..4_i32).prop_map(|(a, k)| Instruction::Powi(a, k)),
+        2 => operand.clone().prop_map(Instruction::Sin),
+        2 => operand.clone().prop_map(Instruction::Cos),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Div(a, b)),
+        1 => (operand.clone(), 1..3_i32).prop_map(|(a, k)| Instruction::InversePower(a, k)),
+        1 => operand.clone().prop_map(Instruction::Sqrt),
+        1 => operand.clone().prop_map(Instruction::Asin),
+        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::LessThan(a, b)),
+        1 => operand.prop_map(Instruction::HalfAngleSquared),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn simplified_expressions_keep_their_values(
+        program in prop::collection::vec(instruction(), 1..14),
+        point in VARIABLES.map(|(_, range)| range),
+    ) {
+        let mut raw = Graph::raw();
+        let expected = build(&mut raw, &program);
+        let (expected, scale) = value(&raw, expected, &point);
+        prop_assume!(scale < 1e6);
+        let mut simplified = Graph::new();
+        let result = build(&mut simplified, &program);
+        prop_assert_eq!(simplified.validate(), Ok(()));
+        let symbols: Vec<NodeId> = ["x", "y"].iter().filter_map(|name| simplified.find_symbol(name)).collect();
+        let mut results = vec![value(&simplified, result, &point).0];
+        for style in [Style::Cheap, Style::Collected(&symbols)] {
+            let normalised = normalise(&simplified, &[result], style);
+            prop_assert_eq!(normalised.graph.validate(), Ok(()));
+            results.push(value(&normalised.graph, normalised.outputs[0], &point).0);
+        }
+        for result in results {
+            prop_assert!((result - expected).abs() <= 1e-9 * scale.powi(2), "{result} {expected}");
+        }
+    }
+}
+
+/// Each rule on operations that it is for, at random values.
+#[test]
+fn every_rule_fires_and_keeps_the_value() {
+    let mut rng = fastrand::Rng::with_seed(3);
+    // Away from zero, which no rule's domain holds for every power; of both signs.
+    let mut coordinate = || (0.2 + 2.0 * rng.f64()) * if rng.bool() { 1.0 } else { -1.0 };
+    let points: Vec<[f64; 2]> = (0..100).map(|_| [coordinate(), coordinate()]).collect();
+    for rule in RULES {
+        let mut fired = 0;
+        let mut graph = Graph::raw();
+        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+        let (two, three, zero, one) = (graph.integer(2), graph.integer(3), graph.integer(0), graph.integer(1));
+        let minus_x = graph.neg(x);
+        let difference = graph.sub(x, y);
+        let (two_x, three_x) = (graph.mul(two, x), graph.mul(three, x));
+        let (square, inverse) = (graph.powi(x, 2), graph.powi(x, -1));
+        let candidates = [
+            Node::Add(two, three),
+            Node::Add(x, zero),
+            Node::Sub(zero, x),
+            Node::Sub(x, x),
+            Node::Mul(one, x),
+            Node::Mul(x, zero),
+            Node::Div(x, two),
+            Node::Powi(x, 1),
+            Node::Powi(square, 3),
+            Node::Neg(minus_x),
+            Node::Neg(difference),
+            Node::Mul(minus_x, y),
+            Node::Add(y, minus_x),
+            Node::Powi(minus_x, 3),
+            Node::Mul(x, two),
+            Node::Mul(two_x, y),
+            Node::Neg(two_x),
+            Node::Add(two_x, three_x),
+            Node::Sub(x, three_x),
+            Node::Mul(square, x),
+            Node::Sin(minus_x),
+            Node::Cos(minus_x),
+            Node::Add(y, x),
+            Node::Mul(y, x),
+            Node::Asin(minus_x),
+            Node::LessThan(two, three),
+            Node::Sub(x, minus_x),
+            Node::Div(minus_x, y),
+            Node::Div(zero, x),
+            Node::Powi(x, 0),
+            Node::Mul(two_x, three_x),
+            Node::Mul(square, inverse),
+            Node::Sin(zero),
+            Node::Cos(zero),
+            Node::Asin(zero),
+        ];
+        for candidate in candidates {
+            let expected = graph.intern(candidate);
+            if let Some(result) = (rule.apply)(&mut graph, candidate) {
+                fired += 1;
+                for point in &points {
+                    let values = graph.evaluate(point);
+                    let (expected, result) = (values[expected.index()], values[result.index()]);
+                    // NaN on both sides is an argument out of the domain of the operation itself.
+                    let same =
+                        (expected - result).abs() <= 1e-14 * expected.abs() || (expected.is_nan() && result.is_nan());
+                    assert!(same, "{} on {candidate:?} at {point:?}: {expected} {result}", rule.name);
+                }
+            }
+        }
+        assert!(fired > 0, "{} never applies", rule.name);
+    }
+}
+
+#[test]
+fn trigonometric_identities_are_found() {
+    let mut graph = Graph::new();
+    let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+    let [sin_x, sin_y] = [x, y].map(|angle| graph.sin(angle));
+    let [cos_x, cos_y] = [x, y].map(|angle| graph.cos(angle));
+    let one = graph.dot(&[sin_x, cos_x], &[sin_x, cos_x]);
+    let cosine = graph.dot(&[cos_x, sin_x], &[cos_y, sin_y]);
+    let products = [graph.mul(sin_x, cos_y), graph.mul(cos_x, sin_y)];
+    let sine = graph.sub(products[0], products[1]);
+    let normalised = normalise(&graph, &[one, cosine, sine], Style::Cheap);
+    let [one, cosine, sine] = normalised.outputs[..] else { panic!("three outputs") };
+    assert_eq!(normalised.graph.as_constant(one), Some(Constant::from(1)));
+    assert!(matches!(normalised.graph.node(cosine), Node::Cos(_)));
+    assert!(matches!(normalised.graph.node(sine), Node::Sin(_)));
+}
+
+#[test]
+fn derived_graphs_keep_their_invariants() {
+    for segments in [1, 2, 7] {
+        let whole = whole_equations(segments);
+        assert_eq!(whole.graph.validate(), Ok(()));
+        for (i, row) in whole.mass_matrix.iter().enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                let values = whole.graph.evaluate(&vec![0.6; whole.graph.symbols().len()]);
+                let mirrored = whole.mass_matrix[j][i];
+                assert!((values[entry.index()] - values[mirrored.index()]).abs() < 1e-14);
+            }
+        }
+        for kernel in whole_kernels(segments, Purpose::Reading).expect("the derivation is sound") {
+            assert_eq!(kernel.graph.validate(), Ok(()));
+        }
+    }
+    for kernel in kernels().expect("the derivation is sound") {
+        assert_eq!(kernel.graph.validate(), Ok(()), "{}", kernel.name);
+    }
+}
+
+#[test]
+fn readable_form_has_the_values_of_the_compact_one() {
+    let symbols = whole_equations(3).graph.symbols().len();
+    let point: Vec<f64> = (0..symbols).map(|i| 0.4 + 0.37 * (i as f64 * 1.7).sin()).collect();
+    let [compact, readable] = [Purpose::Computing, Purpose::Reading]
+        .map(|purpose| whole_kernels(3, purpose).expect("the derivation is sound"));
+    for (compact, readable) in compact.iter().zip(&readable) {
+        let values = [compact, readable].map(|kernel| kernel.graph.evaluate(&point));
+        for (expected, result) in compact.outputs.iter().zip(&readable.outputs) {
+            for (expected, result) in expected.nodes.iter().zip(&result.nodes) {
+                let (expected, result) = (values[0][expected.index()], values[1][result.index()]);
+                assert!((expected - result).abs() < 1e-12 * expected.abs().max(1.0), "{expected} {result}");
+            }
+        }
+    }
+}
+
+fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
+    let output = Output {
+        name: "value".into(),
+        doc: "the value".into(),
+        unit: Unit::ONE,
+        shape: Shape::Scalar,
+        nodes: vec![node],
+    };
+    Kernel { name: "example".into(), summary: "An example.".into(), graph, inputs, outputs: vec![output] }
+}
+
+const ORIGIN: Origin<'_> = Origin { title: "An example.", maker: "a test", again: "cargo test" };
+
+#[test]
+fn emission_says_what_is_missing() {
+    let mut graph = Graph::raw();
+    let x = graph.symbol("x", "x", Unit::ONE);
+    let unbound = kernel(graph, Vec::new(), x);
+    let expected = EmitError::UnboundSymbol { kernel: "example".into(), symbol: "x".into() };
+    assert_eq!(emit(&[unbound], ORIGIN), Err(expected));
+
+    let mut graph = Graph::raw();
+    let infinite = graph.constant(Constant::Float(f64::INFINITY));
+    let error = emit(&[kernel(graph, Vec::new(), infinite)], ORIGIN);
+    assert!(matches!(error, Err(EmitError::NonFiniteConstant { .. })), "{error:?}");
+}
+
+#[test]
+fn emission_keeps_precedence_and_constants() {
+    let mut graph = Graph::raw();
+    let (a, b, c) =
+        (graph.symbol("a", "a", Unit::ONE), graph.symbol("b", "b", Unit::ONE), graph.symbol("c", "c", Unit::ONE));
+    let inner = graph.sub(b, c);
+    let difference = graph.sub(a, inner);
+    let tiny = graph.constant(Constant::Float(-1.0 / 3.0));
+    let scaled = graph.mul(tiny, difference);
+    let names = ["a", "b", "c"].map(|name| Input {
+        name: name.into(),
+        doc: String::new(),
+        elements: vec![(name.into(), graph.find_symbol(name).expect("it is a symbol"))],
+    });
+    let source = emit(&[kernel(graph, names.into(), scaled)], ORIGIN).expect("it can be emitted");
+    assert!(source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"), "{source}");
+}

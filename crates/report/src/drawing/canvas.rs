@@ -1,0 +1,259 @@
+//! What a figure is made of: a list of shapes and texts, to be written as SVG or as a bitmap.
+//!
+//! Coordinates are whole numbers, of which [`fine`] makes pixels, so that both forms are the same on every machine.
+
+use super::color::{Color, WHITE};
+
+/// Coordinates per pixel: curves are smooth although coordinates are whole numbers.
+pub(super) const FINE: i32 = 10;
+
+/// A place on a canvas: to the right and downwards from the upper left corner, in coordinates.
+pub type Point = (i32, i32);
+
+/// Pixels in coordinates.
+#[must_use]
+pub const fn fine(pixels: i32) -> i32 {
+    pixels * FINE
+}
+
+/// A figure on white.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Canvas {
+    /// Width and height in pixels.
+    size: (i32, i32),
+    /// The last one lies on top.
+    shapes: Vec<Shape>,
+}
+
+/// A part of a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// From the upper left to the lower right corner.
+    Rectangle {
+        corners: [Point; 2],
+        fill: Color,
+    },
+    Polygon {
+        points: Vec<Point>,
+        fill: Color,
+        opacity: f64,
+    },
+    Line {
+        points: Vec<Point>,
+        stroke: Stroke,
+    },
+    Circle {
+        centre: Point,
+        radius: i32,
+        fill: Color,
+    },
+    Text {
+        text: String,
+        style: TextStyle,
+        at: Point,
+    },
+}
+
+/// The look of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its colour.
+    pub color: Color,
+    /// Its width in coordinates.
+    pub width: i32,
+}
+
+/// The look of a line whose width is given in tenths of a pixel.
+#[must_use]
+pub const fn stroke(color: Color, tenths: i32) -> Stroke {
+    Stroke { color, width: fine(tenths) / 10 }
+}
+
+/// Which part of a text lies at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// What of a text is level with its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Level {
+    Top,
+    Middle,
+}
+
+/// The look of a text.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextStyle {
+    /// Font size in coordinates.
+    pub(super) size: i32,
+    pub(super) color: Color,
+    pub(super) anchor: Anchor,
+    pub(super) level: Level,
+    /// Whether it runs upwards.
+    pub(super) upwards: bool,
+}
+
+/// The look of a text of a size in pixels, to the right of its place and below it.
+#[must_use]
+pub const fn text(size: i32, color: Color) -> TextStyle {
+    TextStyle { size: fine(size), color, anchor: Anchor::Start, level: Level::Top, upwards: false }
+}
+
+impl TextStyle {
+    /// With its middle at its place.
+    #[must_use]
+    pub const fn centred(self) -> Self {
+        Self { anchor: Anchor::Middle, level: Level::Middle, ..self }
+    }
+
+    /// To the right of its place, level with it.
+    #[must_use]
+    pub const fn right(self) -> Self {
+        Self { anchor: Anchor::Start, level: Level::Middle, ..self }
+    }
+
+    /// To the left of its place, level with it.
+    #[must_use]
+    pub const fn left(self) -> Self {
+        Self { anchor: Anchor::End, level: Level::Middle, ..self }
+    }
+
+    /// Below its place, centred.
+    #[must_use]
+    pub const fn below(self) -> Self {
+        Self { anchor: Anchor::Middle, level: Level::Top, ..self }
+    }
+
+    /// Turned by a quarter, to be read upwards.
+    #[must_use]
+    pub const fn upwards(self) -> Self {
+        Self { upwards: true, ..self }
+    }
+}
+
+impl Canvas {
+    /// An empty canvas of a width and a height in pixels.
+    #[must_use]
+    pub fn new((width, height): (i32, i32)) -> Self {
+        let mut canvas = Self { size: (width, height), shapes: Vec::new() };
+        canvas.rectangle([(0, 0), (fine(width), fine(height))], WHITE);
+        canvas
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> (i32, i32) {
+        self.size
+    }
+
+    /// The shapes, from the lowest to the highest.
+    pub(super) fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// Fills the rectangle between two opposite corners.
+    pub fn rectangle(&mut self, [(x, y), (to_x, to_y)]: [Point; 2], fill: Color) {
+        let corners = [(x.min(to_x), y.min(to_y)), (x.max(to_x), y.max(to_y))];
+        self.shapes.push(Shape::Rectangle { corners, fill });
+    }
+
+    /// Fills a polygon.
+    pub fn polygon(&mut self, points: impl Into<Vec<Point>>, fill: Color) {
+        self.area(points, fill, 1.0);
+    }
+
+    /// Fills a polygon through which what lies below it can be seen, with an opacity from 0 to 1.
+    pub fn area(&mut self, points: impl Into<Vec<Point>>, fill: Color, opacity: f64) {
+        self.shapes.push(Shape::Polygon { points: points.into(), fill, opacity });
+    }
+
+    /// Joins points by straight lines.
+    pub fn line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke) {
+        self.shapes.push(Shape::Line { points: points.into(), stroke });
+    }
+
+    /// Outlines the rectangle between two opposite corners.
+    pub fn frame(&mut self, [(x, y), (to_x, to_y)]: [Point; 2], stroke: Stroke) {
+        self.line([(x, y), (to_x, y), (to_x, to_y), (x, to_y), (x, y)], stroke);
+    }
+
+    /// Joins points by a line of dashes of the length `dash`, with gaps of the length `gap` between them, in coordinates.
+    pub fn dashed(&mut self, points: &[Point], [dash, gap]: [i32; 2], stroke: Stroke) {
+        for dash in dashes(points, [dash, gap].map(|length| length as f32)) {
+            self.line(dash, stroke);
+        }
+    }
+
+    /// Fills a circle with a radius in coordinates.
+    pub fn circle(&mut self, centre: Point, radius: i32, fill: Color) {
+        self.shapes.push(Shape::Circle { centre, radius, fill });
+    }
+
+    /// Writes a text, in which symbols such as `F_n,w` are typeset.
+    pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
+        self.shapes.push(Shape::Text { text: text.to_owned(), style, at });
+    }
+}
+
+/// Cuts a line into dashes; a dash goes around corners.
+fn dashes(points: &[Point], [dash, gap]: [f32; 2]) -> Vec<Vec<Point>> {
+    let rounded = |(x, y): (f32, f32)| (x.round() as i32, y.round() as i32);
+    let mut dashes = Vec::new();
+    let Some((&(x, y), rest)) = points.split_first() else { return dashes };
+    let mut at = (x as f32, y as f32);
+    let mut current = vec![rounded(at)];
+    let (mut is_dash, mut done) = (true, 0.0);
+    for &(x, y) in rest {
+        let end = (x as f32, y as f32);
+        while at != end {
+            let (dx, dy) = (end.0 - at.0, end.1 - at.1);
+            let (distance, length) = (dx.hypot(dy), if is_dash { dash } else { gap });
+            let left = length - done;
+            if left < distance {
+                let part = left / distance;
+                at = (at.0 + dx * part, at.1 + dy * part);
+                done += left;
+            } else {
+                at = end;
+                done += distance;
+            }
+            if is_dash {
+                current.push(rounded(at));
+            }
+            if length <= done {
+                if is_dash {
+                    dashes.push(std::mem::take(&mut current));
+                } else {
+                    current.push(rounded(at));
+                }
+                (is_dash, done) = (!is_dash, 0.0);
+            }
+        }
+    }
+    if current.len() > 1 {
+        dashes.push(current);
+    }
+    dashes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_and_gaps_have_their_lengths_around_corners() {
+        let corner = [(0, 0), (30, 0), (30, 30)];
+        let expected = [vec![(0, 0), (25, 0)], vec![(27, 0), (30, 0), (30, 22)], vec![(30, 24), (30, 30)]];
+        assert_eq!(dashes(&corner, [25.0, 2.0]), expected);
+        assert!(dashes(&[], [2.0, 1.0]).is_empty() && dashes(&[(1, 1), (1, 1)], [2.0, 1.0]).is_empty());
+    }
+
+    #[test]
+    fn corners_of_a_rectangle_are_put_in_order() {
+        let mut canvas = Canvas::new((1, 1));
+        canvas.rectangle([(5, 0), (0, 7)], WHITE);
+        assert_eq!(canvas.shapes[1], Shape::Rectangle { corners: [(0, 0), (5, 7)], fill: WHITE });
+    }
+}
