@@ -1,4 +1,4 @@
-//! What the emitted source costs the compiler: `cargo bench --bench build_cost`.
+//! Compile time of the emitted source: `cargo bench --bench build_cost`.
 //!
 //! The functions are compiled for `f64` in a library of their own, optimised, as the solver's build compiles them.
 
@@ -14,7 +14,7 @@ use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
-/// The scalar, as far as the compiler's work goes; `S` is a call into the library.
+/// A stand-in for the solver's scalar that costs the compiler the same. `S` is a call into the library.
 const PRELUDE: &str = "
 use std::ops::{Add, Div, Mul, Neg, Sub};
 pub trait Real:
@@ -57,7 +57,7 @@ fn report(name: &str, kernels: &[Kernel]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A function for `f64` of each kernel: generic ones alone would not be compiled.
+/// A function for `f64` per kernel: the generic ones alone would not be compiled.
 fn instances(kernels: &[Kernel]) -> String {
     let mut text = String::new();
     for Kernel { name, inputs, .. } in kernels {
@@ -80,7 +80,7 @@ fn instances(kernels: &[Kernel]) -> String {
     text
 }
 
-/// Seconds that the compiler takes for `source`.
+/// Time in s that the compiler takes for `source`.
 fn compile(source: &str) -> Result<f64, Box<dyn Error>> {
     let directory = tempfile::tempdir()?;
     let file = directory.path().join("emitted.rs");

@@ -1,1 +1,1 @@
-//! Benchmarks of Bristle: see `Cargo.toml` for their names, and each for what it measures.
+//! Benchmarks of Bristle. `Cargo.toml` has their names, and each file says what it measures.

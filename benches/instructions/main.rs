@@ -1,13 +1,13 @@
-//! Instructions of the stepping path, counted by Valgrind and held against `counts.csv`.
+//! Instructions of the stepping path, counted by Valgrind and compared with `counts.csv`.
 //!
 //! ```sh
-//! cargo bench --bench instructions                # fails where a count is off by more than the margin
-//! cargo bench --bench instructions -- --accept    # writes the counts as they are
+//! cargo bench --bench instructions                # fails if a count is off by more than the margin
+//! cargo bench --bench instructions -- --accept    # writes the present counts
 //! ```
 //!
-//! Times vary with the machine and what else it does, instructions hardly. Valgrind knows no AVX-512, so that lanes are
-//! counted with AVX2. What is counted runs in a process of its own, twice with a different number of repetitions: the
-//! difference is free of start and end.
+//! Times vary with the machine and its load, instruction counts hardly do. Valgrind does not support AVX-512, so lanes are
+//! counted with AVX2. Each subject runs in a process of its own, twice, with different numbers of repetitions. The
+//! difference excludes the start and the end of the process.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -22,11 +22,11 @@ use bristle::simulation::{Job, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
 use bristle_study::document::Document;
 
-/// Counts may differ by this share: another compiler moves some instructions, a change that matters moves many.
+/// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit changes many.
 const MARGIN: f64 = 0.05;
 const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions/counts.csv");
 
-/// What is counted, with the repetitions that make its count exact enough.
+/// The subjects, with enough repetitions for an accurate count.
 const SUBJECTS: [(&str, usize); 10] = [
     ("residual", 100),
     ("factorisation", 100),
@@ -72,7 +72,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     }
     if off {
         eprintln!(
-            "error: counts differ by more than {:.0} %; if that is meant, run again with --accept",
+            "error: counts differ by more than {:.0} %; if this is intended, run again with --accept",
             100.0 * MARGIN
         );
         return Ok(ExitCode::FAILURE);
@@ -80,19 +80,19 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Instructions of a process that repeats the subject.
+/// Instruction count of a process that repeats the subject.
 fn count(subject: usize, repetitions: usize) -> Result<u64, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .arg(std::env::current_exe()?)
         .args(["--run", &subject.to_string(), &repetitions.to_string()])
         .output()
-        .map_err(|error| format!("cannot run valgrind, which Debian has as a package of that name: {error}"))?;
+        .map_err(|error| format!("cannot run valgrind (on Debian, install the package valgrind): {error}"))?;
     let text = String::from_utf8_lossy(&output.stderr);
     let collected = text.lines().find_map(|line| line.split_once("Collected :"));
     match collected {
         Some((_, count)) if output.status.success() => Ok(count.trim().parse()?),
-        _ => Err(format!("valgrind has not counted {}:\n{text}", SUBJECTS[subject].0).into()),
+        _ => Err(format!("valgrind did not count {}:\n{text}", SUBJECTS[subject].0).into()),
     }
 }
 
@@ -124,7 +124,7 @@ fn run(subject: usize, repetitions: usize) {
     }
 }
 
-/// The paper's case at a tolerance that gives the impulse to better than 0.1 %.
+/// A contact of the paper at a tolerance that gives the impulse to better than 0.1 %.
 fn settings() -> Settings {
     let document = Document::parse(include_str!("../../examples/zirconia.toml"), "examples/zirconia.toml");
     let mut settings = document.and_then(|document| document.settings()).expect("the example is right");

@@ -1,4 +1,4 @@
-//! Backward differentiation of variable order with quasi-constant steps.
+//! Backward differentiation formulas of variable order with quasi-constant steps.
 
 use bristle::equations::StepWeights;
 use bristle::integrate::Tolerances;
@@ -26,7 +26,7 @@ pub struct Bdf {
     pairs: usize,
     fresh: bool,
     error: f64,
-    /// What the orders below and above would have erred.
+    /// Error estimates of the next lower and the next higher order.
     neighbours: [f64; 2],
 }
 
@@ -243,7 +243,7 @@ impl Method for Bdf {
 
 impl Bdf {
     fn next_factor(&mut self) -> f64 {
-        // Only after order + 1 steps of one length do the differences say what other orders would err.
+        // The differences give the errors of other orders only after order + 1 steps of the same length.
         if self.equal_steps < self.order + 1 {
             return 1.0;
         }

@@ -1,4 +1,4 @@
-//! ESDIRK methods: TR-BDF2 and those of Kennedy and Carpenter.
+//! ESDIRK methods: TR-BDF2 and the methods of Kennedy and Carpenter.
 
 use bristle::equations::StepWeights;
 use bristle::integrate::{Tolerances, tableau::Tableau};
@@ -12,24 +12,24 @@ use crate::system::{Point, System};
 pub enum Predictor {
     /// Those of the previous stage.
     Previous,
-    /// The polynomial through so many of the earlier stages, those with the nearest nodes.
+    /// The polynomial through this number of earlier stages, those with the nearest nodes.
     Stages(usize),
 }
 
 const SAFETY: f64 = 0.9;
 
-/// How the error of a step sets the next one.
+/// How the error of a step determines the length of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Controller {
-    /// That of the library: PI with 0.7 and 0.3.
+    /// The controller of the library: PI with 0.7 and 0.3.
     Pi,
     /// H211b with b = 4 (Söderlind, ACM Transactions on Mathematical Software 29, 2003).
     H211b,
-    /// The predictive one (Gustafsson, ACM Transactions on Mathematical Software 20, 1994).
+    /// The predictive controller (Gustafsson, ACM Transactions on Mathematical Software 20, 1994).
     Predictive,
 }
 
-/// A method and how it is run.
+/// A method and its settings.
 #[derive(Clone, Copy, Debug)]
 pub struct EsdirkSettings {
     pub tableau: &'static Tableau,
@@ -50,7 +50,7 @@ impl EsdirkSettings {
             newton: NewtonSettings::default(),
             controller: Controller::Pi,
             filtered: false,
-            // The error of TR-BDF2 is that of the method itself, against an embedded one of order 3.
+            // The error of TR-BDF2 is that of the method itself, relative to an embedded method of order 3.
             error_order: f64::from(tableau.order.max(3)),
         }
     }
@@ -109,7 +109,7 @@ impl Esdirk {
         points.sort_by(|x, y| (x.0 - target).abs().total_cmp(&(y.0 - target).abs()));
         let mut chosen: Vec<(f64, &Pairs)> = Vec::new();
         for point in points {
-            // Nodes that coincide say the same.
+            // Coinciding nodes carry the same information.
             if chosen.len() < count && chosen.iter().all(|other| (other.0 - point.0).abs() > 0.05) {
                 chosen.push(point);
             }
@@ -215,7 +215,7 @@ impl Esdirk {
         factor
     }
 
-    /// `(I − hγJ)⁻¹` on the error: the stage equations, linearised about the end, with the error for the base.
+    /// Applies `(I − hγJ)⁻¹` to the error: the stage equations, linearised about the end, with the error as the base.
     ///
     /// `δv = e_v + hγ δa`, `δq = e_q + hγ δv`, `R_a δa + R_v δv + R_q δq = 0`, so that
     /// `K δa = −(R_v e_v + R_q (e_q + hγ e_v))`, whose right side is a difference of two residuals.

@@ -34,7 +34,7 @@ pub struct GeneralizedAlpha {
 }
 
 impl GeneralizedAlpha {
-    /// With the spectral radius `radius` at infinite frequency.
+    /// The method with the spectral radius `radius` at infinite frequency.
     pub fn new(radius: f64, newton: NewtonSettings, tolerances: Tolerances, pairs: usize) -> Self {
         let alpha_m = (2.0 * radius - 1.0) / (radius + 1.0);
         let alpha_f = radius / (radius + 1.0);
@@ -116,7 +116,7 @@ impl Method for GeneralizedAlpha {
                 axpy(&mut rate, factor / self.step, before);
             }
             None => {
-                // Without a past: as if all of the change were curvature.
+                // Without earlier steps: as if all of the change were curvature.
                 axpy(&mut rate, in_v * step, &end.accelerations);
                 axpy(&mut rate, -in_v * step, a);
             }

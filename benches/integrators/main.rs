@@ -1,12 +1,12 @@
-//! Integrators compared by work and error: `cargo bench --bench integrators`.
+//! Compares integrators by work and error: `cargo bench --bench integrators`.
 //!
-//! Each method integrates the paper's contacts with the library's residual, factorisation and solve, and through the same
-//! location of events. Work is counted in calls, weighted by their cost; errors are those of the metrics against a solution
-//! of our own at a relative tolerance of 1e-9. Writes `docs/work_precision.csv` and `docs/work_precision.svg`, which
+//! Each method integrates the paper's contacts with the library's residual, factorisation and solve, and with the same
+//! location of events. Work is the number of calls, weighted by their cost. Errors are those of the metrics, compared with
+//! our own solution at a relative tolerance of 1e-9. Writes `docs/work_precision.csv` and `docs/work_precision.svg`, which
 //! `docs/integrators.md` discusses.
 //!
-//! `cargo bench --bench integrators -- --costs` measures the costs; `cargo test --bench integrators` only checks that each
-//! method converges with its order.
+//! `cargo bench --bench integrators -- --costs` measures the costs; `cargo test --bench integrators` only checks the order
+//! of convergence of each method.
 
 mod bdf;
 mod esdirk;
@@ -40,37 +40,38 @@ use generalized_alpha::GeneralizedAlpha;
 use newton::{MAX_ITERATIONS, NewtonSettings};
 use pass::{Landing, Method, PassSettings, run};
 use rosenbrock::{RosenbrockMethod, rodas3, rodas4, rodas4p, ros34pw2};
-use system::{Case, Work};
+use system::{Problem, Work};
 use tableaux::{ESDIRK32, TR_BDF2};
 
-type Maker = Box<dyn Fn(&Case) -> Box<dyn Method> + Sync>;
+type Maker = Box<dyn Fn(&Problem) -> Box<dyn Method> + Sync>;
 
-/// A method as it is run.
+/// A method and its settings.
 struct Candidate {
     name: String,
-    /// In the diagram under this name; others are in the table only.
+    /// Its name in the diagram. Methods without one appear in the table only.
     label: Option<&'static str>,
     pass: PassSettings,
     tolerances: &'static [f64],
     make: Maker,
 }
 
-/// What a candidate did at one tolerance, over all cases.
+/// The result of a candidate at one tolerance, over all cases.
 struct Row {
     name: String,
     label: Option<&'static str>,
     tolerance: f64,
-    /// Cases that came to their end.
+    /// Cases integrated to their end.
     cases: usize,
     failures: usize,
     /// Mean weighted work of a contact in µs.
     work: f64,
-    /// Of the impulse.
+    /// Median error of the impulse.
     median: f64,
+    /// Largest error of the impulse.
     worst: f64,
-    /// The largest of contact time, of peak force and of deflection.
+    /// Largest errors of contact time, peak force and deflection.
     others: [f64; 3],
-    /// Cases with another number of contacts.
+    /// Cases with a wrong number of contacts.
     miscounted: usize,
     total: Work,
     distribution: [usize; MAX_ITERATIONS],
@@ -86,7 +87,7 @@ fn candidates() -> Vec<Candidate> {
         list.push(Candidate { name, label, pass, tolerances, make });
     };
     let esdirk = |settings: EsdirkSettings| -> Maker {
-        Box::new(move |case| Box::new(Esdirk::new(settings, case.tolerances, case.pairs())))
+        Box::new(move |problem| Box::new(Esdirk::new(settings, problem.tolerances, problem.pairs())))
     };
     let once = |tableau: &'static Tableau| EsdirkSettings {
         newton: NewtonSettings::once(),
@@ -107,8 +108,8 @@ fn candidates() -> Vec<Candidate> {
     for (method, label) in
         [(rodas3 as fn() -> _, None), (rodas4, None), (rodas4p, Some("RODASP")), (ros34pw2, Some("ROS34PW2"))]
     {
-        let make = move |case: &Case| -> Box<dyn Method> {
-            Box::new(RosenbrockMethod::new(method(), case.tolerances, case.pairs()))
+        let make = move |problem: &Problem| -> Box<dyn Method> {
+            Box::new(RosenbrockMethod::new(method(), problem.tolerances, problem.pairs()))
         };
         add(method().name.to_owned(), label, plain, &LOOSE[..4], Box::new(make));
     }
@@ -116,23 +117,25 @@ fn candidates() -> Vec<Candidate> {
         (NewtonSettings::default(), "converged", None),
         (NewtonSettings::once(), "once", Some("generalised-α, one iteration")),
     ] {
-        let make = move |case: &Case| -> Box<dyn Method> {
-            Box::new(GeneralizedAlpha::new(0.8, newton, case.tolerances, case.pairs()))
+        let make = move |problem: &Problem| -> Box<dyn Method> {
+            Box::new(GeneralizedAlpha::new(0.8, newton, problem.tolerances, problem.pairs()))
         };
         add(format!("generalised-alpha 0.8 {way}"), label, plain, &LOOSE, Box::new(make));
     }
-    // It starts anew with order 1, for which the step is too long.
+    // BDF restarts with order 1, for which the step is too long.
     let restarting = PassSettings { after_event: 0.05, ..plain };
     for (newton, way, label) in [
         (NewtonSettings::default(), "converged", None),
         (NewtonSettings { keep: 1.3, ..NewtonSettings::default() }, "converged, matrix kept", Some("BDF 1 to 5")),
         (NewtonSettings::once(), "once", None),
     ] {
-        let make = move |case: &Case| -> Box<dyn Method> { Box::new(Bdf::new(newton, case.tolerances, case.pairs())) };
+        let make = move |problem: &Problem| -> Box<dyn Method> {
+            Box::new(Bdf::new(newton, problem.tolerances, problem.pairs()))
+        };
         add(format!("BDF {way}"), label, restarting, &LOOSE, Box::new(make));
     }
 
-    // What else was tried with the winner.
+    // Variants of the best method.
     let best = once(&ESDIRK54);
     let newton = best.newton;
     for (variant, settings, pass) in [
@@ -165,7 +168,7 @@ fn candidates() -> Vec<Candidate> {
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
     orders::check_all();
-    // Cargo says `--bench` when it is asked for a benchmark.
+    // Cargo passes `--bench` when it runs a benchmark.
     if !arguments.iter().any(|argument| argument == "--bench") {
         return Ok(());
     }
@@ -178,9 +181,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let precise = EsdirkSettings::new(&ESDIRK54);
     let reference: Vec<ContactRecord> = in_parallel(&cases, |settings| {
-        let case = Case::new(settings, 1e-9);
-        let mut method = Esdirk::new(precise, case.tolerances, case.pairs());
-        run(&case, PassSettings::default(), &mut method).expect("the reference comes to its end").0
+        let problem = Problem::new(settings, 1e-9);
+        let mut method = Esdirk::new(precise, problem.tolerances, problem.pairs());
+        run(&problem, PassSettings::default(), &mut method).expect("the reference reaches its end").0
     });
     let mut rows = Vec::new();
     for candidate in candidates() {
@@ -198,7 +201,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What `simulate` gives for each case, in their order; on all cores.
+/// The results of `simulate` for all cases, in their order, computed on all cores.
 fn in_parallel<R: Send>(cases: &[Settings], simulate: impl Fn(&Settings) -> R + Sync) -> Vec<R> {
     let next = Mutex::new(cases.iter().enumerate());
     let mut results = Vec::new();
@@ -206,7 +209,7 @@ fn in_parallel<R: Send>(cases: &[Settings], simulate: impl Fn(&Settings) -> R + 
         let work = || {
             let mut results = Vec::new();
             loop {
-                let Some((i, case)) = next.lock().expect("no case panics with the list in hand").next() else {
+                let Some((i, case)) = next.lock().expect("nothing panics while holding the list").next() else {
                     return results;
                 };
                 results.push((i, simulate(case)));
@@ -224,9 +227,9 @@ fn in_parallel<R: Send>(cases: &[Settings], simulate: impl Fn(&Settings) -> R + 
 
 fn compare(candidate: &Candidate, tolerance: f64, cases: &[Settings], reference: &[ContactRecord]) -> Row {
     let results = in_parallel(cases, |settings| {
-        let case = Case::new(settings, tolerance);
-        let mut method = (candidate.make)(&case);
-        let result = run(&case, candidate.pass, method.as_mut());
+        let problem = Problem::new(settings, tolerance);
+        let mut method = (candidate.make)(&problem);
+        let result = run(&problem, candidate.pass, method.as_mut());
         (result, method.distribution())
     });
     let mut errors: [Vec<f64>; 4] = Default::default();
@@ -270,7 +273,7 @@ fn compare(candidate: &Candidate, tolerance: f64, cases: &[Settings], reference:
     }
 }
 
-/// All rows as CSV; calls and steps are means of a contact.
+/// All rows as CSV; calls and steps are means per contact.
 fn table(rows: &[Row]) -> String {
     let mut text = String::from(
         "method,relative_tolerance,failed_cases,work_us,impulse_error_median,impulse_error_worst,\
@@ -300,14 +303,14 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-/// Prints what [`system::COSTS`] has: the fastest of many blocks of calls, at the start of a pass.
+/// Measures the values of [`system::COSTS`] and prints them: the fastest of many blocks of calls, at the start of a pass.
 fn measure_costs(settings: &Settings) {
-    let case = Case::new(settings, 1e-6);
-    let (mut system, start) = case.start();
-    let mut result = vec![[0.0; 2]; case.pairs()];
+    let problem = Problem::new(settings, 1e-6);
+    let (mut system, start) = problem.start();
+    let mut result = vec![[0.0; 2]; problem.pairs()];
     let weights = StepWeights { coordinates: 1e-12, rates: 1e-6 };
     let (time, q, v, a) = (start.time, &start.q, &start.v, &start.accelerations);
-    system.inner.set_closed(0, case.pairs() - 1, true);
+    system.inner.set_closed(0, problem.pairs() - 1, true);
     let mut measure = |name: &str, call: &mut dyn FnMut(&mut system::Filament, &mut [[f64; 2]])| {
         let block = |system: &mut system::Filament, result: &mut [[f64; 2]]| {
             let start = Instant::now();

@@ -1,4 +1,4 @@
-//! What all methods share: the norm, and Newton's method for one implicit relation `v = v̂ + w_v q̈`, `q = q̂ + …`.
+//! Shared by all methods: the norm, and Newton's method for one implicit relation `v = v̂ + w_v q̈`, `q = q̂ + …`.
 
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::Tolerances;
@@ -22,16 +22,16 @@ pub fn axpy(target: &mut [[f64; 2]], factor: f64, values: &[[f64; 2]]) {
     }
 }
 
-/// How many iterations a stage takes.
+/// The number of iterations per stage.
 #[derive(Clone, Copy, Debug)]
 pub struct NewtonSettings {
-    /// Newton's error as a share of what a step may err.
+    /// Newton's error as a fraction of the allowed error of a step.
     pub tolerance: f64,
-    /// So many iterations always, without a test of convergence; zero stands for as many as it takes.
+    /// A fixed number of iterations, without a test of convergence; with zero, Newton's method runs until it converges.
     pub fixed: usize,
     /// With `fixed`: a correction of more tolerances than this fails.
     pub reject: f64,
-    /// Keep the matrix over steps while `w_v` is within this ratio of the one that it was made for.
+    /// Keep the matrix across steps while `w_v` is within this ratio of the value that it was computed for.
     pub keep: f64,
 }
 
@@ -44,7 +44,7 @@ impl Default for NewtonSettings {
 }
 
 impl NewtonSettings {
-    /// One iteration a stage.
+    /// One iteration per stage.
     pub fn once() -> Self {
         Self { fixed: 1, ..Self::default() }
     }
@@ -60,7 +60,7 @@ pub struct Newton {
     contraction: f64,
     factorised: Option<f64>,
     correction: Pairs,
-    /// How often a stage took one, two, … iterations.
+    /// The numbers of stages that took one, two, … iterations.
     pub distribution: [usize; MAX_ITERATIONS],
 }
 
@@ -76,7 +76,7 @@ impl Newton {
         }
     }
 
-    /// At the start of a step with weights from `rate_weight`: may the matrix stay?
+    /// Decides, at the start of a step with weights from `rate_weight`, whether to keep the matrix.
     pub fn begin(&mut self, rate_weight: f64) {
         if let Some(made_for) = self.factorised {
             let ratio = rate_weight / made_for;
@@ -86,13 +86,13 @@ impl Newton {
         }
     }
 
-    /// The system is another one.
+    /// Notes that the system has changed.
     pub fn forget(&mut self) {
         self.factorised = None;
     }
 
-    /// Solves for `a`, starting from what it holds; leaves `(q, v)` at the solution.
-    #[allow(clippy::too_many_arguments, reason = "a point, where it starts from, and how it moves")]
+    /// Solves for `a`, starting from its present value; leaves `(q, v)` at the solution.
+    #[allow(clippy::too_many_arguments, reason = "a point, its start, and how it moves")]
     pub fn solve(
         &mut self,
         system: &mut System,
@@ -132,7 +132,7 @@ impl Newton {
                     continue;
                 }
                 self.distribution[iteration] += 1;
-                // Far from the solution the step has to be shorter.
+                // Far from the solution, the step must be shorter.
                 return if norm > self.settings.reject { Err(Failure) } else { Ok(()) };
             }
             if let Some(previous) = previous_norm {

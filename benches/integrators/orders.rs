@@ -1,4 +1,4 @@
-//! Does each method converge with its order? Fixed steps on a small smooth problem.
+//! Checks that each method converges with its order, by fixed steps on a small smooth problem.
 
 use std::convert::Infallible;
 
@@ -91,7 +91,7 @@ fn advance(method: &mut dyn Method, point: &mut Point, steps: usize, step: f64) 
     let (mut system, mut end) = (Smooth::default(), point.clone());
     for _ in 0..steps {
         method.attempt(&mut system, point, step, &mut end).unwrap_or_else(|_| panic!("a smooth step fails"));
-        // As if landed: without a change of order.
+        // Treated as landed, so that the order does not change.
         method.accept(point, &end, step, 1.0, true);
         std::mem::swap(point, &mut end);
     }
@@ -104,7 +104,7 @@ fn exact(end: f64) -> Point {
     point
 }
 
-/// Checks the order that shows between `steps` and twice as many steps in `q`, `v` and the integral, as the lowest of the three.
+/// Checks the observed order between `steps` and twice as many steps: the lowest of those of `q`, `v` and the integral.
 fn check(name: &str, order: f64, steps: usize, solve: impl Fn(usize) -> Point) {
     let expected = exact(END);
     let errors = [steps, 2 * steps].map(|steps| {
@@ -117,12 +117,12 @@ fn check(name: &str, order: f64, steps: usize, solve: impl Fn(usize) -> Point) {
     });
     let orders: [f64; 3] = std::array::from_fn(|i| (errors[0][i] / errors[1][i]).log2());
     let lowest = orders.into_iter().fold(f64::INFINITY, f64::min);
-    println!("{name:40} order {order} shows as {:.2} {:.2} {:.2}", orders[0], orders[1], orders[2]);
+    println!("{name:40} order {order}, observed {:.2} {:.2} {:.2}", orders[0], orders[1], orders[2]);
     assert!(lowest > order - 0.35, "{name}: {orders:?}");
 }
 
 fn check_one_step(name: &str, order: f64, make: impl Fn() -> Box<dyn Method>) {
-    // The method of order 5 comes to rounding errors with 80.
+    // With 80 steps, the method of order 5 reaches rounding errors.
     check(name, order, if order > 4.0 { 20 } else { 40 }, |steps| {
         let (mut method, mut point) = (make(), start());
         method.restart(&point);
@@ -134,14 +134,14 @@ fn check_one_step(name: &str, order: f64, make: impl Fn() -> Box<dyn Method>) {
 /// Checks all methods.
 ///
 /// # Panics
-/// If one does not have its order.
+/// If a method does not have its order.
 pub fn check_all() {
     let once = NewtonSettings { reject: f64::INFINITY, ..NewtonSettings::once() };
     for tableau in [&TR_BDF2, &ESDIRK32, &ESDIRK43, &ESDIRK54] {
         let settings = EsdirkSettings::new(tableau);
         let order = f64::from(tableau.order);
         check_one_step(tableau.name, order, || Box::new(Esdirk::new(settings, TOLERANCES, 1)));
-        // One iteration from a matrix of the start of the step leaves O(h³).
+        // One iteration with the matrix of the start of the step leaves an error of O(h³).
         let settings = EsdirkSettings { newton: once, predictor: Predictor::Stages(3), ..settings };
         let name = format!("{}, one iteration", tableau.name);
         check_one_step(&name, order.min(3.0), || Box::new(Esdirk::new(settings, TOLERANCES, 1)));

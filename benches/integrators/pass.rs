@@ -1,4 +1,4 @@
-//! A pass over the workpiece with any method: located events, and the metrics of the contact.
+//! A pass over the workpiece with any method, with located events and the metrics of the contact.
 
 use bristle::equations::linear::{add, scale};
 use bristle::integrate::SecondOrderSystem;
@@ -7,54 +7,53 @@ use bristle::model::metrics::{ContactRecord, tip_deflection};
 use bristle::tool::ClampMotion;
 
 use crate::newton::{Failure, MAX_ITERATIONS};
-use crate::system::{Case, Filament, Point, StepView, System, Work};
+use crate::system::{Filament, Point, Problem, StepView, System, Work};
 
-/// One step at a time.
+/// A method that takes one step at a time.
 pub trait Method {
-    /// Starts at a point, or goes on at one where the system has changed.
+    /// Starts at a point, or continues at a point at which the system has changed.
     fn restart(&mut self, start: &Point);
 
-    /// A step of the length `step` (s); its error relative to the tolerance.
+    /// Attempts a step of length `step` (s); returns its error relative to the tolerance.
     fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure>;
 
-    /// Takes the last attempt, and says how long the next step should be (s).
+    /// Accepts the last attempt, and returns the proposed length of the next step (s).
     ///
-    /// `step` is the length that had the error `error`; where the step was `landed` on an event, the last attempt was
-    /// shorter.
+    /// `step` is the length that had the error `error`. If the step was `landed` on an event, the last attempt was shorter.
     fn accept(&mut self, start: &Point, end: &Point, step: f64, error: f64, landed: bool) -> f64;
 
     /// The length (s) to try after a step of the length `step` with an error above the tolerance.
     fn reject(&mut self, step: f64, error: f64) -> f64;
 
-    /// How often a stage took one, two, … Newton iterations.
+    /// The numbers of stages that took one, two, … Newton iterations.
     fn distribution(&self) -> [usize; MAX_ITERATIONS] {
         [0; MAX_ITERATIONS]
     }
 }
 
-/// The change of the step by the controller of the library.
+/// The factor by which the controller of the library changes the step.
 pub fn pi_factor(error: f64, previous_error: f64, order: f64) -> f64 {
     (0.9 * error.max(1e-10).powf(-0.7 / order) * previous_error.powf(0.3 / order)).clamp(0.2, 5.0)
 }
 
-/// How a step is made to end on an event.
+/// How a step is shortened to end on an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Landing {
-    /// The step is repeated with another length.
+    /// The step is repeated with a corrected length.
     Repeat,
-    /// The state is read off the quintic interpolant of the step.
+    /// The state is taken from the quintic interpolant of the step.
     Interpolate,
 }
 
-/// What is varied around a method.
+/// Settings of a pass that do not belong to the method.
 #[derive(Clone, Copy, Debug)]
 pub struct PassSettings {
     pub landing: Landing,
-    /// Depth past the event at which a node switches, over relative tolerance × filament length.
+    /// Depth past the event at which a node switches, divided by relative tolerance × filament length.
     pub location: f64,
     /// Step after an event, relative to the step that the method proposes.
     pub after_event: f64,
-    /// Impulse from the interpolant, not from the method's own quadrature.
+    /// Takes the impulse from the interpolant instead of the method's own quadrature.
     pub quadrature: bool,
 }
 
@@ -66,26 +65,26 @@ impl Default for PassSettings {
 
 const MAX_STEPS: usize = 400_000;
 
-/// The record of a pass and the work that it took; none if the integration stopped.
-pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Option<(ContactRecord, Work)> {
-    let (mut system, mut start) = case.start();
+/// The record of a pass and its work; `None` if the integration failed.
+pub fn run(problem: &Problem, settings: PassSettings, method: &mut dyn Method) -> Option<(ContactRecord, Work)> {
+    let (mut system, mut start) = problem.start();
     let n = system.blocks();
-    let relative = case.tolerances.relative;
+    let relative = problem.tolerances.relative;
     let location = location(&system, relative, settings);
     let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
     let (mut start_nodes, mut end_nodes) = (vec![none; n], vec![none; n]);
     let mut end = start.clone();
     let mut record = ContactRecord::default();
     let mut was_closed = false;
-    let (entry, exit) = case.nominal_times();
+    let (entry, exit) = problem.nominal_times();
     method.restart(&start);
     system.track(&start, &mut start_nodes);
-    let mut proposed = 1e-3 * case.end_time;
-    while start.time < case.end_time {
+    let mut proposed = 1e-3 * problem.end_time;
+    while start.time < problem.end_time {
         if system.work.steps + system.work.rejected + system.work.failed > MAX_STEPS || proposed < 1e-17 {
             return None;
         }
-        let remaining = case.end_time - start.time;
+        let remaining = problem.end_time - start.time;
         let limited = proposed >= remaining;
         let step = match () {
             () if limited => remaining,
@@ -106,7 +105,7 @@ pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Opti
             }
         };
         if limited {
-            end.time = case.end_time;
+            end.time = problem.end_time;
         }
         system.track(&end, &mut end_nodes);
         let view = StepView { start: &start, end: &end, start_nodes: &start_nodes, end_nodes: &end_nodes };
@@ -143,9 +142,9 @@ pub fn run(case: &Case, settings: PassSettings, method: &mut dyn Method) -> Opti
                 end.integrals[0] = start.integrals[0] + impulse(&system, &view);
             }
             let view = StepView { start: &start, end: &end, start_nodes: &start_nodes, end_nodes: &end_nodes };
-            observe(&system, case, &view, &mut record, &mut was_closed, (entry, exit));
+            observe(&system, problem, &view, &mut record, &mut was_closed, (entry, exit));
             let next = method.accept(&start, &end, step, error, crossing.is_some());
-            // A step cut short by the end says nothing against a longer one.
+            // A step cut short by the end of the pass is no reason against a longer one.
             proposed = if limited { proposed.max(next) } else { next };
             std::mem::swap(&mut start, &mut end);
             std::mem::swap(&mut start_nodes, &mut end_nodes);
@@ -177,7 +176,7 @@ fn impulse(system: &Filament, step: &StepView<'_>) -> f64 {
 
 fn observe(
     system: &Filament,
-    case: &Case,
+    problem: &Problem,
     step: &StepView<'_>,
     record: &mut ContactRecord,
     was_closed: &mut bool,
@@ -195,7 +194,7 @@ fn observe(
     let deflection = |s: f64| {
         let clamp = system.inner.filament(0).motion.at(step.time(s));
         let (tip, _) = step.node(step.end_nodes.len() - 1, s);
-        tip_deflection(tip, clamp.position, clamp.direction, case.settings.filament.length_m)
+        tip_deflection(tip, clamp.position, clamp.direction, problem.settings.filament.length_m)
     };
     record.max_deflection = maximum(deflection, record.max_deflection);
 }
@@ -204,7 +203,7 @@ fn observe(
 fn maximum(f: impl Fn(f64) -> f64, so_far: f64) -> f64 {
     let values: [f64; 5] = std::array::from_fn(|i| f(i as f64 / 4.0));
     let (best, &highest) = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("not empty");
-    // Only worth refining if the maximum may rise above what is known.
+    // Refining is only worthwhile if the maximum may exceed the largest value so far.
     let spread = highest - values.iter().fold(f64::INFINITY, |low, &value| low.min(value));
     if highest + spread <= so_far {
         return so_far;
@@ -227,7 +226,7 @@ fn excess(system: &Filament, node: usize, position: [f64; 3], velocity: [f64; 3]
     (if system.inner.is_closed(0, node) { -pressing } else { pressing }) - location
 }
 
-/// The earliest event of a step, by its interpolant (as `bristle::simulation` does it).
+/// The earliest event of a step, from its interpolant (as in `bristle::simulation`).
 fn first_crossing(system: &Filament, step: &StepView<'_>, location: f64) -> Option<Crossing> {
     const INNER_POINTS: usize = 8;
     let mut first: Option<Crossing> = None;
@@ -305,8 +304,8 @@ fn land(
     Some(())
 }
 
-/// Reads the state at the event off the interpolant of the step, and corrects the time until the nodes of that state
-/// are at the event.
+/// Takes the state at the event from the interpolant of the step, and corrects the time until the nodes of that state are at
+/// the event.
 fn read_off(
     system: &mut Filament,
     (start, start_nodes): (&Point, &[Knot<3>]),
@@ -401,7 +400,7 @@ fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     middle
 }
 
-/// Where `f` is largest between `low` and `high` (golden-section search).
+/// The point between `low` and `high` at which `f` is largest (golden-section search).
 fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));

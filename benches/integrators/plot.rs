@@ -12,13 +12,13 @@ const WIDTH: f64 = 300.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 388.0;
 const LEGEND: f64 = 746.0;
-/// What the axes show: work in ms, relative error.
+/// Ranges of the axes: work in ms, relative error.
 const WORK: (f64, f64) = (0.8, 60.0);
 const ERROR: (f64, f64) = (1e-8, 1.0);
 
 const FAINT: Color = Color(222, 225, 229);
 
-/// Colour (of Okabe and Ito), width, dashes and marker; any of the last three tells the curves apart in grey.
+/// Colour (Okabe and Ito), width, dashes and marker. Each of the last three distinguishes the curves in grey.
 struct Look {
     color: Color,
     width: f64,
@@ -30,7 +30,7 @@ struct Look {
 struct Marker {
     /// Corners around the middle; a circle has many.
     corners: usize,
-    /// Where the first corner is, in turns from above.
+    /// Position of the first corner, in turns from the top.
     turn: f64,
     filled: bool,
     /// Only spokes to the corners.
@@ -68,7 +68,7 @@ fn stroke(color: Color, width: f64) -> Stroke {
     Stroke { color, width: at(width, 0.0).0 }
 }
 
-/// Where `value` lies in `range`, by logarithms, from 0 to 1.
+/// Position of `value` in `range` on a logarithmic scale, from 0 to 1.
 fn share(value: f64, (low, high): (f64, f64)) -> f64 {
     (value / low).ln() / (high / low).ln()
 }
@@ -146,7 +146,7 @@ fn curve(canvas: &mut Canvas, points: &[(f64, f64)], look: &Look) {
             .map(|angle| at(x + 5.0 * angle.sin(), y - 5.0 * angle.cos()))
             .collect();
         if star {
-            // A cross has no inside.
+            // A cross has no interior.
             for &corner in &outline {
                 canvas.line([at(x, y), corner], stroke(look.color, 1.6));
             }
@@ -158,7 +158,7 @@ fn curve(canvas: &mut Canvas, points: &[(f64, f64)], look: &Look) {
     }
 }
 
-/// Pieces of a line: drawn and left out in turn, by `pattern` in pixels; the whole line for an empty one.
+/// Pieces of a line, alternately drawn and left out, with the lengths `pattern` in pixels; the whole line if it is empty.
 fn dashed(points: &[(f64, f64)], pattern: &[f64]) -> Vec<Vec<(f64, f64)>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];

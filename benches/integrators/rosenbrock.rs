@@ -5,7 +5,7 @@
 //! `(1/(hγ) M − J) u_i = f(t + α_i h, y + Σ a_ij u_j) + M Σ (c_ij/h) u_j + γ_i h f_t`, comes down to one solve with the
 //! step matrix `K = R_a + hγ R_v + (hγ)² R_q`, because `u_v = hγ (u_a + r_v)` and `u_q = hγ (u_v + r_q)`:
 //! `K u_a = −R(stage) − R_q δq − R_v δv − γ_i h R_t` with `δv = hγ r_v`, `δq = hγ (δv + r_q)`. The derivative along
-//! `(δq, δv, γ_i h)` is a difference of two residuals, one of which is that of the start.
+//! `(δq, δv, γ_i h)` is a difference of two residuals, one of them at the start.
 
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::Tolerances;
@@ -26,7 +26,7 @@ pub struct Rosenbrock {
     pub a: Vec<Vec<f64>>,
     pub c: Vec<Vec<f64>>,
     pub weights: Vec<f64>,
-    /// Weights of the step less those of the embedded method.
+    /// Weights of the step minus those of the embedded method.
     pub error: Vec<f64>,
 }
 
@@ -121,7 +121,7 @@ pub fn ros34pw2() -> Rosenbrock {
     ];
     let step = [0.24212380706095346, -1.2232505839045147, 1.545260255335102, gamma];
     let embedded = [0.3781090314581937, -0.09604229221242318, 0.5, 0.2179332607542295];
-    // u = Γ k: rows times Γ⁻¹, by substitution from the right.
+    // u = Γ k: rows multiplied by Γ⁻¹, by substitution from the right.
     let transformed = |row: &[f64]| -> Vec<f64> {
         let mut result = vec![0.0; row.len()];
         for j in (0..row.len()).rev() {
@@ -179,7 +179,7 @@ impl Stage {
     }
 }
 
-/// Small enough for the second derivative, large enough for the rounding of a residual.
+/// Small enough for the second derivative to be negligible, large enough for the rounding of a residual.
 const DIFFERENCE: f64 = 1e-5;
 
 pub struct RosenbrockMethod {
@@ -207,7 +207,7 @@ impl Method for RosenbrockMethod {
         let mut here = zeros(pairs);
         system.residual(start.time, &start.q, &start.v, &start.accelerations, &mut here);
         system.factorise(start.time, &start.v, &start.accelerations, weights, LaneSet::first(1));
-        // Not that of the start's record, which is of before an event.
+        // Not taken from the record of the start, which precedes an event.
         let start_rate = system.rates(start.time, &start.q, &start.v, &start.accelerations)[0];
         let (mut moved, mut point, mut carried) = (zeros(pairs), Stage::none(pairs), Stage::none(pairs));
         let (mut delta_q, mut delta_v) = (zeros(pairs), zeros(pairs));
@@ -249,7 +249,7 @@ impl Method for RosenbrockMethod {
             axpy(&mut moved, -1.0, &here);
             axpy(&mut stage.a, 1.0 / DIFFERENCE, &moved);
             stage.a.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
-            // (The library's solve takes the kinematics of the last residual: those of the start, nearly.)
+            // (The library's solve uses the kinematics of the last residual, which are nearly those of the start.)
             system.solve(&mut stage.a);
             stage.v.copy_from_slice(&delta_v);
             axpy(&mut stage.v, diagonal, &stage.a);

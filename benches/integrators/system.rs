@@ -1,4 +1,4 @@
-//! One pass of a filament as the methods see it, with its work counted.
+//! One pass of a filament as a problem for the methods, with counted work.
 
 use std::convert::Infallible;
 
@@ -25,23 +25,23 @@ pub type System = dyn SecondOrderSystem<f64, 2, 1, Charts = (), Refusal = Infall
 pub struct Work {
     /// Accepted steps.
     pub steps: usize,
-    /// Steps given up because of their error.
+    /// Steps rejected because of their error.
     pub rejected: usize,
-    /// Steps given up because Newton's method failed.
+    /// Steps rejected because Newton's method failed.
     pub failed: usize,
     /// Contact events.
     pub events: usize,
-    /// Steps repeated to land on an event, or states looked at for it.
+    /// Steps repeated to land on an event, or states evaluated for it.
     pub landings: usize,
     pub residuals: usize,
     pub factorisations: usize,
     pub solves: usize,
     pub accelerations: usize,
-    /// Positions and velocities without forces.
+    /// Evaluations of positions and velocities without forces.
     pub placements: usize,
 }
 
-/// Cost in µs of one call at n = 25, as `--costs` measures it, rounded.
+/// Cost in µs of one call at n = 25, as measured by `--costs`, rounded.
 pub const COSTS: [(&str, f64); 5] =
     [("residual", 1.5), ("factorisation", 3.0), ("solve", 0.4), ("accelerations", 1.9), ("placement", 0.8)];
 
@@ -68,7 +68,7 @@ impl Work {
     }
 }
 
-/// A filament in contact, as the library has it.
+/// A filament in contact, from the library.
 pub struct Filament {
     pub inner: FilamentSystem<Turning<RoundTool>, Plane>,
     pub work: Work,
@@ -179,8 +179,8 @@ impl StepView<'_> {
     }
 }
 
-/// A pass of `settings`, ready to start.
-pub struct Case {
+/// The initial value problem of a pass.
+pub struct Problem {
     pub settings: Settings,
     pub nominal: NominalContact,
     pub lead_angle: f64,
@@ -188,8 +188,8 @@ pub struct Case {
     pub tolerances: Tolerances,
 }
 
-impl Case {
-    /// The pass at the relative tolerance `relative`.
+impl Problem {
+    /// The pass of `settings` at the relative tolerance `relative`.
     pub fn new(settings: &Settings, relative: f64) -> Self {
         let nominal = NominalContact::of(settings);
         let process = &settings.process;
@@ -208,18 +208,18 @@ impl Case {
         }
     }
 
-    /// Pairs of coordinates.
+    /// Number of pairs of coordinates.
     pub fn pairs(&self) -> usize {
         self.settings.filament.segments
     }
 
-    /// Nominal entry and exit in s.
+    /// Times of nominal entry and exit in s.
     pub fn nominal_times(&self) -> (f64, f64) {
         let entry = self.lead_angle / self.nominal.rate();
         (entry, entry + self.nominal.contact_angle() / self.nominal.rate())
     }
 
-    /// The filament and the start: straight, turning rigidly with the body.
+    /// The filament and the initial state: straight, turning rigidly with the body.
     pub fn start(&self) -> (Filament, Point) {
         let Settings { tool, filament, contact, workpiece, process, .. } = &self.settings;
         let deepest = -std::f64::consts::FRAC_PI_2;

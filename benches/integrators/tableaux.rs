@@ -1,4 +1,4 @@
-//! ESDIRK methods beside those of the library.
+//! ESDIRK methods that the library does not have.
 
 use bristle::integrate::tableau::Tableau;
 

@@ -1,6 +1,7 @@
-//! Bristle's side of `benches/peers/run.py`: measures what it is asked for, one JSON object a line in, one a line out.
+//! Bristle's side of `benches/peers/run.py`: reads one request per line and writes one answer per line, as JSON objects.
 //!
-//! A process that stays alive lets the caller take turns between Bristle and the others. Times are wall clock, in s.
+//! The process stays alive, so the caller can alternate between Bristle and the other codes. Times are wall-clock times in
+//! s.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -23,19 +24,19 @@ const FILE: &str = include_str!("../../examples/zirconia.toml");
 #[derive(Deserialize)]
 #[serde(tag = "measure", rename_all = "snake_case")]
 enum Request {
-    /// The accelerations at one state, `calls` times.
+    /// Accelerations at one state, `calls` times.
     Accelerations { state: State, calls: u32 },
-    /// Those of all states side by side, `calls` times; the time is that of one state.
+    /// Accelerations of all states side by side, `calls` times; the time is per state.
     Batch { states: Vec<State>, calls: u32 },
     /// Residual, factorisation and solve of an implicit step, `calls` times.
     Step { state: State, calls: u32 },
     /// One contact on one thread.
     Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
-    /// The 120 contacts, on all cores without a number of threads.
+    /// The 120 contacts; on all cores if no number of threads is given.
     Study { relative_tolerance: f64, threads: Option<NonZeroUsize> },
 }
 
-/// The paper's filament, with as many segments as there are coordinates.
+/// The paper's filament, with one segment per pair of coordinates.
 #[derive(Deserialize)]
 struct State {
     base_angle: f64,

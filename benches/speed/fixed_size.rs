@@ -1,7 +1,7 @@
 //! The accelerations of [`bristle::equations::Dynamics`] with the number of segments known to the compiler.
 //!
-//! The same kernels in the same order on arrays of the size `N`: no memory but the stack, and every loop count a
-//! constant. It exists to be measured, as the most that a build for one number of segments could gain.
+//! The same kernels in the same order on arrays of size `N`: no memory but the stack, and every loop count is a constant. It
+//! exists to measure how much a build for one number of segments could gain at most.
 
 use bristle::equations::linear::{
     add, add_matrices, dot, invert, mul, mul_transposed, product, sub, transposed_product, zero, zero_matrix,

@@ -1,12 +1,13 @@
-//! How long the parts of a simulation take, by criterion.
+//! Times of the parts of a simulation, measured by criterion.
 //!
 //! ```text
 //! cargo bench --bench speed                    # all groups
 //! cargo bench --bench speed -- accelerations   # one of them
 //! ```
 //!
-//! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of
-//! the paper's case, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `derivation`: the equations, from energies to Rust.
+//! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of the
+//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `derivation`: the equations, from
+//! energies to Rust.
 
 mod fixed_size;
 
@@ -26,14 +27,14 @@ use bristle_study::document::Document;
 use bristle_study::study::run_study;
 use criterion::{Criterion, criterion_group, criterion_main};
 
-/// Of the source that the benchmarks emit.
+/// The origin stated in the emitted source.
 const ORIGIN: Origin<'_> = Origin { title: "A benchmark.", maker: bristle_codegen::MAKER, again: "cargo bench" };
 
 const SEGMENT_COUNTS: [usize; 3] = [25, 100, 200];
-/// The default, and one that gives the impulse to better than 0.1 %.
+/// The default tolerance, and one that gives the impulse to better than 0.1 %.
 const TOLERANCES: [f64; 2] = [1e-6, 1e-3];
 
-/// The example's file at another tolerance.
+/// The text of the example with another tolerance.
 fn example(relative_tolerance: f64) -> String {
     let file = include_str!("../../examples/zirconia.toml");
     let (before, rest) = file.split_once("relative_tolerance = ").expect("the example states it");
@@ -41,7 +42,7 @@ fn example(relative_tolerance: f64) -> String {
     format!("{before}relative_tolerance = {relative_tolerance:e}\n{after}")
 }
 
-/// The paper's case, v_b = 10 m/s and a_e = 1 mm.
+/// The paper's filament at v_b = 10 m/s and a_e = 1 mm.
 fn paper_case(relative_tolerance: f64) -> Settings {
     let file = example(relative_tolerance);
     Document::parse(&file, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
@@ -98,13 +99,13 @@ fn accelerations(criterion: &mut Criterion) {
     for segments in SEGMENT_COUNTS {
         batched_accelerations(&mut group, segments);
     }
-    // The same loops with the number of segments known to the compiler: what a build for one n could gain.
+    // The same loops with the number of segments known to the compiler, to see what a build for one n could gain.
     fixed_size_accelerations::<25>(&mut group);
     fixed_size_accelerations::<100>(&mut group);
     group.finish();
 }
 
-/// Many states side by side; the time is that of one.
+/// Many states side by side; the time is per state.
 fn batched_accelerations(group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>, segments: usize) {
     const STATES: usize = 64;
     let states: Vec<State> = (0..STATES).map(|_| State::new(segments)).collect();
@@ -138,7 +139,7 @@ fn fixed_size_accelerations<const N: usize>(
     fixed_size::accelerations(&chain, &state.clamp, &q, &v, &mut result);
     state.compute_accelerations();
     for (a, b) in state.accelerations.as_flattened().iter().zip(result.as_flattened()) {
-        assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "both forms compute the same: {a} {b}");
+        assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "the two forms differ: {a} {b}");
     }
     group.bench_function(format!("n={N}, known to the compiler"), |bencher| {
         bencher.iter(|| {

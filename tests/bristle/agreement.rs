@@ -1,4 +1,4 @@
-//! Is it right? The whole equations and the O(n) recursions agree, and every tangent with differences.
+//! Is it right? The whole equations agree with the O(n) recursions, and every tangent with finite differences.
 
 use crate::common::{RandomState, largest, random_pairs, random_state, residual, tolerance};
 use bristle::contact::{Approach, ContactLaw};
@@ -12,7 +12,7 @@ use bristle_codegen::model::lagrange::whole_equations;
 use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
 
-/// What a system has, too; loads do not depend on it.
+/// The tool, which every system has; the loads do not depend on it.
 const TOOL: Turning<RoundTool> = Turning { tool: RoundTool { body_radius: 0.14 }, rate: 0.0, initial_angle: 0.0 };
 
 /// `M` and `f` of the whole equations at a state.
@@ -34,7 +34,7 @@ fn accelerations_solve_the_whole_equations() {
         dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
         let accelerations = accelerations.as_flattened();
         for (row, force) in mass_matrix.iter().zip(&force) {
-            // Rounding in the row's own terms bounds what agreement can be had.
+            // Rounding in the terms of the row limits the agreement.
             let terms: Vec<f64> = row.iter().zip(accelerations).map(|(m, a)| m * a).collect();
             let scale = largest(&terms).max(force.abs());
             let error = (terms.iter().sum::<f64>() - force).abs() / scale;
@@ -44,7 +44,7 @@ fn accelerations_solve_the_whole_equations() {
 }
 
 #[test]
-fn residual_is_that_of_the_whole_equations() {
+fn residual_matches_the_whole_equations() {
     let mut rng = Rng::with_seed(2);
     for segments in 1..=30 {
         let state = random_state(&mut rng, segments);
@@ -62,7 +62,7 @@ fn residual_is_that_of_the_whole_equations() {
 }
 
 #[test]
-fn energies_are_those_of_the_whole_equations() {
+fn energies_match_the_whole_equations() {
     let mut rng = Rng::with_seed(3);
     for segments in [1, 2, 5, 25] {
         let state = random_state(&mut rng, segments);
@@ -120,8 +120,8 @@ fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl Nod
         StepWeights { coordinates: 1e-6, rates: 1e-3 },
     ] {
         let direction = random_pairs(rng, segments, 1.0);
-        // The step of the differences moves coordinates by at most 1e-6 rad, and rates by little against the speed
-        // over which friction is regularised.
+        // The finite differences move coordinates by at most 1e-6 rad, and rates by little compared with the speed over
+        // which friction is regularised.
         let size = f64::min(1e-6 / weights.coordinates, 3e-3 / weights.rates);
         let at = |size: f64| {
             let (moved, accelerations) = along_step(state, accelerations, weights, &direction, size);
@@ -167,7 +167,7 @@ fn factorised_step_matrix_with_contact_matches_differences() {
     let mut rng = Rng::with_seed(5);
     for segments in [1, 2, 6] {
         let mut state = random_state(&mut rng, segments);
-        // The one approximation of the matrix is of the size of the rates, so they are zero here.
+        // The only approximation in the matrix is proportional to the rates, so they are zero here.
         state.v.fill([0.0; 2]);
         state.clamp.velocity = [0.3, -0.2, 0.1];
         state.clamp.direction_rate = [0.0; 3];
@@ -228,7 +228,7 @@ fn jacobian_columns<const N: usize, const M: usize>(f: impl Fn([f64; N]) -> [f64
 
 #[test]
 fn joint_tangents_match_differences() {
-    // Each weight by itself, so that neither hides the other, at a bent joint and at a straight one.
+    // Each weight on its own, so that neither hides the other, at a bent joint and at a straight one.
     let mut rng = Rng::with_seed(7);
     for straight in [false, true] {
         for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
@@ -386,10 +386,10 @@ fn contact_law_at_its_singular_points() {
     assert_eq!(law().force(&approach(0.0, 1.0, 1.0)).normal, 0.0);
     assert_eq!(at_rest.tangential, [0.0; 3]);
     assert!(law().tangent(&approach(1e-4, 0.0, 0.0)).velocity[0][0].is_finite());
-    // Coulomb's limit: the whole µ F_n against the sliding.
+    // Coulomb's limit: all of µ F_n opposes the sliding.
     let sliding = law().force(&approach(1e-4, 0.0, 1e6));
     assert!((sliding.tangential[0] + 0.4 * sliding.normal).abs() < 1e-9 * sliding.normal);
-    // Hunt and Crossley: no adhesion where the node leaves faster than 1/χ.
+    // Hunt and Crossley: no adhesion if the node leaves faster than 1/χ.
     assert!(law().pressing(&approach(1e-4, -4.0, 0.0)) < 0.0);
     assert!(law().pressing(&approach(1e-4, -3.0, 0.0)) > 0.0);
     assert!(law().pressing(&approach(-1e-4, 3.0, 0.0)) < 0.0);

@@ -1,4 +1,4 @@
-//! Is the stepping path free of allocations? Passes of many steps and of few allocate alike.
+//! Is the stepping path free of allocations? Passes with many steps and with few steps allocate the same.
 
 use crate::common::case;
 use bristle::model::settings::Settings;
@@ -17,7 +17,7 @@ fn at(relative_tolerance: f64) -> Settings {
 #[test]
 fn steps_of_a_pass_do_not_allocate() {
     let steps = |tolerance| simulate(&at(tolerance)).expect("the pass ends").statistics.steps;
-    assert!(steps(1e-6) > 3 * steps(1e-3), "the test would not see allocations of a step");
+    assert!(steps(1e-6) > 3 * steps(1e-3), "the test could not detect allocations in a step");
     let [few, many] = [1e-3, 1e-6].map(|tolerance| {
         allocations(|| {
             simulate(&at(tolerance)).expect("the pass ends");

@@ -1,4 +1,4 @@
-//! Is it right? What is computed side by side in vector lanes has the bits that it has alone.
+//! Is it right? Results computed side by side in vector lanes have the same bits as alone.
 
 use crate::common::{RandomState, case, filament as paper_filament, random_state};
 use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
@@ -7,7 +7,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
 use fastrand::Rng;
 
-/// Chains of different constants, bent and straight, some of the joints far beyond the power series.
+/// Chains with different constants, bent and straight; some joints are far beyond the range of the power series.
 fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
     (0..count)
         .map(|i| {
@@ -48,7 +48,7 @@ fn single(state: &RandomState) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn a_batch_gives_what_its_states_give_alone() {
+fn states_of_a_batch_have_the_same_results_as_alone() {
     let mut rng = Rng::with_seed(21);
     for segments in [1, 2, 25, 100] {
         for count in [1, 7, 8, 9, 24, 29] {
@@ -62,7 +62,7 @@ fn a_batch_gives_what_its_states_give_alone() {
 }
 
 #[test]
-fn a_state_gives_the_same_bits_at_every_place_of_every_batch() {
+fn a_state_has_the_same_bits_at_every_place_of_every_batch() {
     let mut rng = Rng::with_seed(22);
     for segments in [1, 2, 25] {
         let mut states = states(&mut rng, segments, 2 * LANES + 3);
@@ -89,12 +89,12 @@ fn a_state_at_a_pole_is_refused_by_its_number() {
         "state 10 of the batch: segment 3 with φ = 0.0 stands at a pole (sin φ = 0) of its coordinates about z, \
          where its azimuth has no meaning"
     );
-    assert!(accelerations.iter().all(|pair| *pair == [7.0; 2]), "nothing is computed");
-    // An empty batch is one, too.
+    assert!(accelerations.iter().all(|pair| *pair == [7.0; 2]), "something was computed");
+    // An empty batch is valid, too.
     Batch::new(4).accelerations(&[], &mut []).expect("nothing to refuse");
 }
 
-/// A study in small: passes of different length, stiffness and depth, more than there are lanes.
+/// A small study: passes with different length, stiffness and depth, more than there are lanes.
 fn passes(friction: f64) -> Vec<Settings> {
     let mut passes = Vec::new();
     for (i, velocity) in [30.0, 7.5, 20.0, 12.5].into_iter().enumerate() {
@@ -127,17 +127,17 @@ fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>>
 }
 
 #[test]
-fn passes_side_by_side_have_the_bits_that_they_have_alone() {
+fn passes_side_by_side_have_the_same_bits_as_alone() {
     for friction in [0.0, 0.3] {
         let mut passes = passes(friction);
-        // Out of the plane: some lanes leave their charts, and go on alone.
+        // Out of the plane: some lanes leave their charts, and continue alone.
         passes[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
         let together = side_by_side(&passes);
         for (settings, result) in passes.iter().zip(&together) {
             assert_eq!(*result, simulate(settings), "{settings:?}");
         }
         let changes = together.iter().map(|result| result.as_ref().map_or(0, |pass| pass.statistics.chart_changes));
-        assert!(changes.sum::<usize>() > 0, "no lane has left its charts");
+        assert!(changes.sum::<usize>() > 0, "no lane left its charts");
         passes.rotate_left(5);
         let rotated = side_by_side(&passes);
         assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
@@ -145,7 +145,7 @@ fn passes_side_by_side_have_the_bits_that_they_have_alone() {
 }
 
 #[test]
-fn kinds_do_not_mix_and_errors_end_their_case_only() {
+fn kinds_do_not_mix_and_an_error_ends_only_its_case() {
     let mut passes = [passes(0.0), passes(0.2)].concat();
     passes[3].filament.segments = 9;
     passes[7].filament.youngs_modulus_pa = 1e300;

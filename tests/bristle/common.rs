@@ -1,4 +1,4 @@
-//! What several test files share: the paper's case, random states, and the tolerances with their reasons.
+//! Shared by several test files: the paper's filament, random states, and tolerances with their reasons.
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -11,12 +11,12 @@ use fastrand::Rng;
 
 /// Tolerances, each with its reason.
 pub mod tolerance {
-    /// Two ways to the same numbers in double precision, over recursions of up to 30 segments.
+    /// Two ways to compute the same numbers in double precision, over recursions of up to 30 segments.
     pub const AGREEMENT: f64 = 1e-12;
-    /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε = 1e-5`; the
-    /// tangents mix terms whose sizes differ by up to 1e3.
+    /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε = 1e-5`. The tangents mix
+    /// terms whose sizes differ by up to 1e3.
     pub const DIFFERENCES: f64 = 1e-6;
-    /// At the default tolerance of 1e-6 a step, over some 400 steps, relative to the work done.
+    /// At the default tolerance of 1e-6 per step, over some 400 steps, relative to the work done.
     pub const ENERGY_BALANCE: f64 = 1e-5;
 }
 
@@ -25,14 +25,14 @@ pub fn filament(segments: usize) -> FilamentSettings {
     case(segments, 0.0, 0.0).filament
 }
 
-/// The paper's case at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
+/// A case of the paper at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
 pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     let mut settings = Settings::paper(velocity, depth);
     settings.filament.segments = segments;
     settings
 }
 
-/// A spatial state: a filament bent at random away from the poles, with rates of the size of a fast brush.
+/// A spatial state: a randomly bent filament away from the poles, with rates as in a fast brush.
 pub struct RandomState {
     pub chain: Chain<f64>,
     pub clamp: Clamp<f64>,

@@ -1,4 +1,4 @@
-//! Tests of the core through its public interface, in one program: each further one would be linked on its own.
+//! Tests of the core through its public interface. They form one program, as each further one would have to be linked.
 
 mod common;
 

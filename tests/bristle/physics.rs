@@ -1,4 +1,4 @@
-//! Is it physics? Invariants and measured orders; the exact solutions are those of `bristle validate` (`tests/validation.rs`).
+//! Is it physics? Invariants and measured orders of convergence. `bristle validate` has the exact solutions.
 
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
@@ -55,7 +55,7 @@ proptest! {
 
     #[test]
     fn energies_are_not_negative(state in states()) {
-        // A joint folded back on itself (α = π) is a singular point of the spring, and declared so.
+        // A joint folded back on itself (α = π) is a declared singular point of the spring.
         if let Ok(evaluation) = evaluate(&filament(1), 0.14, &state) {
             prop_assert!(evaluation.kinetic_energy_j >= 0.0);
             prop_assert!(evaluation.potential_energy_j >= 0.0);
@@ -75,7 +75,7 @@ proptest! {
                 (before.dissipation_w, after.dissipation_w),
             ];
             for (before, after) in pairs {
-                // Near the fold the spring's slope grows without bound, and with it what a rounding does.
+                // Near the fold the slope of the spring grows without bound, and amplifies rounding.
                 prop_assert!((before - after).abs() <= 1e-11 * before.abs(), "{before} {after}");
             }
         }
@@ -97,7 +97,7 @@ fn straight_filament_is_exact() {
     let evaluation = evaluate(&filament(segments), 0.14, &state).expect("the state is regular");
     assert!(evaluation.potential_energy_j < 1e-30);
     assert!(evaluation.dissipation_w < 1e-28);
-    // The torques of 25 joints vanish to one rounding of c ≈ 0.2 N m; that over J ≈ 1e-12 kg m² is seen here.
+    // The torques of 25 joints vanish to one rounding of c ≈ 0.2 N m. Divided by J ≈ 1e-12 kg m², it shows here.
     assert!(crate::common::largest(&evaluation.accelerations) < 1e-3);
 }
 
@@ -112,7 +112,7 @@ fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, stat
 }
 
 #[test]
-fn free_vibration_loses_what_its_dampers_take() {
+fn free_vibration_loses_the_energy_that_its_dampers_take() {
     let segments = 10;
     let filament = filament(segments);
     let (law, plane) = no_contact();
@@ -128,7 +128,7 @@ fn free_vibration_loses_what_its_dampers_take() {
         integrate(&mut system, start, 3.0 * period, &ESDIRK54, tolerances, |_| ()).expect("nothing is in the way");
     let after = mechanical_energy(&mut system, &end);
     let dissipated = end.integrals[integral::JOINT_DISSIPATION];
-    assert!(dissipated > 0.5 * before, "the test would not see the dampers");
+    assert!(dissipated > 0.5 * before, "the test could not detect the dampers");
     assert!(end.integrals[integral::WORK].abs() < 1e-30, "a clamp at rest does no work");
     let imbalance = (before - after - dissipated).abs() / before;
     assert!(imbalance < tolerance::ENERGY_BALANCE, "{imbalance:.1e}");
@@ -155,7 +155,7 @@ fn metrics_at_the_default_tolerance_agree_with_tighter_ones() {
 
 #[test]
 fn slow_and_stiff_contacts_end() {
-    // Events there lie in long steps, or are as sharp as double precision allows.
+    // Here events lie in long steps, or are as sharp as double precision allows.
     for (velocity, depth, stiffness) in [(1e-3, 2e-3, 1e5), (1e-3, 5e-3, 1e5), (0.01, 5e-3, 1e9), (0.1, 5e-3, 1e10)] {
         let mut settings = case(25, velocity, depth);
         settings.contact.stiffness_n_m = stiffness;
@@ -168,7 +168,7 @@ fn slow_and_stiff_contacts_end() {
 
 #[test]
 fn contact_time_ratio_does_not_exceed_one() {
-    // A node so thick that it touches from the start to the end.
+    // A node so thick that it touches from start to end.
     let mut settings = case(5, 10.0, 1e-3);
     settings.contact.radius_m = 0.02;
     settings.contact.stiffness_n_m = 10.0;
@@ -279,8 +279,8 @@ fn stiff_components_do_not_limit_the_step() {
 }
 
 #[test]
-fn nothing_acts_at_a_folded_joint_or_a_pole_unseen() {
-    // Declared singular points: the azimuth at a pole, and a joint folded back on itself.
+fn folded_joints_and_poles_are_reported() {
+    // The declared singular points: the azimuth at a pole, and a joint folded back on itself.
     let mut state = ChainState {
         base_angle: 0.0,
         base_rate: 0.0,
@@ -293,7 +293,7 @@ fn nothing_acts_at_a_folded_joint_or_a_pole_unseen() {
     assert!(at_pole.starts_with("segment 2 with φ = 0.0 stands at a pole"), "{at_pole}");
     state.q = vec![FRAC_PI_2, 0.0, FRAC_PI_2, std::f64::consts::PI];
     let folded = evaluate(&filament(2), 0.14, &state);
-    // sin π is not zero in double precision, so the fold may be regular, but never silently wrong.
+    // sin π is not zero in double precision, so the fold may be regular, but must never be silently wrong.
     if let Ok(evaluation) = folded {
         assert!(evaluation.accelerations.iter().all(|acceleration| acceleration.is_finite()));
     }

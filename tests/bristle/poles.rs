@@ -1,4 +1,4 @@
-//! Segments near and at the poles of their coordinates: two charts, one motion.
+//! Segments at and near the poles of their coordinates: the motion is the same in both charts.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -157,7 +157,7 @@ fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
     [phi.sin(), phi.cos(), theta.sin(), theta.cos()]
 }
 
-/// The joint's energy and dissipation by the directions alone, for the crossed kernels.
+/// The joint's energy and dissipation from the directions alone, for the crossed kernels.
 fn crossed_energies(z: Side, x: Side) -> [f64; 2] {
     let [e, e_rate, _] = PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]);
     let [next, next_rate, _] = PolarAxis::X.direction([x[0], x[1], [0.0; 2]]);
@@ -175,7 +175,7 @@ fn crossed_energies(z: Side, x: Side) -> [f64; 2] {
 /// Coordinates and rates of one side of a joint.
 type Side = [[f64; 2]; 2];
 
-/// The sides of a bent joint, about z and about x, and of a straight one that turns as a whole.
+/// The sides of a bent joint, about z and about x, and of a straight joint that turns as a whole.
 fn crossed_sides() -> [(Side, Side); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
     let straight = PolarAxis::X.coordinates(PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]));
@@ -201,7 +201,7 @@ fn crossed_joint_is_the_slope_of_its_energies() {
         let expected = -stiffness * slope(0) - damping * slope(1);
         assert!((torque - expected).abs() < 1e-9, "{i}: {torque} {expected}");
     }
-    // A straight joint that turns as a whole resists nothing.
+    // A straight joint that turns as a whole has no torque.
     let (z, x) = straight;
     let joint = kernels::crossed_joint(trigonometry(z[0]), trigonometry(x[0]), z[1], x[1], stiffness, damping);
     assert!(largest(&[joint.z, joint.x].concat()) < 1e-15, "{joint:?}");
@@ -247,7 +247,7 @@ fn crossed_joint_tangents_match_differences() {
 
 type System = FilamentSystem<FixedClamp, Plane>;
 
-/// A turn of the frame by 90° about `x`: `z` becomes `−y`. The charts' axes are not permuted cyclically by it.
+/// Rotates the frame by 90° about `x`: `z` becomes `−y`. It does not permute the axes of the charts cyclically.
 fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, -z, y]
 }
@@ -266,14 +266,14 @@ struct Motion {
     rate_scale: f64,
 }
 
-/// What is seen of a motion that was integrated.
+/// Observations of an integrated motion.
 struct Seen {
     /// The nodes at the end.
     nodes: Vec<[f64; 3]>,
     statistics: Statistics,
     /// Largest change of the total energy, relative to the largest kinetic energy.
     energy_error: f64,
-    /// How often a segment has passed within 17° of the axis `z`, summed over the segments.
+    /// Number of times that a segment passed within 17° of the axis `z`, summed over the segments.
     visits: usize,
 }
 
@@ -349,18 +349,19 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
     Motion { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
 }
 
-/// Of the integration, a step.
+/// Tolerance of the integration, per step.
 const TOLERANCE: f64 = 1e-8;
 /// Energy over a whole motion, relative to the largest kinetic energy: up to 1e5 steps, whose errors mostly cancel.
 const ENERGY: f64 = 1e-6;
-/// Two integrations of one motion, relative to its length: the same steps, whose errors differ with the coordinates.
+/// Two integrations of one motion, relative to its length: the steps are the same, but their errors depend on the
+/// coordinates.
 const SAME_MOTION: f64 = 1e-5;
 
-/// The whole check of a motion: its energy is kept, and it is the same motion in turned axes, where it meets no pole.
+/// Checks a motion: its energy is conserved, and in rotated axes, where it meets no pole, it is the same motion.
 fn check_motion(motion: &Motion, relative: f64) -> Seen {
     let seen = motion.integrate(relative);
     let turned = motion.turned().integrate(relative);
-    assert_eq!(turned.statistics.chart_changes, 0, "in turned axes it meets no pole");
+    assert_eq!(turned.statistics.chart_changes, 0, "it meets a pole in rotated axes");
     let nodes: Vec<[f64; 3]> = turned.nodes.iter().map(|node| turned_back(*node)).collect();
     let length = motion.chain.length * motion.chain.segments as f64;
     let difference = distance(&seen.nodes, &nodes) / length;
@@ -386,13 +387,13 @@ fn spherical_pendulum_tumbles_through_the_poles_of_both_charts() {
     for lateral in [0.0, 1e-7, 1e-2] {
         let motion = pendulum([0.8, 0.0, -0.6], [6.0, lateral, 8.0], 10.0);
         let seen = check_motion(&motion, TOLERANCE);
-        // Four changes a turn: near z, x, −z and −x.
+        // Four changes per turn: near z, x, −z and −x.
         assert!(seen.statistics.chart_changes > 40, "{:?}", seen.statistics);
     }
 }
 
-/// The undamped `filament` clamped along `clamp` (`±z`), bent into `x` by up to `bend` (rad) and thrown off along `y`,
-/// for `periods` periods of its first bending mode.
+/// The undamped `filament`, clamped along `clamp` (`±z`), bent towards `x` by up to `bend` (rad) and released with a
+/// velocity along `y`, for `periods` periods of its first bending mode.
 fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f64, periods: f64) -> Motion {
     let filament = FilamentSettings { damping_ratio: 0.0, ..filament.clone() };
     let frequency = first_natural_frequency(&filament);
@@ -412,7 +413,7 @@ fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f6
 
 #[test]
 fn axial_filament_swings_through_the_axis() {
-    // As in a cup brush: every segment passes the axis twice a period.
+    // As in a cup brush, every segment passes the axis twice per period.
     for (segments, periods) in [(5, 2.0), (25, 1.0)] {
         let motion = released(&filament(segments), [0.0; 3], 1.0, 0.8, periods);
         let seen = check_motion(&motion, TOLERANCE);
@@ -423,7 +424,7 @@ fn axial_filament_swings_through_the_axis() {
 
 #[test]
 fn hanging_filament_swings_through_the_vertical() {
-    // So soft that its weight, not its stiffness, brings it back.
+    // So soft that its weight, not its stiffness, restores it.
     let soft = FilamentSettings { youngs_modulus_pa: 1e6, ..filament(5) };
     let motion = released(&soft, [0.0, 0.0, -9.81], -1.0, 1.3, 3.0);
     let seen = check_motion(&motion, TOLERANCE);
@@ -431,7 +432,7 @@ fn hanging_filament_swings_through_the_vertical() {
 }
 
 #[test]
-fn history_of_a_pass_goes_on_where_charts_change() {
+fn history_of_a_pass_continues_across_chart_changes() {
     // A load along the tool's axis that bends the filament to it.
     let mut settings = crate::common::case(10, 10.0, 1e-3);
     settings.process.gravity_m_s2 = [0.0, 0.0, 2e5];
@@ -441,7 +442,7 @@ fn history_of_a_pass_goes_on_where_charts_change() {
     for i in 0..2 {
         let energies: Vec<f64> = simulation.history.iter().map(|sample| energies(sample)[i]).collect();
         let jumps: Vec<f64> = energies.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        // Coordinates read in the wrong chart would give another shape altogether.
+        // Coordinates read in the wrong chart would give a completely different shape.
         assert!(largest(&jumps) < 0.05 * largest(&energies));
     }
 }
@@ -471,7 +472,7 @@ fn states_at_a_pole_are_refused_by_name() {
     assert!(message.starts_with("segment 2 with φ = 3.14") && message.contains("about x"), "{message}");
 }
 
-/// A free rotation at 1 rad/s that stands at a pole of `z` at 0.35 s.
+/// A free rotation at 1 rad/s that reaches a pole of `z` at 0.35 s.
 fn rotation() -> Motion {
     let motion = pendulum([0.35_f64.sin(), 0.0, 0.35_f64.cos()], [-0.35_f64.cos(), 0.0, 0.35_f64.sin()], 0.35);
     Motion { chain: Chain { gravity: [0.0; 3], ..motion.chain }, ..motion }
@@ -479,7 +480,7 @@ fn rotation() -> Motion {
 
 #[test]
 fn steps_that_end_at_a_pole_are_rejected_by_name() {
-    // Without anybody who turns the segment over, an integrator gets as near to the pole as it may.
+    // If nothing changes the chart of the segment, an integrator gets as close to the pole as allowed.
     let motion = rotation();
     let mut system = motion.system();
     let mut start = motion.state(&mut system);
@@ -498,13 +499,13 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
     assert!((time - (0.35 - POLE)).abs() < 1e-9, "{time}");
     assert!(error.to_string().contains("segment 1 meets a pole"), "{error}");
 
-    // A step does not start there either.
+    // Nor can a step start there.
     start.q[0][0] = 0.0;
     let error = integrator.advance(&mut system, &start, &mut end, 1.0).expect_err("a pole");
     assert!(matches!(error, IntegrationError::Refused { reason: AtPole { segment: 1 }, .. }), "{error:?}");
     assert!(error.to_string().contains("segment 1"), "{error}");
 
-    // With charts that change the same motion ends there.
+    // If charts change, the same motion reaches its end.
     let seen = motion.integrate(1e-6);
     assert!(seen.statistics.chart_changes == 1);
     assert!(distance(&seen.nodes, &[[0.0, 0.0, 1.0]]) < 1e-6);
@@ -512,7 +513,7 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
 
 #[test]
 fn a_state_at_a_pole_starts_in_the_other_chart() {
-    // At the pole θ tells where φ moves to, and θ̇ tells nothing.
+    // At the pole θ determines the direction in which φ moves, and θ̇ has no meaning.
     for (polar_angle, z) in [(0.0, 1.0), (PI, -1.0)] {
         let mut system = rotation().system();
         let state = system.state(0.0, vec![[polar_angle, 0.3]], vec![[2.0, 5.0]]);
@@ -520,13 +521,13 @@ fn a_state_at_a_pole_starts_in_the_other_chart() {
         let [e, rate, _] = PolarAxis::X.direction([state.q[0], state.v[0], state.accelerations[0]]);
         assert!(largest(&sub(e, [0.0, 0.0, z])) < 1e-15, "{e:?}");
         assert!(largest(&sub(rate, [2.0 * z * 0.3_f64.cos(), 2.0 * z * 0.3_f64.sin(), 0.0])) < 1e-15, "{rate:?}");
-        // No force acts: the angular velocity stays.
+        // No force acts, so the angular velocity stays the same.
         assert!(state.accelerations.as_flattened().iter().all(|a| a.is_finite()));
     }
 }
 
-/// The condition number of `M` of a straight filament of `segments` segments, the middle one of which stands at
-/// `sin φ = sine`, and the others at the equator.
+/// The condition number of `M` for a straight filament of `segments` segments, with the middle one at `sin φ = sine` and the
+/// others at the equator.
 fn condition(segments: usize, sine: f64) -> f64 {
     let size = 2 * segments;
     let mut q = vec![[FRAC_PI_2, 0.0]; segments];

@@ -1,4 +1,4 @@
-//! Is it right? Values from independent codes: `derivations/README.md` says which, and how to make them again.
+//! Is it right? Values from independent codes. `derivations/README.md` lists the codes, and how to regenerate the values.
 
 use std::fs;
 use std::path::Path;
@@ -23,7 +23,7 @@ fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
     file.states
 }
 
-/// What every file of states has.
+/// The common parts of all state files.
 #[derive(Deserialize)]
 struct ReferenceState {
     kind: String,
@@ -58,7 +58,7 @@ impl ReferenceState {
     }
 
     fn assert_accelerations(&self, result: &Evaluation, tolerance: f64) {
-        // A torque that should vanish is known to one rounding of c, which over J is 1e-6 rad/s² at n = 25.
+        // A torque that should vanish is known to one rounding of c, which divided by J is 1e-6 rad/s² at n = 25.
         let bound = tolerance * crate::common::largest(&self.accelerations) + 1e-5;
         assert_eq!(result.accelerations.len(), self.accelerations.len());
         for (value, expected) in result.accelerations.iter().zip(&self.accelerations) {
@@ -67,7 +67,7 @@ impl ReferenceState {
     }
 }
 
-/// A state of which more than the accelerations is known.
+/// A state with more known values than the accelerations.
 #[derive(Deserialize)]
 struct ExactState {
     #[serde(flatten)]
@@ -100,7 +100,7 @@ fn equations_agree_with_60_digit_arithmetic() {
             (result.dissipation_w, expected.dissipation_w),
         ];
         for (value, exact) in scalars {
-            // Where the exact value is a rounding of the inputs (1e-30), so is the result.
+            // If the exact value comes from rounding of the inputs (1e-30), so does the result.
             assert!((value - exact).abs() <= 1e-12 * exact.abs() + 1e-28, "{case}: {value} {exact}");
         }
         for (value, exact) in result.tip_position_m.into_iter().zip(expected.tip_position_m) {
@@ -111,10 +111,10 @@ fn equations_agree_with_60_digit_arithmetic() {
 
 /// Rigid bodies in spherical joints, solved by Pinocchio's articulated-body algorithm.
 ///
-/// The map: body `k` has the orientation `R_k = R_z(θ_k) R_y(φ_k)`, which takes its own z axis to `e_k`; the joint's
-/// quaternion is that of `R_{k−1}ᵀ R_k`, its velocity `R_kᵀ (ω_k − ω_{k−1})` with `ω_k = e_k × ė_k`, no spin about the
-/// own axis. The first joint is in axes that move with the root and do not turn, in the gravity `g − r̈_0`. From
-/// Pinocchio's angular accelerations `a_k` follow `ë_k = a_k × e_k + ω_k × (ω_k × e_k)`, and from them `φ̈_k`, `θ̈_k`.
+/// Body `k` has the orientation `R_k = R_z(θ_k) R_y(φ_k)`, which maps its own z axis to `e_k`. The quaternion of the joint
+/// is that of `R_{k−1}ᵀ R_k`, its velocity is `R_kᵀ (ω_k − ω_{k−1})` with `ω_k = e_k × ė_k`, without spin about the body's
+/// own axis. The axes of the first joint move with the root and do not turn; gravity there is `g − r̈_0`. Pinocchio's
+/// angular accelerations `a_k` give `ë_k = a_k × e_k + ω_k × (ω_k × e_k)`, and thus `φ̈_k` and `θ̈_k`.
 #[test]
 fn accelerations_agree_with_articulated_rigid_bodies() {
     let reference: Vec<ReferenceState> = states("reference_aba.json");
@@ -122,7 +122,7 @@ fn accelerations_agree_with_articulated_rigid_bodies() {
         assert!(reference.iter().any(|state| state.q.len() == 2 * segments), "n = {segments}");
     }
     for expected in reference {
-        // At n = 25 the file itself is off by up to 2e-12, as 40-digit arithmetic showed.
+        // At n = 25 the file itself has errors of up to 2e-12, as 40-digit arithmetic showed.
         expected.assert_accelerations(&expected.evaluate(), 1e-11);
     }
 }

@@ -3,13 +3,13 @@
 use bristle::simulation::Statistics;
 use bristle::simulation::simulate;
 
-/// Counts may differ by this share between processors, whose sines differ in the last digit.
+/// Counts may differ by this fraction between processors, whose sines differ in the last digit.
 const MARGIN: f64 = 0.02;
 
 #[test]
 fn work_of_typical_passes() {
-    // Steps, rejected steps, Newton iterations, Newton failures, factorisations, events: after a change that is meant,
-    // the message of the failed assertion shows the new ones.
+    // Steps, rejected steps, Newton iterations, Newton failures, factorisations, events. After an intended change, the
+    // message of the failed assertion shows the new counts.
     let expected = [
         ((25, 10.0, 1e-3), [442, 32, 3105, 7, 490, 8]),
         ((25, 30.0, 5e-3), [479, 39, 3430, 8, 538, 10]),

@@ -1,6 +1,6 @@
 //! The expressions whose emission is tested: random ones, and a list with every operator.
 //!
-//! The build script emits them, and the tests hold what was emitted against this list.
+//! The build script emits them, and the tests compare the emitted code with this list.
 
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
@@ -47,7 +47,7 @@ fn random_instruction(rng: &mut Rng) -> Instruction {
     }
 }
 
-/// An operator, and what its value and its derivatives by `a` and `b` are known to be.
+/// An operator with its known value and derivatives with respect to `a` and `b`.
 pub struct Covered {
     /// Name of the expression.
     pub name: &'static str,
@@ -190,7 +190,7 @@ pub fn kind(node: Node) -> usize {
 /// The number of kinds of operations.
 pub const KINDS: usize = 14;
 
-/// All kernels that are emitted: each random expression in all forms, then the list of operators.
+/// All emitted kernels: each random expression in all forms, then the list of operators.
 pub fn kernels() -> Vec<Kernel> {
     let mut kernels = Vec::new();
     for (i, program) in programs().iter().enumerate() {

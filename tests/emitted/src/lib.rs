@@ -1,9 +1,9 @@
-//! Emitted Rust, compiled: what a user's compiler makes of what the emitter writes.
+//! Emitted Rust, compiled as a user would compile it.
 
 pub mod catalogue;
 
-/// The functions that the build script has emitted.
-#[allow(missing_docs, clippy::all, reason = "random expressions are not what a person would write")]
+/// The functions emitted by the build script.
+#[allow(missing_docs, clippy::all, reason = "no person would write random expressions")]
 pub mod emitted {
     use bristle::equations::Real;
 

@@ -1,4 +1,4 @@
-//! Is it right? Emitted functions have the values of the expressions that they come from.
+//! Is it right? Emitted functions have the same values as the expressions that they come from.
 
 use bristle_codegen::back::json::operators;
 use bristle_codegen::ir::graph::Graph;
@@ -10,12 +10,12 @@ use fastrand::Rng;
 /// Points at which each expression is evaluated.
 const POINTS: usize = 20;
 
-/// An emitted function and the evaluation of its graph do the same operations; only integer powers differ, by a
-/// rounding each.
+/// An emitted function and the evaluation of its graph do the same operations. Only integer powers differ, by one rounding
+/// each.
 const SAME_OPERATIONS: f64 = 1e-13;
 
-/// A simplified expression rounds otherwise, and its derivative by an intermediate can be as large as the
-/// largest intermediate: hence the square.
+/// A simplified expression rounds differently, and its derivative with respect to an intermediate can be as large as the
+/// largest intermediate; hence the square.
 const SIMPLIFIED: f64 = 1e-12;
 
 /// Expressions with larger intermediates are not compared.
@@ -49,7 +49,7 @@ fn random_expressions_have_one_value_raw_simplified_and_emitted() {
             }
         }
     }
-    assert!(compared > 9 * POINTS * programs().len() / 10, "{compared} points were fit to compare");
+    assert!(compared > 9 * POINTS * programs().len() / 10, "only {compared} points were compared");
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn every_operator_and_its_derivative_are_emitted_right() {
             let expected = [(covered.value)(a, b), slope_a, slope_b];
             let values = graph.evaluate(&[a, b]);
             for ((expected, emitted), node) in expected.into_iter().zip(function(a, b)).zip(&nodes) {
-                // The closed forms that are compared with cancel for small angles.
+                // The closed forms cancel for small angles.
                 let tolerance = 1e-10 * expected.abs().max(1.0);
                 assert!((emitted - expected).abs() < tolerance, "{}: {emitted} {expected}", covered.name);
                 let evaluated = values[node.index()];
@@ -83,6 +83,6 @@ fn the_list_has_every_operator() {
         seen[kind(graph.node(nodes[0]))] = true;
     }
     assert_eq!(seen, [true; KINDS]);
-    // Constants and symbols are no operators of the format.
+    // Constants and symbols are not operators of the format.
     assert_eq!(KINDS, operators().count() + 2);
 }
