@@ -25,3 +25,8 @@ pub mod study;
 mod testing;
 pub mod text;
 pub mod uncertainty;
+
+/// Compiles the code of the page on the library.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/library.md")]
+struct Library;
