@@ -60,8 +60,8 @@ impl Error for BatchError {
 /// The memory in which batches of chains of one number of segments are computed.
 ///
 /// ```
-/// use crate::equations::{Batch, Chain, Member};
-/// use crate::tool::{ClampMotion, FixedClamp};
+/// use bristle::equations::{Batch, Chain, Member};
+/// use bristle::tool::{ClampMotion, FixedClamp};
 ///
 /// let chain = Chain {
 ///     segments: 2,
@@ -81,7 +81,7 @@ impl Error for BatchError {
 /// Batch::new(2).accelerations(&members, &mut accelerations)?;
 /// // The outer segment springs back, the more the more it is bent.
 /// assert!(accelerations[1][1] < 0.0 && accelerations[5][1] < accelerations[3][1]);
-/// # Ok::<(), crate::equations::BatchError>(())
+/// # Ok::<(), bristle::equations::BatchError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Batch {
