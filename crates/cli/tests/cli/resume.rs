@@ -434,7 +434,10 @@ fn the_log_is_written_on_request() {
     let debug = log("debug");
     assert_eq!(debug.matches("DEBUG bristle_study::study::scheduler: case done case=").count(), CASES - FAILURES);
     assert_eq!(debug.matches("WARN bristle_study::study::scheduler: case failed case=").count(), FAILURES);
-    assert!(debug.contains("INFO bristle_study::study::scheduler: study started cases=180 to_simulate=180 threads="), "{debug}");
+    assert!(
+        debug.contains("INFO bristle_study::study::scheduler: study started cases=180 to_simulate=180 threads="),
+        "{debug}"
+    );
     assert!(debug.contains("DEBUG bristle::journal_file: journal opened"), "{debug}");
     let warnings = log("bristle=warn");
     assert!(warnings.contains("WARN bristle_study::study") && !warnings.contains("INFO"), "{warnings}");
