@@ -4,8 +4,6 @@ use bristle::model::record::Record;
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::tables::parse;
-
 /// Number of the form of `study.json` and `case.json`; another form has another number.
 pub(super) const FORMAT: u32 = 2;
 
@@ -150,4 +148,18 @@ impl Table<'_> {
             self.wrong(row, column, format!("`{cell}` is not a number that can stand here"))
         })
     }
+}
+
+/// A record from the texts of its columns, by their positions; or the position of one that is wrong.
+fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
+    let mut record = R::default();
+    for (position, column) in R::COLUMNS.iter().enumerate() {
+        let text = cell(position);
+        let value = match column.whole {
+            true => text.parse::<usize>().ok().map(|count| count as f64),
+            false => text.parse().ok().filter(|number: &f64| number.is_finite()),
+        };
+        column.set(&mut record, value.ok_or(position)?);
+    }
+    Ok(record)
 }

@@ -67,20 +67,6 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
     R::COLUMNS.iter().map(cell).collect()
 }
 
-/// A record from the texts of its columns, by their positions; or the position of one that is wrong.
-pub(super) fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
-    let mut record = R::default();
-    for (position, column) in R::COLUMNS.iter().enumerate() {
-        let text = cell(position);
-        let value = match column.whole {
-            true => text.parse::<usize>().ok().map(|count| count as f64),
-            false => text.parse().ok().filter(|number: &f64| number.is_finite()),
-        };
-        column.set(&mut record, value.ok_or(position)?);
-    }
-    Ok(record)
-}
-
 /// Writes `runs.csv`: a heading, then a row a case in the grid's order.
 ///
 /// A case that failed has empty metrics and statistics, and the error's text as its status. Where filaments scatter in some
