@@ -80,10 +80,10 @@ pub fn complete_study(
 /// `sampling` is [`alongside`](Sampling::alongside).
 ///
 /// # Errors
-/// As [`complete_study`].
+/// As for [`complete_study`].
 ///
 /// # Panics
-/// As [`complete_study`].
+/// As for [`complete_study`].
 pub fn complete_study_sampled(
     study: &Study,
     threads: Option<NonZeroUsize>,
