@@ -332,7 +332,7 @@ fn a_file_that_is_not_a_journal_is_left_alone() {
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
         let message = workspace.is_refused(options);
-        assert!(message.contains("no journal") && message.contains("move the file away"), "{message}");
+        assert!(message.contains("not the journal of a study") && message.contains("move the file away"), "{message}");
     }
 }
 
