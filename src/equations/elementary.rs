@@ -39,7 +39,7 @@ pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
 
 const _: () = assert!(TERMS == 14, "the series is written out for its terms");
 
-/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in [`bristle_codegen::ir::special`].
+/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in `bristle_codegen::ir::special`.
 #[inline(always)]
 pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
     if u.abs() <= SERIES_LIMIT { half_angle_series::<ORDER>(u) } else { half_angle_closed::<ORDER>(u) }

@@ -43,7 +43,7 @@ pub trait Real:
     fn less_than(self, other: Self) -> Self;
 
     /// The derivative of order `ORDER` (0 to 3) of `S(u) = ½ arccos²(1 − u)` at `u`, see
-    /// [`bristle_codegen::ir::special`].
+    /// `bristle_codegen::ir::special`.
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self;
 }
 
