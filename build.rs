@@ -111,12 +111,8 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
     let python = variable("BRISTLE_PYTHON")?.filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
-    let mut inputs = python.clone().into_bytes();
-    for path in SOURCES {
-        inputs.push(0);
-        inputs.extend(fs::read(path).map_err(|error| format!("cannot read {path}: {error}"))?);
-    }
-    let graph = directory.join(format!("casadi-{}.json", digest(&inputs)));
+    let inputs = digest(format!("{python} {}", sources(&SOURCES)?).as_bytes());
+    let graph = directory.join(format!("casadi-{inputs}.json"));
     let cached = fs::read_to_string(&graph).ok().and_then(|text| json::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,
