@@ -98,7 +98,7 @@ fn variable(name: &str) -> Result<Option<String>, String> {
     match env::var(name) {
         Ok(value) => Ok(Some(value)),
         Err(VarError::NotPresent) => Ok(None),
-        Err(VarError::NotUnicode(value)) => Err(format!("{name} is {value:?}, which is no text")),
+        Err(VarError::NotUnicode(value)) => Err(format!("{name} is {value:?}, which is not text")),
     }
 }
 
