@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use bristle_codegen::back::rust::{Origin, emit};
 use bristle_codegen::back::json::{from_json, to_json};
+use bristle_codegen::back::rust::{Origin, emit};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
