@@ -11,7 +11,7 @@
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::linear::{
-    add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
+    add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
 use super::{LANES, LaneSet, Lanes, Lanewise, Real, kernels};
@@ -547,10 +547,9 @@ impl<T: Compiled> Dynamics<T> {
 impl<T: Lanewise> Dynamics<T> {
     /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
-        let gravity = self.chain.gravity.map(|component| component.lane(lane));
-        let vectors = [self.positions[node], self.velocities[node], self.base_accelerations[node + 1]];
-        let [position, velocity, base] = vectors.map(|vector| vector.map(|component| component.lane(lane)));
-        [position, velocity, add(base, gravity)]
+        let base = in_lane(&self.base_accelerations[node + 1], lane);
+        let acceleration = add(base, in_lane(&self.chain.gravity, lane));
+        [in_lane(&self.positions[node], lane), in_lane(&self.velocities[node], lane), acceleration]
     }
 }
 

@@ -176,6 +176,18 @@ pub fn select<T: Lanewise, const R: usize, const C: usize>(
     result
 }
 
+/// The vector in one lane.
+///
+/// By reference: of a vector by value the compiler would first copy all lanes.
+#[inline(always)]
+pub fn in_lane<T: Lanewise, const N: usize>(vector: &[T; N], lane: usize) -> [f64; N] {
+    let mut result = [0.0; N];
+    unrolled!(i < N, {
+        result[i] = vector[i].lane(lane);
+    });
+    result
+}
+
 /// `M⁻¹` of a 2 × 2 matrix; not finite if `M` is singular.
 #[inline(always)]
 pub fn invert<T: Real>(matrix: &[[T; 2]; 2]) -> [[T; 2]; 2] {

@@ -3,7 +3,7 @@
 use super::tableau::Tableau;
 use super::{SecondOrderSystem, State, Tolerances};
 use crate::equations::dispatch::{Loop, dispatch};
-use crate::equations::linear::{add, scale, sub, unrolled};
+use crate::equations::linear::{add, in_lane, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
 /// Stages of the longest method.
@@ -394,7 +394,7 @@ fn scatter<T: Lanewise, const D: usize>(lane: usize, values: &[[f64; D]], lanes:
 
 fn gather<T: Lanewise, const D: usize>(lane: usize, lanes: &[[T; D]], values: &mut [[f64; D]]) {
     for (lanes, values) in lanes.iter().zip(values) {
-        *values = lanes.map(|value| value.lane(lane));
+        *values = in_lane(lanes, lane);
     }
 }
 
@@ -402,7 +402,9 @@ fn gather<T: Lanewise, const D: usize>(lane: usize, lanes: &[[T; D]], values: &m
 fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
     let none = T::from_f64(0.0);
     for value in values {
-        *value = value.map(|value| value.select(lanes, none));
+        unrolled!(i < D, {
+            value[i] = value[i].select(lanes, none);
+        });
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::AtPole;
 use crate::contact::{Approach, ContactLaw};
-use crate::equations::linear::{dot, zero};
+use crate::equations::linear::{dot, in_lane, zero};
 use crate::equations::{
     Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights,
     find_pole, near_pole,
@@ -289,8 +289,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         for (node, &lanes) in self.closed.iter().enumerate() {
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
-                let position = self.dynamics.positions()[node].map(|component| component.lane(lane));
-                let velocity = self.dynamics.velocities()[node].map(|component| component.lane(lane));
+                let position = in_lane(&self.dynamics.positions()[node], lane);
+                let velocity = in_lane(&self.dynamics.velocities()[node], lane);
                 let approach = filament.approach(position, velocity, time);
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
@@ -424,9 +424,9 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     }
 
     /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
-    fn approach(&self, lane: usize, position: [T; 3], velocity: [T; 3]) -> (&Filament<M, W>, Approach) {
+    fn approach(&self, lane: usize, position: &[T; 3], velocity: &[T; 3]) -> (&Filament<M, W>, Approach) {
         let filament = &self.filaments[lane];
-        let [position, velocity] = [position, velocity].map(|vector| vector.map(|component| component.lane(lane)));
+        let (position, velocity) = (in_lane(position, lane), in_lane(velocity, lane));
         (filament, filament.approach(position, velocity, self.time.lane(lane)))
     }
 }
@@ -442,7 +442,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         }
         let mut result = zero::<T, 3>();
         for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, position, velocity);
+            let (filament, approach) = self.approach(lane, &position, &velocity);
             let force = filament.law.force(&approach).total(&approach);
             for (result, component) in result.iter_mut().zip(force) {
                 result.set_lane(lane, component);
@@ -457,7 +457,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         }
         let mut result = NodeTangent::<T> { position: [zero(); 3], velocity: [zero(); 3] };
         for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, position, velocity);
+            let (filament, approach) = self.approach(lane, &position, &velocity);
             let tangent = filament.law.tangent(&approach);
             for row in 0..3 {
                 for column in 0..3 {
