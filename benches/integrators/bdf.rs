@@ -1,11 +1,11 @@
 //! Backward differentiation formulas of variable order with quasi-constant steps.
 
 use bristle::equations::StepWeights;
-use bristle::integrate::{SecondOrderSystem, Tolerances};
+use bristle::integrate::Tolerances;
 
 use crate::newton::{Failure, MAX_ITERATIONS, Newton, NewtonSettings, Pairs, axpy, norm, zeros};
 use crate::pass::Method;
-use crate::system::Point;
+use crate::system::{Point, System};
 
 const MAX_ORDER: usize = 5;
 
@@ -149,13 +149,7 @@ impl Method for Bdf {
         }
     }
 
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure> {
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure> {
         if self.fresh {
             self.differences[1].q.copy_from_slice(&start.v);
             self.differences[1].v.copy_from_slice(&start.accelerations);

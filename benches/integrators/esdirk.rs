@@ -1,11 +1,11 @@
 //! ESDIRK methods: TR-BDF2 and the methods of Kennedy and Carpenter.
 
 use bristle::equations::StepWeights;
-use bristle::integrate::{SecondOrderSystem, Tolerances, tableau::Tableau};
+use bristle::integrate::{Tolerances, tableau::Tableau};
 
 use crate::newton::{Failure, MAX_ITERATIONS, Newton, NewtonSettings, Pairs, axpy, norm, zeros};
 use crate::pass::{Method, pi_factor};
-use crate::system::Point;
+use crate::system::{Point, System};
 
 /// First guess of a stage's accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,13 +128,7 @@ impl Method for Esdirk {
         self.newton.forget();
     }
 
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure> {
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure> {
         let tableau = self.settings.tableau;
         let last = tableau.stages() - 1;
         let diagonal = tableau.gamma * step;
@@ -225,7 +219,7 @@ impl Esdirk {
     ///
     /// `δv = e_v + hγ δa`, `δq = e_q + hγ δv`, `R_a δa + R_v δv + R_q δq = 0`, so that
     /// `K δa = −(R_v e_v + R_q (e_q + hγ e_v))`, whose right side is a difference of two residuals.
-    fn filter(&mut self, system: &mut dyn SecondOrderSystem<f64, 1>, end: &Point, weights: StepWeights<f64>) {
+    fn filter(&mut self, system: &mut System, end: &Point, weights: StepWeights<f64>) {
         let pairs = end.q.len();
         let (mut moved, mut here) = (zeros(pairs), zeros(pairs));
         let (mut q, mut v) = (end.q.clone(), end.v.clone());

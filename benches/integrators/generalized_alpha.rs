@@ -1,11 +1,11 @@
 //! The generalised-α method with adaptive steps.
 
 use bristle::equations::StepWeights;
-use bristle::integrate::{SecondOrderSystem, Tolerances};
+use bristle::integrate::Tolerances;
 
 use crate::newton::{Failure, MAX_ITERATIONS, Newton, NewtonSettings, Pairs, axpy, norm, zeros};
 use crate::pass::{Method, pi_factor};
-use crate::system::Point;
+use crate::system::{Point, System};
 
 /// Generalised-α (Chung and Hulbert, Journal of Applied Mechanics 60, 1993) in the form of Arnold and Brüls (Multibody
 /// System Dynamics 18, 2007), whose residual is that of the end of the step: `(1 − α_m) ā' + α_m ā = (1 − α_f) a' + α_f a`,
@@ -65,13 +65,7 @@ impl Method for GeneralizedAlpha {
         self.offset.as_flattened_mut().fill(0.0);
     }
 
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure> {
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure> {
         let Self { alpha_m, alpha_f, gamma, beta, .. } = *self;
         self.tried_step = step;
         let a = &start.accelerations;

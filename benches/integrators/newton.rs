@@ -1,7 +1,9 @@
 //! Shared by all methods: the norm, and Newton's method for one implicit relation `v = v̂ + w_v q̈`, `q = q̂ + …`.
 
 use bristle::equations::{LaneSet, StepWeights};
-use bristle::integrate::{SecondOrderSystem, Tolerances};
+use bristle::integrate::Tolerances;
+
+use crate::system::System;
 
 /// Why a step failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +95,7 @@ impl Newton {
     #[allow(clippy::too_many_arguments, reason = "a point, its start, and how it moves")]
     pub fn solve(
         &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
+        system: &mut System,
         time: f64,
         q: &mut [[f64; 2]],
         v: &mut [[f64; 2]],
@@ -121,7 +123,7 @@ impl Newton {
             {
                 *a -= correction;
                 let rate = weights.rates * correction / v.abs().max(self.tolerances.rate_scale);
-                let angle = weights.coordinates * correction / self.tolerances.angle_scale;
+                let angle = weights.coordinates * correction / self.tolerances.coordinate_scale;
                 norm = norm.max(rate.abs().max(angle.abs()) / self.tolerances.relative);
             }
             place(q, v, a, base, weights);
@@ -185,7 +187,7 @@ pub fn norm(
     let sizes = start.as_flattened().iter().zip(end.as_flattened());
     for ((angle, rate), (start, end)) in angle.as_flattened().iter().zip(rate.as_flattened()).zip(sizes) {
         let size = start.abs().max(end.abs()).max(tolerances.rate_scale);
-        let error = (angle / tolerances.angle_scale).abs().max((rate / size).abs()) / tolerances.relative;
+        let error = (angle / tolerances.coordinate_scale).abs().max((rate / size).abs()) / tolerances.relative;
         if error.is_nan() {
             return f64::INFINITY;
         }

@@ -1,5 +1,7 @@
 //! Checks that each method converges with its order, by fixed steps on a small smooth problem.
 
+use std::convert::Infallible;
+
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54};
 use bristle::integrate::{SecondOrderSystem, State, Tolerances};
@@ -36,8 +38,11 @@ fn solve_two([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     [(d * x - b * y) / determinant, (a * y - c * x) / determinant]
 }
 
-impl SecondOrderSystem<f64, 1> for Smooth {
-    fn pairs(&self) -> usize {
+impl SecondOrderSystem<f64, 2, 1> for Smooth {
+    type Charts = ();
+    type Refusal = Infallible;
+
+    fn blocks(&self) -> usize {
         1
     }
 
@@ -76,7 +81,7 @@ impl SecondOrderSystem<f64, 1> for Smooth {
 }
 
 const END: f64 = 2.0;
-const TOLERANCES: Tolerances = Tolerances { relative: 1e-12, angle_scale: 1.0, rate_scale: 1.0 };
+const TOLERANCES: Tolerances = Tolerances { relative: 1e-12, coordinate_scale: 1.0, rate_scale: 1.0 };
 
 fn start() -> Point {
     State::new(&mut Smooth::default(), 0.0, vec![[0.4, -0.3]], vec![[0.5, 0.2]])

@@ -7,7 +7,7 @@ use bristle::model::metrics::{ContactRecord, tip_deflection};
 use bristle::tool::ClampMotion;
 
 use crate::newton::{Failure, MAX_ITERATIONS};
-use crate::system::{Filament, Point, Problem, StepView, Work};
+use crate::system::{Filament, Point, Problem, StepView, System, Work};
 
 /// A method that takes one step at a time.
 pub trait Method {
@@ -15,13 +15,7 @@ pub trait Method {
     fn restart(&mut self, start: &Point);
 
     /// Attempts a step of length `step` (s); returns its error relative to the tolerance.
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure>;
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure>;
 
     /// Accepts the last attempt, and returns the proposed length of the next step (s).
     ///
@@ -74,7 +68,7 @@ const MAX_STEPS: usize = 400_000;
 /// The record of a pass and its work; `None` if the integration failed.
 pub fn run(problem: &Problem, settings: PassSettings, method: &mut dyn Method) -> Option<(ContactRecord, Work)> {
     let (mut system, mut start) = problem.start();
-    let n = system.pairs();
+    let n = system.blocks();
     let relative = problem.tolerances.relative;
     let location = location(&system, relative, settings);
     let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };

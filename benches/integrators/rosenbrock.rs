@@ -8,11 +8,11 @@
 //! `(δq, δv, γ_i h)` is a difference of two residuals, one of them at the start.
 
 use bristle::equations::{LaneSet, StepWeights};
-use bristle::integrate::{SecondOrderSystem, Tolerances};
+use bristle::integrate::Tolerances;
 
 use crate::newton::{Failure, Pairs, axpy, norm, zeros};
 use crate::pass::Method;
-use crate::system::Point;
+use crate::system::{Point, System};
 
 /// Coefficients in transformed form.
 #[derive(Clone, Debug)]
@@ -199,13 +199,7 @@ impl RosenbrockMethod {
 impl Method for RosenbrockMethod {
     fn restart(&mut self, _: &Point) {}
 
-    fn attempt(
-        &mut self,
-        system: &mut dyn SecondOrderSystem<f64, 1>,
-        start: &Point,
-        step: f64,
-        end: &mut Point,
-    ) -> Result<f64, Failure> {
+    fn attempt(&mut self, system: &mut System, start: &Point, step: f64, end: &mut Point) -> Result<f64, Failure> {
         let method = &self.method;
         let pairs = start.q.len();
         let diagonal = method.gamma * step;

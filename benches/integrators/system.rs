@@ -1,5 +1,7 @@
 //! One pass of a filament as a problem for the methods, with counted work.
 
+use std::convert::Infallible;
+
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::dot;
 use bristle::equations::{LaneSet, StepWeights};
@@ -13,7 +15,10 @@ use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::Plane;
 
 /// A state with the contact normal impulse in N s as its only integral.
-pub type Point = State<1>;
+pub type Point = State<(), 2, 1>;
+
+/// What the methods integrate.
+pub type System = dyn SecondOrderSystem<f64, 2, 1, Charts = (), Refusal = Infallible>;
 
 /// Calls of the library's O(n) loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,9 +101,12 @@ impl Filament {
     }
 }
 
-impl SecondOrderSystem<f64, 1> for Filament {
-    fn pairs(&self) -> usize {
-        self.inner.pairs()
+impl SecondOrderSystem<f64, 2, 1> for Filament {
+    type Charts = ();
+    type Refusal = Infallible;
+
+    fn blocks(&self) -> usize {
+        self.inner.blocks()
     }
 
     fn accelerations(&mut self, time: f64, q: &[[f64; 2]], v: &[[f64; 2]], accelerations: &mut [[f64; 2]]) {
@@ -194,7 +202,7 @@ impl Problem {
             end_time: end / nominal.rate(),
             tolerances: Tolerances {
                 relative,
-                angle_scale: 1.0,
+                coordinate_scale: 1.0,
                 rate_scale: (nominal.brushing_velocity / settings.filament.length_m).max(slow_rate),
             },
         }
@@ -226,8 +234,7 @@ impl Problem {
         let inner = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
         let mut system = Filament { inner, work: Work::default(), scratch: vec![[0.0; 2]; filament.segments] };
         let q = vec![[std::f64::consts::FRAC_PI_2, motion.initial_angle]; n];
-        let mut start = State::new(&mut system, 0.0, q, vec![[0.0, motion.rate]; n]);
-        start.charts.clear();
+        let start = State::new(&mut system, 0.0, q, vec![[0.0, motion.rate]; n]);
         (system, start)
     }
 }

@@ -1,7 +1,7 @@
 //! Two derivations of the same kernels, compared at random states.
 //!
-//! Enter the kernels of two engines; leaves, for each output, the largest difference between their values. A state
-//! gives values to the symbols, which both sides name alike; neither side sees the expressions of the other.
+//! The result is, for each output, the largest difference between the values of the two. A state gives values to the
+//! symbols, which both sides name alike; neither side sees the expressions of the other.
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ pub struct Deviation {
 /// Why two lists of kernels cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
-    /// A kernel is missing, or comes at another place.
+    /// A kernel is missing or in another place.
     #[error("kernel {number} is {found}, but should be {expected}")]
     Kernels {
         /// Number of the kernel, counted from 1.
@@ -57,14 +57,14 @@ pub enum CompareError {
         found: String,
     },
     /// A kernel uses a symbol that the expected one does not have.
-    #[error("kernel `{kernel}` uses the symbol `{symbol}`, which is none of the model")]
+    #[error("kernel `{kernel}` uses the symbol `{symbol}`, which the model does not have")]
     Symbol {
         /// Name of the kernel.
         kernel: String,
         /// The symbol.
         symbol: String,
     },
-    /// An argument stands for something else.
+    /// An argument is bound to another quantity.
     #[error("kernel `{kernel}`: the argument `{element}` stands for another quantity than in the model")]
     Binding {
         /// Name of the kernel.
@@ -74,22 +74,22 @@ pub enum CompareError {
     },
 }
 
-/// Two derivations agree where no output deviates by more: some thousand roundings, for sums of hundreds of terms and
-/// joints that are bent by 1.8 rad at most. Over 200 seeds of 1000 states the committed graphs deviate by up to 2.5e-13.
+/// Two derivations agree if no output deviates by more: some thousand roundings, for sums of hundreds of terms and joints
+/// bent by at most 1.8 rad. Over 200 seeds of 1000 states the committed graphs deviate by up to 2.5e-13.
 pub const TOLERANCE: f64 = 1e-12;
 
 /// Least share of an output's size over all states that it is measured by.
 pub const LEAST_SHARE: f64 = 1e-3;
 
-/// An argument has the value that it should have but for some roundings of a sine.
+/// An argument may deviate from its expected value by some roundings of a sine.
 const SAME_ARGUMENT: f64 = 8.0 * f64::EPSILON;
 
 /// Which states are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum States {
-    /// Straight, slightly bent, and strongly bent ones in turn.
+    /// Straight, slightly bent, and strongly bent states in turn.
     All,
-    /// Without straight ones, where some forms of the spring are singular.
+    /// No straight states, where some forms of the spring are singular.
     Bent,
 }
 
@@ -104,7 +104,7 @@ const STRONG_BENDS: [[f64; 2]; 2] = [[0.2, 0.4], [0.4, 1.2]];
 
 /// Evaluates `found` and `expected` at `states` random states and returns the deviations in the order of the outputs.
 ///
-/// Lengths, masses and all other quantities are of order one, so that every term weighs. The same seed gives the same
+/// Lengths, masses and all other quantities are of order one, so that every term counts. The same seed gives the same
 /// states.
 ///
 /// # Errors
@@ -174,7 +174,7 @@ pub fn check_signatures(expected: &[Kernel], found: &[Kernel]) -> Result<(), Com
 /// Characters of an input or output that an error shows.
 const SHOWN: usize = 200;
 
-/// The first place at which two lists differ, counted from 1, and what stands there.
+/// The first place at which two lists differ, counted from 1, with the two entries.
 fn first_difference(
     mut expected: impl Iterator<Item = String>,
     mut found: impl Iterator<Item = String>,
@@ -198,7 +198,7 @@ fn output_text(output: &Output) -> String {
     format!("`{}`, {:?} in {}", output.name, output.shape, output.unit)
 }
 
-/// Checks that the arguments of both sides stand for the same quantities: the emitted function only sees those.
+/// Checks that the arguments of both sides represent the same quantities, which are all that the emitted function sees.
 fn check_arguments(
     expected: &Kernel,
     values: &[f64],

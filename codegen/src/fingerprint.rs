@@ -14,10 +14,10 @@ pub fn digest(bytes: &[u8]) -> String {
 /// SHA-256 of all files at and below `paths`, by name and content, in hexadecimal digits.
 ///
 /// A path is a file or a directory. Names are hashed as they are given, joined by `/`: relative paths give the same hash
-/// wherever the sources are. The order of `paths` and of directory entries has no influence.
+/// wherever the sources are. The order of `paths` and of directory entries does not matter.
 ///
 /// # Errors
-/// If a path does not exist or cannot be read; the message names it.
+/// If a path does not exist or cannot be read. The message names it.
 pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     let mut files = Vec::new();
     for path in paths {
@@ -31,7 +31,7 @@ pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     let mut hash = Sha256::new();
     for (name, file) in files {
         let content = fs::read(&file).map_err(|error| at(&file, &error))?;
-        // With their lengths, so that no two sets of files give the same bytes.
+        // With their lengths, so that different files never give the same bytes.
         for part in [name.as_bytes(), &content] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);

@@ -18,7 +18,7 @@
 
 /// What this engine is called where its derivations say what made them.
 pub const MAKER: &str =
-    concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"), " from the energies in codegen/src/chain.rs");
+    concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"), " from the energies in codegen/src/model/chain.rs");
 
 pub mod back;
 pub mod compare;

@@ -28,7 +28,7 @@ pub struct ContactForce {
 }
 
 impl ContactForce {
-    /// That on a node which touches nothing.
+    /// No force: that on a node which touches nothing.
     pub const NONE: Self = Self { normal: 0.0, tangential: [0.0; 3] };
 
     /// Both parts as one vector in N, for the approach that they belong to.
@@ -110,7 +110,7 @@ impl ContactLaw {
         approach.penetration.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
-    /// [`ContactLaw::pressing`] of a node, without more of its approach than that takes.
+    /// [`ContactLaw::pressing`] of a node, computing no more of its approach than that needs.
     pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
         if self.damping == 0.0 {
             return self.radius - workpiece.surface(position, time).gap;
@@ -132,8 +132,8 @@ impl ContactLaw {
         ContactForce { normal, tangential: scale(-self.friction * normal / speed, approach.sliding) }
     }
 
-    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, none where a closed node is on the
-    /// other side of the event by less than the tolerance of its location.
+    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, and none where a closed node is past
+    /// its opening by less than the tolerance of the event's location.
     pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
         let force = self.force(approach);
         if force.normal > 0.0 { force } else { ContactForce::NONE }
@@ -148,7 +148,7 @@ impl ContactLaw {
         self.elastic(approach.penetration) * approach.penetration / (self.exponent + 1.0)
     }
 
-    /// Power that contact damping and friction take in W.
+    /// Power dissipated by contact damping and friction in W.
     pub fn dissipated_power(&self, approach: &Approach) -> f64 {
         let damped = self.elastic(approach.penetration) * self.damping * approach.penetration_rate.powi(2);
         damped - dot(self.force(approach).tangential, approach.sliding)

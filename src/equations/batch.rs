@@ -1,12 +1,11 @@
 //! Accelerations of many filaments side by side, in the lanes of the machine's vector units.
 //!
-//! In: states of chains of one number of segments, each with its own constants and clamp. Out: their `q̈`. It is the
-//! source of [`Dynamics`] on [`Lanes`], [`LANES`] states at a time; at run time the widest instructions that the machine
-//! has are chosen (AVX-512, AVX2, else those of the build's target, as NEON on aarch64).
+//! Input: states of chains with the same number of segments, each with its own constants and clamp. Output: their `q̈`.
+//! The code is that of [`Dynamics`], run on [`Lanes`], [`LANES`] states at a time, with the widest instructions that the
+//! machine has (AVX-512 or AVX2 on x86-64, NEON on aarch64).
 //!
-//! A state's result is the same to the bit wherever it stands in a batch, whatever stands beside it, and whichever
-//! instructions compute it, while its angles are below [`TRIGONOMETRIC_LIMIT`](super::TRIGONOMETRIC_LIMIT). It differs
-//! from that of `Dynamics<f64>` by rounding, as the sines do in their last digit.
+//! A state's result is the same to the bit as that of `Dynamics<f64>`, wherever the state is in a batch, whatever its
+//! neighbours, and whichever instructions compute it.
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
@@ -19,7 +18,7 @@ use super::{
 
 /// States that are computed together.
 ///
-/// Eight fill one AVX-512 register, two of AVX2 and four of SSE2 or NEON.
+/// Eight numbers fill one AVX-512 register, two AVX2 registers, or four NEON registers.
 pub const LANES: usize = 8;
 
 type Lane = Lanes<LANES>;
@@ -87,7 +86,7 @@ impl Error for BatchError {
 #[derive(Clone, Debug)]
 pub struct Batch {
     segments: usize,
-    /// Made with the constants of the first states, changed with those of all others.
+    /// Made with the constants of the first group of states, and changed for each further one.
     dynamics: Option<Dynamics<Lane>>,
     q: Vec<[Lane; 2]>,
     v: Vec<[Lane; 2]>,
@@ -108,10 +107,10 @@ impl Batch {
     /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the second, and so on.
     ///
     /// # Errors
-    /// If a segment stands at a pole of its coordinates, as [`Dynamics::check_poles`] tells. Nothing is computed then.
+    /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. Nothing is computed then.
     ///
     /// # Panics
-    /// If a chain has another number of segments than the batch, or if a slice is shorter than that.
+    /// If the number of segments of a chain differs from that of the batch, or if a slice is too short.
     pub fn accelerations(&mut self, members: &[Member<'_>], accelerations: &mut [[f64; 2]]) -> Result<(), BatchError> {
         let n = self.segments;
         assert!(accelerations.len() >= n * members.len(), "the result has room for every segment of every member");
@@ -134,7 +133,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Up to [`LANES`] states at once. Lanes without one repeat the last, so that nothing in them takes another way.
+    /// Up to [`LANES`] states at once. Lanes without a state repeat the last one, so that they take the same branches.
     fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
         let n = self.segments;
         let members: [&Member<'_>; LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);

@@ -10,7 +10,7 @@ use std::fmt;
 use super::linear::dot;
 use super::{Real, StepWeights, kernels};
 
-/// Below this `|sin φ|` a segment stands at a pole of its coordinates, where its azimuth has no meaning.
+/// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no meaning.
 ///
 /// The condition number of `M` grows as `1/sin² φ` towards a pole: there it is some 1e12 times what it is at the
 /// equator, and an acceleration has lost twelve of its sixteen digits.
@@ -40,7 +40,7 @@ impl PolarAxis {
         }
     }
 
-    /// What stands along `(x, y, z)`, in the chart's order: the polar axis last.
+    /// Components along `(x, y, z)`, in the chart's order: the polar axis last.
     #[inline(always)]
     pub fn from_frame<V>(self, [x, y, z]: [V; 3]) -> [V; 3] {
         match self {
@@ -49,7 +49,7 @@ impl PolarAxis {
         }
     }
 
-    /// What stands in the chart's order, along `(x, y, z)`.
+    /// Components in the chart's order, along `(x, y, z)`.
     #[inline(always)]
     pub fn to_frame<V>(self, [first, second, polar]: [V; 3]) -> [V; 3] {
         match self {
@@ -104,7 +104,7 @@ impl fmt::Display for PolarAxis {
     }
 }
 
-/// A segment that stands at a pole of its coordinates.
+/// A segment at a pole of its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleError {
     /// Number of the segment, counted from 1.
@@ -255,6 +255,7 @@ pub fn joint_tangent<T: Real>(
 }
 
 /// [`kernels::joint_energy`] between any two charts.
+#[inline(always)]
 pub fn joint_energy<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
@@ -264,7 +265,18 @@ pub fn joint_energy<T: Real>(
     if previous.axis == next.axis {
         return kernels::joint_energy(*previous.angles, *next.angles, *previous.rates, *next.rates, stiffness, damping);
     }
-    // The inner segment stands for the clamp.
+    crossed_joint_energy(previous, next, constants)
+}
+
+#[cold]
+#[inline(never)]
+fn crossed_joint_energy<T: Real>(
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
+    constants: JointConstants<T>,
+) -> kernels::JointEnergy<T> {
+    let JointConstants { stiffness, damping } = constants;
+    // The inner segment takes the part of the clamp.
     let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
     let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
         inner(direction(*previous.angles)),
@@ -333,7 +345,7 @@ mod tests {
                 let motion = [q, [3.0, -40.0], [500.0, 7.0]];
                 let back = axis.coordinates(axis.direction(motion));
                 for (value, expected) in back.as_flattened().iter().zip(motion.as_flattened()) {
-                    // Products of the squared rate and 1/sin φ stand between the two.
+                    // The two differ by products of the squared rate and 1/sin φ.
                     assert!((value - expected).abs() < 1e-12 * (1.0 + expected.abs() + 1e3), "{back:?}");
                 }
             }

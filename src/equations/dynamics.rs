@@ -6,8 +6,7 @@
 //! implicit step couples neighbours through the joints as well, which widens the block to five: the three
 //! components of the node and the two coordinates of the segment inside it.
 //!
-//! Each recursion is a type that holds its arguments ([`Task`]); the methods of [`Dynamics`] make one and have it run with
-//! the machine's instructions ([`dispatch`](super::dispatch)).
+//! The methods of [`Dynamics`] have the recursions run with the machine's widest instructions ([`super::dispatch`]).
 
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
@@ -331,6 +330,54 @@ impl<T: Real> Dynamics<T> {
         add(self.base_accelerations[node + 1], self.chain.gravity)
     }
 
+    /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
+    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
+        let posture = Posture::new(&self.chain, &self.charts, &self.angles);
+        let Chain { segments: n, length, mass, inertia, gravity, .. } = self.chain;
+        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
+        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
+        let none = T::from_f64(0.0);
+        let mut energies = Energies {
+            kinetic: none,
+            spring: root.spring,
+            gravity: none,
+            dissipation: root.dissipation,
+            clamp_torque_power: root.power,
+        };
+        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        for k in 0..n {
+            let Side { angles, rates, axis } = posture.side(k, v);
+            let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
+            let segment = kernels::segment_energy(*angles, *rates, x, x_rate, g, length, mass, inertia);
+            energies.kinetic = energies.kinetic + segment.kinetic;
+            energies.gravity = energies.gravity + segment.gravity;
+            if k > 0 {
+                let joint = chart::joint_energy(posture.side(k - 1, v), posture.side(k, v), constants);
+                energies.spring = energies.spring + joint.spring;
+                energies.dissipation = energies.dissipation + joint.dissipation;
+            }
+            (position, velocity) = (self.positions[k], self.velocities[k]);
+        }
+        energies
+    }
+}
+
+/// A chain at one state. The recursions have the constants as values of their own, which the compiler can keep where it
+/// likes: those behind a reference it reads anew after whatever is written.
+#[derive(Clone, Copy)]
+struct Posture<'a, T> {
+    chain: Chain<T>,
+    charts: &'a [PolarAxis],
+    angles: &'a [[T; 4]],
+}
+
+impl<'a, T: Real> Posture<'a, T> {
+    #[inline(always)]
+    fn new(chain: &Chain<T>, charts: &'a [PolarAxis], angles: &'a [[T; 4]]) -> Self {
+        Self { chain: *chain, charts: &charts[..chain.segments], angles: &angles[..chain.segments] }
+    }
+
     /// Kinematics and inertia of segment `k`, in the frame.
     #[inline(always)]
     fn segment(&self, k: usize, rates: [T; 2]) -> kernels::Segment<T> {
@@ -344,7 +391,7 @@ impl<T: Real> Dynamics<T> {
 
     /// One side of a joint, by segment.
     #[inline(always)]
-    fn side<'a>(&'a self, k: usize, v: &'a [[T; 2]]) -> Side<'a, T> {
+    fn side<'b>(&'b self, k: usize, v: &'b [[T; 2]]) -> Side<'b, T> {
         Side { angles: &self.angles[k], rates: &v[k], axis: self.charts[k] }
     }
 
@@ -391,48 +438,6 @@ impl<T: Real> Dynamics<T> {
             next_next: clamp.next_next,
         }
     }
-
-    /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
-    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
-        let n = self.chain.segments;
-        let Chain { length, mass, inertia, gravity, .. } = self.chain;
-        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
-        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
-        let none = T::from_f64(0.0);
-        let mut energies = Energies {
-            kinetic: none,
-            spring: root.spring,
-            gravity: none,
-            dissipation: root.dissipation,
-            clamp_torque_power: root.power,
-        };
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        for k in 0..n {
-            let Side { angles, rates, axis } = self.side(k, v);
-            let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
-            let segment = kernels::segment_energy(*angles, *rates, x, x_rate, g, length, mass, inertia);
-            energies.kinetic = energies.kinetic + segment.kinetic;
-            energies.gravity = energies.gravity + segment.gravity;
-            if k > 0 {
-                let joint = chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants);
-                energies.spring = energies.spring + joint.spring;
-                energies.dissipation = energies.dissipation + joint.dissipation;
-            }
-            (position, velocity) = (self.positions[k], self.velocities[k]);
-        }
-        energies
-    }
-
-    /// The [`Energies::dissipation`] alone, where the angles were last placed.
-    pub fn dissipation(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
-        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
-        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
-        let joints = (1..self.chain.segments)
-            .map(|k| chart::joint_energy(self.side(k - 1, v), self.side(k, v), constants).dissipation);
-        joints.fold(root.dissipation, |sum, joint| sum + joint)
-    }
 }
 
 impl<T: Compiled> Dynamics<T> {
@@ -441,7 +446,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If a slice is shorter than the chain.
     pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        T::run(self, Task::Place(Place { clamp, q, v }));
+        T::run(self, Task::Place { clamp, q, v });
     }
 
     /// As [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
@@ -449,7 +454,17 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If a slice is shorter than the chain.
     pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        T::run(self, Task::Track(Track { clamp, q, v, accelerations }));
+        T::run(self, Task::Track { clamp, q, v, accelerations });
+    }
+
+    /// The [`Energies::dissipation`] alone in W, with the angles of the last call that took `q`.
+    ///
+    /// # Panics
+    /// If the slice is shorter than the chain.
+    pub fn dissipation(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
+        let mut result = T::from_f64(0.0);
+        T::run(self, Task::Dissipation { clamp, v, result: &mut result });
+        result
     }
 
     /// Moves the nodes to where they are when `correction` (rad/s²) is taken off the `q̈` of the last
@@ -460,7 +475,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If the slice is shorter than the chain.
     pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        T::run(self, Task::Shift(Shift { correction, weights }));
+        T::run(self, Task::Shift { correction, weights });
     }
 
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
@@ -479,7 +494,7 @@ impl<T: Compiled> Dynamics<T> {
         loads: &impl NodeLoads<T>,
         accelerations: &mut [[T; 2]],
     ) {
-        T::run(self, Task::Accelerations(Accelerations { clamp, q, v, loads, accelerations }));
+        T::run(self, Task::Accelerations { clamp, q, v, loads, result: accelerations });
     }
 
     /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
@@ -495,7 +510,7 @@ impl<T: Compiled> Dynamics<T> {
         loads: &impl NodeLoads<T>,
         residual: &mut [[T; 2]],
     ) {
-        T::run(self, Task::Residual(Residual { clamp, q, v, accelerations, loads, residual }));
+        T::run(self, Task::Residual { clamp, q, v, accelerations, loads, result: residual });
     }
 
     /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
@@ -503,7 +518,7 @@ impl<T: Compiled> Dynamics<T> {
     /// # Panics
     /// If the slice is shorter than the chain.
     pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        T::run(self, Task::Solve(Solve { right_side }));
+        T::run(self, Task::Solve { right_side });
     }
 
     /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
@@ -525,7 +540,7 @@ impl<T: Compiled> Dynamics<T> {
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        T::run(self, Task::Factorise(Factorise { clamp, v, accelerations, loads, weights, lanes }));
+        T::run(self, Task::Factorise { clamp, v, accelerations, loads, weights, lanes });
     }
 }
 
@@ -563,384 +578,387 @@ pub trait Compiled: Lanewise {
 
 impl Compiled for f64 {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
-        task.run(dynamics);
+        dispatch(Recursion { dynamics, task });
     }
 }
 
 impl Compiled for Lanes<LANES> {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
-        task.run(dynamics);
+        dispatch(Recursion { dynamics, task });
     }
 }
 
-/// What [`Dynamics`] can be asked for, with its arguments.
+/// What [`Dynamics`] is asked for: a method of the same name, with its arguments.
 pub enum Task<'a, T> {
-    /// See [`Dynamics::place`].
-    Place(Place<'a, T>),
-    /// See [`Dynamics::track`].
-    Track(Track<'a, T>),
-    /// See [`Dynamics::accelerations`].
-    Accelerations(Accelerations<'a, T>),
-    /// See [`Dynamics::residual`].
-    Residual(Residual<'a, T>),
-    /// See [`Dynamics::factorise`].
-    Factorise(Factorise<'a, T>),
-    /// See [`Dynamics::solve`].
-    Solve(Solve<'a, T>),
-    /// See [`Dynamics::shift`].
-    Shift(Shift<'a, T>),
+    Place {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+    },
+    Track {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+        accelerations: &'a [[T; 2]],
+    },
+    Accelerations {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+        loads: &'a dyn NodeLoads<T>,
+        result: &'a mut [[T; 2]],
+    },
+    Residual {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+        accelerations: &'a [[T; 2]],
+        loads: &'a dyn NodeLoads<T>,
+        result: &'a mut [[T; 2]],
+    },
+    Factorise {
+        clamp: &'a Clamp<T>,
+        v: &'a [[T; 2]],
+        accelerations: &'a [[T; 2]],
+        loads: &'a dyn NodeLoads<T>,
+        weights: StepWeights<T>,
+        lanes: LaneSet,
+    },
+    Solve {
+        right_side: &'a mut [[T; 2]],
+    },
+    Shift {
+        correction: &'a [[T; 2]],
+        weights: StepWeights<T>,
+    },
+    Dissipation {
+        clamp: &'a Clamp<T>,
+        v: &'a [[T; 2]],
+        result: &'a mut T,
+    },
 }
 
-impl<T: Lanewise> Task<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        match self {
-            Self::Place(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Track(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Accelerations(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Residual(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Factorise(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Solve(recursion) => dispatch(On { dynamics, recursion }),
-            Self::Shift(recursion) => dispatch(On { dynamics, recursion }),
-        }
-    }
-}
-
-/// A recursion over the segments of a chain.
-trait Recursion<T> {
-    /// Runs it; `#[inline(always)]`, see [`Loop`].
-    fn run(self, dynamics: &mut Dynamics<T>);
-}
-
-/// A recursion with the chain that it runs on.
-struct On<'a, T, R> {
+/// A task with the chain that it is for.
+struct Recursion<'a, T> {
     dynamics: &'a mut Dynamics<T>,
-    recursion: R,
+    task: Task<'a, T>,
 }
 
-impl<T: Lanewise, R: Recursion<T>> Loop for On<'_, T, R> {
+impl<T: Lanewise> Loop for Recursion<'_, T> {
     type Output = ();
 
     const LANES: usize = T::LANES;
 
+    /// The functions below take references as arguments, by which the compiler knows that they do not overlap; of a field
+    /// it does not.
     #[inline(always)]
     fn run(self) {
-        self.recursion.run(self.dynamics);
-    }
-}
-
-/// Arguments of [`Dynamics::place`].
-pub struct Place<'a, T> {
-    clamp: &'a Clamp<T>,
-    q: &'a [[T; 2]],
-    v: &'a [[T; 2]],
-}
-
-impl<T: Real> Recursion<T> for Place<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { clamp, q, v } = self;
-        let n = dynamics.chain.segments;
-        let (q, v) = (&q[..n], &v[..n]);
-        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        for k in 0..n {
-            let segment = dynamics.segment(k, v[k]);
-            position = add(position, segment.reach);
-            velocity = add(velocity, segment.reach_rate);
-            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
-        }
-    }
-}
-
-/// Arguments of [`Dynamics::track`].
-pub struct Track<'a, T> {
-    clamp: &'a Clamp<T>,
-    q: &'a [[T; 2]],
-    v: &'a [[T; 2]],
-    accelerations: &'a [[T; 2]],
-}
-
-impl<T: Real> Recursion<T> for Track<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { clamp, q, v, accelerations } = self;
-        let n = dynamics.chain.segments;
-        let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
-        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-        for k in 0..n {
-            let segment = dynamics.segment(k, v[k]);
-            position = add(position, segment.reach);
-            velocity = add(velocity, segment.reach_rate);
-            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
-            dynamics.base_accelerations[k] = base;
-            base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
-        }
-        dynamics.base_accelerations[n] = base;
-    }
-}
-
-/// Arguments of [`Dynamics::accelerations`].
-pub struct Accelerations<'a, T> {
-    clamp: &'a Clamp<T>,
-    q: &'a [[T; 2]],
-    v: &'a [[T; 2]],
-    loads: &'a dyn NodeLoads<T>,
-    accelerations: &'a mut [[T; 2]],
-}
-
-impl<T: Real> Recursion<T> for Accelerations<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { clamp, q, v, loads, accelerations } = self;
-        let n = dynamics.chain.segments;
-        let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
-        let loaded = !loads.is_empty();
-        if loaded {
-            Place { clamp, q, v }.run(dynamics);
-        } else {
-            T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-        }
-        let mass = dynamics.chain.mass;
-        // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
-        let (mut a, mut b) = (zero_matrix(), zero());
-        let mut torque_from_outside = zero();
-        for k in (0..n).rev() {
-            if loaded && let Some(force) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
-                b = sub(b, force);
+        let dynamics = self.dynamics;
+        match self.task {
+            Task::Place { clamp, q, v } => place(dynamics, clamp, q, v),
+            Task::Track { clamp, q, v, accelerations } => track(dynamics, clamp, q, v, accelerations),
+            Task::Accelerations { clamp, q, v, loads, result } => accelerations(dynamics, clamp, q, v, loads, result),
+            Task::Residual { clamp, q, v, accelerations, loads, result } => {
+                residual(dynamics, clamp, q, v, accelerations, loads, result);
             }
-            let segment = dynamics.segment(k, v[k]);
-            let joint = dynamics.inner_joint(k, clamp, v);
-            let torque = add(joint.next, torque_from_outside);
-            torque_from_outside = joint.previous;
-            let jacobian = &segment.reach_jacobian;
-            let outer = add(mul(&a, segment.reach_bias), b);
-            let spread = product(&a, jacobian);
-            let coupling = add_matrices(&segment.coupling, &spread);
-            let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
-            let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
-            // (Uᵀ premultiplied by the pivot, which is symmetric here.)
-            let mut from_node = zero_matrix::<T, 2, 3>();
-            unrolled!(row < 2, {
-                from_node[row] = mul(&coupling, pivot[row]);
+            Task::Factorise { clamp, v, accelerations, loads, weights, lanes } => {
+                factorise(dynamics, clamp, v, accelerations, loads, weights, lanes);
+            }
+            Task::Solve { right_side } => solve(dynamics, right_side),
+            Task::Shift { correction, weights } => shift(dynamics, correction, weights),
+            Task::Dissipation { clamp, v, result } => dissipation(dynamics, clamp, v, result),
+        }
+    }
+}
+
+#[inline(always)]
+fn place<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (q, v) = (&q[..n], &v[..n]);
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    for k in 0..n {
+        let segment = posture.segment(k, v[k]);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+    }
+}
+
+#[inline(always)]
+fn track<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+    let base_accelerations = &mut dynamics.base_accelerations[..n + 1];
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
+    for k in 0..n {
+        let segment = posture.segment(k, v[k]);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+        base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
+    }
+    base_accelerations[n] = base;
+}
+
+#[inline(always)]
+fn accelerations<T: Real>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    q: &[[T; 2]],
+    v: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    accelerations: &mut [[T; 2]],
+) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
+    let loaded = !loads.is_empty();
+    if loaded {
+        place(dynamics, clamp, q, v);
+    } else {
+        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    }
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    let (positions, velocities) = (&dynamics.positions[..n], &dynamics.velocities[..n]);
+    let responses = &mut dynamics.responses[..n];
+    let mass = posture.chain.mass;
+    // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
+    let (mut a, mut b) = (zero_matrix(), zero());
+    let mut torque_from_outside = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(force) = loads.force(k, positions[k], velocities[k]) {
+            b = sub(b, force);
+        }
+        let segment = posture.segment(k, v[k]);
+        let joint = posture.inner_joint(k, clamp, v);
+        let torque = add(joint.next, torque_from_outside);
+        torque_from_outside = joint.previous;
+        let jacobian = &segment.reach_jacobian;
+        let outer = add(mul(&a, segment.reach_bias), b);
+        let spread = product(&a, jacobian);
+        let coupling = add_matrices(&segment.coupling, &spread);
+        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
+        let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
+        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
+        let mut from_node = zero_matrix::<T, 2, 3>();
+        unrolled!(row < 2, {
+            from_node[row] = mul(&coupling, pivot[row]);
+        });
+        let own = mul(&pivot, torque);
+        let correction = product(&coupling, &from_node);
+        // One half is computed and mirrored.
+        unrolled!(row < 3, {
+            unrolled!(column < 3, {
+                if row <= column {
+                    let entry = a[row][column] - correction[row][column];
+                    a[row][column] = entry;
+                    a[column][row] = entry;
+                }
             });
-            let own = mul(&pivot, torque);
-            let correction = product(&coupling, &from_node);
-            // One half is computed and mirrored.
-            unrolled!(row < 3, {
-                unrolled!(column < 3, {
-                    if row <= column {
-                        let entry = a[row][column] - correction[row][column];
-                        a[row][column] = entry;
-                        a[column][row] = entry;
-                    }
-                });
-                a[row][row] = mass + a[row][row];
-            });
-            b = add(add(segment.base_bias, outer), mul(&coupling, own));
-            dynamics.responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
-        }
+            a[row][row] = mass + a[row][row];
+        });
+        b = add(add(segment.base_bias, outer), mul(&coupling, own));
+        responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
+    }
 
-        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-        for k in 0..n {
-            let Response { own, from_node, jacobian, bias } = &dynamics.responses[k];
-            let acceleration = sub(*own, mul(from_node, base));
-            base = add(base, add(mul(jacobian, acceleration), *bias));
-            accelerations[k] = acceleration;
-        }
+    let mut base = sub(clamp.acceleration, posture.chain.gravity);
+    for k in 0..n {
+        let Response { own, from_node, jacobian, bias } = &responses[k];
+        let acceleration = sub(*own, mul(from_node, base));
+        base = add(base, add(mul(jacobian, acceleration), *bias));
+        accelerations[k] = acceleration;
     }
 }
 
-/// Arguments of [`Dynamics::residual`].
-pub struct Residual<'a, T> {
-    clamp: &'a Clamp<T>,
-    q: &'a [[T; 2]],
-    v: &'a [[T; 2]],
-    accelerations: &'a [[T; 2]],
-    loads: &'a dyn NodeLoads<T>,
-    residual: &'a mut [[T; 2]],
-}
+#[inline(always)]
+fn residual<T: Real>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    q: &[[T; 2]],
+    v: &[[T; 2]],
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    residual: &mut [[T; 2]],
+) {
+    let n = dynamics.chain.segments;
+    let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
+    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+    let (jacobians, base_accelerations) = (&mut dynamics.jacobians[..n], &mut dynamics.base_accelerations[..n + 1]);
+    let (base_forces, outer_forces) = (&mut dynamics.base_forces[..n], &mut dynamics.outer_forces[..n]);
+    let mass = posture.chain.mass;
 
-impl<T: Real> Recursion<T> for Residual<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { clamp, q, v, accelerations, loads, residual } = self;
-        let n = dynamics.chain.segments;
-        let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
-        let mass = dynamics.chain.mass;
-        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-        // Of the segment before, which lacks the torque of its outer joint.
-        let mut pending = zero();
-        for k in 0..n {
-            let segment = dynamics.segment(k, v[k]);
-            let joint = dynamics.inner_joint(k, clamp, v);
-            let acceleration = accelerations[k];
-            if k > 0 {
-                residual[k - 1] = sub(pending, joint.previous);
-            }
-            let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
-            pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
-            let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
-            dynamics.base_forces[k] = add(scale(mass, base), own);
-            dynamics.base_accelerations[k] = base;
-            base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
-            position = add(position, segment.reach);
-            velocity = add(velocity, segment.reach_rate);
-            (dynamics.positions[k], dynamics.velocities[k]) = (position, velocity);
-            dynamics.jacobians[k] = segment.reach_jacobian;
+    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+    let mut base = sub(clamp.acceleration, posture.chain.gravity);
+    // Of the segment before, which lacks the torque of its outer joint.
+    let mut pending = zero();
+    for k in 0..n {
+        let segment = posture.segment(k, v[k]);
+        let joint = posture.inner_joint(k, clamp, v);
+        let acceleration = accelerations[k];
+        if k > 0 {
+            residual[k - 1] = sub(pending, joint.previous);
         }
-        residual[n - 1] = pending;
-        dynamics.base_accelerations[n] = base;
-
-        let loaded = !loads.is_empty();
-        let mut force = zero();
-        for k in (0..n).rev() {
-            if loaded && let Some(load) = loads.force(k, dynamics.positions[k], dynamics.velocities[k]) {
-                force = sub(force, load);
-            }
-            dynamics.outer_forces[k] = force;
-            residual[k] = add(residual[k], mul_transposed(&dynamics.jacobians[k], force));
-            force = add(force, dynamics.base_forces[k]);
-        }
-        dynamics.root_force = force;
+        let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
+        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
+        let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
+        base_forces[k] = add(scale(mass, base), own);
+        base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+        jacobians[k] = segment.reach_jacobian;
     }
+    residual[n - 1] = pending;
+    base_accelerations[n] = base;
+
+    let loaded = !loads.is_empty();
+    let mut force = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(load) = loads.force(k, positions[k], velocities[k]) {
+            force = sub(force, load);
+        }
+        outer_forces[k] = force;
+        residual[k] = add(residual[k], mul_transposed(&jacobians[k], force));
+        force = add(force, base_forces[k]);
+    }
+    dynamics.root_force = force;
 }
 
-/// Arguments of [`Dynamics::factorise`].
-pub struct Factorise<'a, T> {
-    clamp: &'a Clamp<T>,
-    v: &'a [[T; 2]],
-    accelerations: &'a [[T; 2]],
-    loads: &'a dyn NodeLoads<T>,
+#[inline(always)]
+fn factorise<T: Lanewise>(
+    dynamics: &mut Dynamics<T>,
+    clamp: &Clamp<T>,
+    v: &[[T; 2]],
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
     weights: StepWeights<T>,
     lanes: LaneSet,
-}
+) {
+    let n = dynamics.chain.segments;
+    let (v, accelerations) = (&v[..n], &accelerations[..n]);
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    let (positions, velocities) = (&dynamics.positions[..n], &dynamics.velocities[..n]);
+    let (base_accelerations, outer_forces) = (&dynamics.base_accelerations[..n], &dynamics.outer_forces[..n]);
+    let eliminations = &mut dynamics.eliminations[..n];
+    let Chain { length, mass, inertia, .. } = posture.chain;
+    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
 
-impl<T: Lanewise> Recursion<T> for Factorise<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { clamp, v, accelerations, loads, weights, lanes } = self;
-        let n = dynamics.chain.segments;
-        let (v, accelerations) = (&v[..n], &accelerations[..n]);
-        let Chain { length, mass, inertia, .. } = dynamics.chain;
-        let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
-
-        // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
-        // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
-        let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
-        for k in (0..n).rev() {
-            if loaded && let Some(tangent) = loads.tangent(k, dynamics.positions[k], dynamics.velocities[k]) {
-                unrolled!(row < 3, {
-                    let elastic = scale(weights.coordinates, tangent.position[row]);
-                    let viscous = scale(weights.rates, tangent.velocity[row]);
-                    a[row] = sub(sub(a[row], elastic), viscous);
-                });
-            }
-            let segment = dynamics.segment(k, v[k]);
-            let jacobian = &segment.reach_jacobian;
-            let axis = dynamics.charts[k];
-            let mut tangent = kernels::segment_tangent(
-                dynamics.angles[k],
-                v[k],
-                accelerations[k],
-                axis.from_frame(dynamics.base_accelerations[k]),
-                axis.from_frame(dynamics.outer_forces[k]),
-                length,
-                mass,
-                inertia,
-                weights.coordinates,
-                weights.rates,
-            );
-            if axis != PolarAxis::Z {
-                tangent.base_force = axis.to_frame(tangent.base_force);
-                tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
-            }
-            let joint = dynamics.inner_joint_tangent(k, clamp, v, weights);
-            let outer = &tangent.outer_acceleration;
-            let spread = add_matrices(&product(&a, outer), &b);
-            let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
-            pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
-            let pivot = invert(&add_matrices(&pivot, &joint.next_next));
-            let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
-            unrolled!(row < 2, {
-                unrolled!(column < 3, {
-                    coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
-                });
+    // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
+    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+    let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
+    for k in (0..n).rev() {
+        if loaded && let Some(tangent) = loads.tangent(k, positions[k], velocities[k]) {
+            unrolled!(row < 3, {
+                let elastic = scale(weights.coordinates, tangent.position[row]);
+                let viscous = scale(weights.rates, tangent.velocity[row]);
+                a[row] = sub(sub(a[row], elastic), viscous);
             });
-            let from_node = product(&pivot, &coupling);
-            let from_neighbour = product(&pivot, &joint.next_previous);
-            let force = add_matrices(&tangent.base_force, &spread);
-            let torque = joint.previous_next;
-
-            a = sub_matrices(&a, &product(&force, &from_node));
-            unrolled!(i < 3, {
-                a[i][i] = a[i][i] + mass;
-            });
-            b = negative(&product(&force, &from_neighbour));
-            c = negative(&product(&torque, &from_node));
-            d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
-            let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
-            dynamics.eliminations[k] =
-                if whole { elimination } else { elimination.select(lanes, &dynamics.eliminations[k]) };
         }
+        let segment = posture.segment(k, v[k]);
+        let jacobian = &segment.reach_jacobian;
+        let axis = posture.charts[k];
+        let mut tangent = kernels::segment_tangent(
+            posture.angles[k],
+            v[k],
+            accelerations[k],
+            axis.from_frame(base_accelerations[k]),
+            axis.from_frame(outer_forces[k]),
+            length,
+            mass,
+            inertia,
+            weights.coordinates,
+            weights.rates,
+        );
+        if axis != PolarAxis::Z {
+            tangent.base_force = axis.to_frame(tangent.base_force);
+            tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
+        }
+        let joint = posture.inner_joint_tangent(k, clamp, v, weights);
+        let outer = &tangent.outer_acceleration;
+        let spread = add_matrices(&product(&a, outer), &b);
+        let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
+        pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
+        let pivot = invert(&add_matrices(&pivot, &joint.next_next));
+        let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
+        unrolled!(row < 2, {
+            unrolled!(column < 3, {
+                coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
+            });
+        });
+        let from_node = product(&pivot, &coupling);
+        let from_neighbour = product(&pivot, &joint.next_previous);
+        let force = add_matrices(&tangent.base_force, &spread);
+        let torque = joint.previous_next;
+
+        a = sub_matrices(&a, &product(&force, &from_node));
+        unrolled!(i < 3, {
+            a[i][i] = a[i][i] + mass;
+        });
+        b = negative(&product(&force, &from_neighbour));
+        c = negative(&product(&torque, &from_node));
+        d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
+        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
+        eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
     }
 }
 
-/// Arguments of [`Dynamics::solve`].
-pub struct Solve<'a, T> {
-    right_side: &'a mut [[T; 2]],
-}
-
-impl<T: Real> Recursion<T> for Solve<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { right_side } = self;
-        let n = dynamics.chain.segments;
-        let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
-        let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
-        let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
-        for k in (0..n).rev() {
-            let elimination = &eliminations[k];
-            let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
-            let own = mul(&elimination.pivot, own);
-            force = add(force, mul(&elimination.force, own));
-            torque = mul(&elimination.torque, own);
-            partial[k] = own;
-        }
-        let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
-        for k in 0..n {
-            let elimination = &eliminations[k];
-            let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
-            neighbour = sub(partial[k], inner);
-            base = add(base, mul(&elimination.outer, neighbour));
-            right_side[k] = neighbour;
-        }
+#[inline(always)]
+fn solve<T: Real>(dynamics: &mut Dynamics<T>, right_side: &mut [[T; 2]]) {
+    let n = dynamics.chain.segments;
+    let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
+    let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
+    let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
+    for k in (0..n).rev() {
+        let elimination = &eliminations[k];
+        let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
+        let own = mul(&elimination.pivot, own);
+        force = add(force, mul(&elimination.force, own));
+        torque = mul(&elimination.torque, own);
+        partial[k] = own;
+    }
+    let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
+    for k in 0..n {
+        let elimination = &eliminations[k];
+        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
+        neighbour = sub(partial[k], inner);
+        base = add(base, mul(&elimination.outer, neighbour));
+        right_side[k] = neighbour;
     }
 }
 
-/// Arguments of [`Dynamics::shift`].
-pub struct Shift<'a, T> {
-    correction: &'a [[T; 2]],
-    weights: StepWeights<T>,
+#[inline(always)]
+fn shift<T: Real>(dynamics: &mut Dynamics<T>, correction: &[[T; 2]], weights: StepWeights<T>) {
+    let n = dynamics.chain.segments;
+    let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
+    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
+    let mut change = zero();
+    for k in 0..n {
+        change = add(change, mul(&jacobians[k], correction[k]));
+        positions[k] = sub(positions[k], scale(weights.coordinates, change));
+        velocities[k] = sub(velocities[k], scale(weights.rates, change));
+    }
 }
 
-impl<T: Real> Recursion<T> for Shift<'_, T> {
-    #[inline(always)]
-    fn run(self, dynamics: &mut Dynamics<T>) {
-        let Self { correction, weights } = self;
-        let n = dynamics.chain.segments;
-        let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
-        let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-        let mut change = zero();
-        for k in 0..n {
-            change = add(change, mul(&jacobians[k], correction[k]));
-            positions[k] = sub(positions[k], scale(weights.coordinates, change));
-            velocities[k] = sub(velocities[k], scale(weights.rates, change));
-        }
+#[inline(always)]
+fn dissipation<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, v: &[[T; 2]], result: &mut T) {
+    let (root, constants) = (dynamics.chain.root_joint(), dynamics.chain.joint());
+    let (direction, direction_rate) = clamp.about(dynamics.charts[0]);
+    let angles = dynamics.angles[0];
+    let root = kernels::clamp_energy(direction, direction_rate, angles, v[0], root.stiffness, root.damping);
+    *result = root.dissipation;
+    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
+    for k in 1..dynamics.chain.segments {
+        let joint = chart::joint_energy(posture.side(k - 1, v), posture.side(k, v), constants);
+        *result = *result + joint.dissipation;
     }
 }

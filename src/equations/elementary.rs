@@ -1,7 +1,7 @@
 //! Sine, cosine and the spring's function `S`, without branches, for one number and for lanes of them.
 //!
-//! Own code, so that a chain computed alone and one computed in a lane have the same digits, on every processor; and
-//! so that the compiler turns a loop over them into vector instructions, which it cannot do with a library's.
+//! This is our own code for two reasons: a chain has the same digits alone and in a lane, on every processor; and the
+//! compiler can turn a loop over these functions into vector instructions, which it cannot do with a library's.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
@@ -50,7 +50,7 @@ pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
 const HALF_PI: [f64; 4] =
     [1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624871116645580e-21, 8.47842766036889956997e-32];
 
-/// Added to a small number it rounds that to an integer, which then stands in the last bits.
+/// Added to a small number, it rounds that number to an integer, which is then in the last bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Sine and cosine for `|x| ≤` [`TRIGONOMETRIC_LIMIT`], without branches.

@@ -1,11 +1,11 @@
 //! Several real numbers side by side, for the vector units of a machine.
 //!
-//! [`Lanes`] is a [`Real`] like `f64`, so that kernels and loops written once serve one chain and `N` of them. Each
-//! operation is a loop over the lanes that the compiler turns into vector instructions, those of the function into
-//! which it is inlined: all of them are therefore inlined always, and [`super::batch`] has the function.
+//! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and `N` chains. Each operation is a
+//! loop over the lanes that the compiler turns into the vector instructions of the function into which it is inlined.
+//! All operations are therefore always inlined, into the functions of [`super::dispatch`].
 //!
-//! A lane's value does not depend on its neighbours, nor on the instructions: products and sums are rounded each
-//! (no fused operations), and where lanes take different ways, every lane takes its own.
+//! A lane's value depends neither on its neighbours nor on the instructions: each product and each sum is rounded (no
+//! fused operations), and where branches differ, every lane takes its own.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -197,7 +197,7 @@ mod tests {
     /// What an operation is for numbers.
     type Scalar = fn(f64, f64) -> f64;
 
-    /// Of any sign and size, as arguments of sines, and some that are no numbers.
+    /// Numbers of any sign and size, arguments of sines, and some that are not numbers.
     fn arguments(rng: &mut Rng) -> [f64; 8] {
         std::array::from_fn(|_| match rng.u32(..8) {
             0 => f64::from_bits(rng.u64(..)),

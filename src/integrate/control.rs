@@ -1,8 +1,8 @@
-//! Step lengths by the estimated error, and what was done.
+//! Step lengths chosen by the estimated error, and the work done.
 
 use super::stepper::AttemptError;
 use super::tableau::Tableau;
-use super::{IntegrationError, RejectionCause, Statistics};
+use super::{IntegrationError, RejectionCause, Work};
 
 /// Bounds on the change of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
@@ -12,7 +12,7 @@ const SAFETY: f64 = 0.9;
 const FAILURE_FACTOR: f64 = 0.3;
 /// A step below this many roundings of the time cannot advance it.
 const MIN_STEP_ROUNDINGS: f64 = 8.0;
-/// Near time zero, where roundings vanish, the time is taken for this share of what remains.
+/// Near time zero, where roundings vanish, this share of the remaining time replaces the time.
 const MIN_STEP_SHARE: f64 = 1e-3;
 
 /// The length of the next step, and whether it is cut short.
@@ -20,7 +20,7 @@ const MIN_STEP_SHARE: f64 = 1e-3;
 pub struct Proposal {
     /// In s.
     pub step: f64,
-    /// It reaches the end: the end time is to be taken as it is, not as a sum.
+    /// The step reaches the end: take the end time itself, not a sum.
     pub limited: bool,
     /// What was left before it, in s.
     pub remaining: f64,
@@ -33,19 +33,19 @@ pub struct StepControl {
     /// The step to try next in s.
     step: f64,
     previous_error: f64,
-    statistics: Statistics,
+    work: Work,
 }
 
 impl StepControl {
     /// Starts with `step` (s).
     pub fn new(tableau: &Tableau, step: f64) -> Self {
         let order = f64::from(tableau.order);
-        Self { order, step, previous_error: 1.0, statistics: Statistics::default() }
+        Self { order, step, previous_error: 1.0, work: Work::default() }
     }
 
     /// Work so far.
-    pub fn statistics(&self) -> &Statistics {
-        &self.statistics
+    pub fn work(&self) -> &Work {
+        &self.work
     }
 
     /// The step that will be tried next in s.
@@ -53,27 +53,17 @@ impl StepControl {
         self.step
     }
 
-    /// Counts a located event, after which the system is another one.
-    pub fn count_event(&mut self) {
-        self.statistics.contact_events += 1;
-    }
-
-    /// Counts segments turned over to their other chart.
-    pub fn count_chart_changes(&mut self, changes: usize) {
-        self.statistics.chart_changes += changes;
-    }
-
     /// Counts the work of an attempt, see [`Stepper::work`](super::Stepper::work).
     pub fn count_attempt(&mut self, (iterations, factorisations): (usize, usize)) {
-        self.statistics.newton_iterations += iterations;
-        self.statistics.factorisations += factorisations;
+        self.work.newton_iterations += iterations;
+        self.work.factorisations += factorisations;
     }
 
     /// The step to take from `time`, not past `last_time`.
     pub fn propose(&self, time: f64, last_time: f64) -> Proposal {
         let remaining = last_time - time;
         let limited = self.step >= remaining;
-        // Two equal steps rather than a whole one and a crumb.
+        // Two equal steps are better than a whole one and a very short one.
         let step = match () {
             () if limited => remaining,
             () if 2.0 * self.step > remaining => remaining / 2.0,
@@ -82,22 +72,22 @@ impl StepControl {
         Proposal { step, limited, remaining }
     }
 
-    /// Takes what an attempt at `proposal` from `time` came to; whether it is accepted.
+    /// Takes the outcome of an attempt at `proposal` from `time`; true if the step is accepted.
     ///
     /// # Errors
     /// If the next step would be too short to advance the time.
-    pub fn judge(
+    pub fn judge<R>(
         &mut self,
         time: f64,
         proposal: Proposal,
-        outcome: Result<f64, RejectionCause>,
-    ) -> Result<bool, IntegrationError> {
+        outcome: Result<f64, RejectionCause<R>>,
+    ) -> Result<bool, IntegrationError<R>> {
         let Proposal { step, limited, remaining } = proposal;
         let cause = match outcome {
             Ok(error) if error <= 1.0 => {
-                self.statistics.steps += 1;
+                self.work.steps += 1;
                 let proposed = step * self.factor(error);
-                // A step cut short by the end says nothing against the longer one.
+                // A step cut short by the end is no evidence against a longer one.
                 self.step = if limited { self.step.max(proposed) } else { proposed };
                 self.previous_error = error.max(1e-4);
                 return Ok(true);
@@ -111,23 +101,23 @@ impl StepControl {
                 cause
             }
         };
-        self.count_failure(cause);
+        self.count_failure(&cause);
         self.check_step(time, remaining, cause)?;
         Ok(false)
     }
 
-    /// Gives a step of the length `step` (s) from `time` up whose repetition failed: the next one is shorter.
+    /// Discards a step of the length `step` (s) from `time` whose repetition failed: the next one is shorter.
     ///
     /// # Errors
     /// If it would be too short to advance the time.
-    pub fn retreat(&mut self, time: f64, step: f64, cause: RejectionCause) -> Result<(), IntegrationError> {
-        self.count_failure(cause);
+    pub fn retreat<R>(&mut self, time: f64, step: f64, cause: RejectionCause<R>) -> Result<(), IntegrationError<R>> {
+        self.count_failure(&cause);
         self.step = FAILURE_FACTOR * step;
         self.check_step(time, step, cause)
     }
 
     /// Refuses a next step that cannot advance the time.
-    fn check_step(&self, time: f64, remaining: f64, cause: RejectionCause) -> Result<(), IntegrationError> {
+    fn check_step<R>(&self, time: f64, remaining: f64, cause: RejectionCause<R>) -> Result<(), IntegrationError<R>> {
         let resolution = f64::EPSILON * time.abs().max(MIN_STEP_SHARE * remaining);
         if self.step < MIN_STEP_ROUNDINGS * resolution {
             return Err(IntegrationError::StepTooSmall { time, step: self.step, cause });
@@ -135,10 +125,10 @@ impl StepControl {
         Ok(())
     }
 
-    fn count_failure(&mut self, cause: RejectionCause) {
+    fn count_failure<R>(&mut self, cause: &RejectionCause<R>) {
         match cause {
-            RejectionCause::Error | RejectionCause::Pole { .. } => self.statistics.rejected_steps += 1,
-            RejectionCause::Newton | RejectionCause::NotFinite => self.statistics.newton_failures += 1,
+            RejectionCause::Error | RejectionCause::Refused(_) => self.work.rejected_steps += 1,
+            RejectionCause::Newton | RejectionCause::NotFinite => self.work.newton_failures += 1,
         }
     }
 
@@ -149,7 +139,7 @@ impl StepControl {
     }
 }
 
-impl From<AttemptError> for RejectionCause {
+impl<R> From<AttemptError> for RejectionCause<R> {
     fn from(error: AttemptError) -> Self {
         match error {
             AttemptError::Newton => Self::Newton,

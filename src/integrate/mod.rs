@@ -1,9 +1,15 @@
-//! Implicit integration of second-order systems with an O(n) linear solve.
+//! Implicit integration of systems of second order with an O(n) linear solve.
 //!
 //! [`Stepper`] attempts steps of an ESDIRK method (see [`tableau`]) for `M(q) q̈ = f(q, q̇, t)`, of one system or of
 //! several side by side; each stage is solved for `q̈` with the system's own factorised tangent. [`StepControl`] chooses
-//! the steps of one integration, and [`Integrator`] joins the two. Events, and with them changes of the system, lie
-//! between steps and are the caller's.
+//! the steps of one integration, and [`Integrator`] joins the two.
+//!
+//! Coordinates come in blocks of `D`, as the elimination of a chain has them. A state can also say in which charts its
+//! coordinates are; only the system knows what that means. Events, and with them changes of the system, lie between steps
+//! and are the caller's.
+
+use std::error::Error;
+use std::fmt;
 
 mod control;
 pub mod hermite;
@@ -15,57 +21,64 @@ pub use control::{Proposal, StepControl};
 pub use single::Integrator;
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
-use crate::equations::{LaneSet, Lanewise, PolarAxis, StepWeights, near_pole};
+use crate::equations::{LaneSet, Lanewise, StepWeights};
 
-/// A second-order system in pairs of coordinates, with quantities to integrate beside it; or one a lane of `T`.
-pub trait SecondOrderSystem<T, const Q: usize> {
-    /// Number of coordinate pairs.
-    fn pairs(&self) -> usize;
+/// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
+/// per lane of `T`.
+pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
+    /// What a state says of its coordinates apart from their values; `()` if they always mean the same.
+    type Charts: Clone + Default;
+
+    /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it always can.
+    type Refusal;
+
+    /// Number of blocks.
+    fn blocks(&self) -> usize;
 
     /// `q̈` at `(t, q, q̇)`.
-    fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]);
+    fn accelerations(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &mut [[T; D]]);
 
     /// `M q̈ − f` at `(t, q, q̇, q̈)`.
-    fn residual(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], residual: &mut [[T; 2]]);
+    fn residual(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], residual: &mut [[T; D]]);
 
-    /// Prepares [`SecondOrderSystem::solve`] at the point of the last residual, for steps of the given weights; in
-    /// `lanes`, the others keep what they have.
-    fn factorise(&mut self, time: T, v: &[[T; 2]], accelerations: &[[T; 2]], weights: StepWeights<T>, lanes: LaneSet);
+    /// Prepares [`SecondOrderSystem::solve`] at the point of the last residual, for steps of the given weights, in
+    /// `lanes`; the others keep what they have.
+    fn factorise(&mut self, time: T, v: &[[T; D]], accelerations: &[[T; D]], weights: StepWeights<T>, lanes: LaneSet);
 
     /// Solves the factorised system in place.
-    fn solve(&mut self, right_side: &mut [[T; 2]]);
+    fn solve(&mut self, right_side: &mut [[T; D]]);
 
-    /// Rates of the quantities that are integrated beside the motion, at `(t, q, q̇, q̈)`. A step may start or end there:
-    /// what the system has to say of that point is asked for next.
-    fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; Q];
+    /// Rates of the quantities that are integrated along the motion, at `(t, q, q̇, q̈)`. A step may start or end there:
+    /// the caller may next ask the system about that point.
+    fn rates(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]]) -> [T; Q];
 
     /// The same at a stage inside a step, which `correction`, by `weights`, has moved from the point of the last
-    /// residual. To first order in that is enough, as the stage itself is solved to.
+    /// residual. First order in the correction is enough, as the stage itself is solved to that.
     fn stage_rates(
         &mut self,
         time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        correction: &[[T; 2]],
+        q: &[[T; D]],
+        v: &[[T; D]],
+        accelerations: &[[T; D]],
+        correction: &[[T; D]],
         weights: StepWeights<T>,
     ) -> [T; Q] {
         let _ = (correction, weights);
         self.rates(time, q, v, accelerations)
     }
 
-    /// The charts that the coordinates are in; none if the system has one chart only.
-    fn charts(&self) -> &[PolarAxis] {
-        &[]
+    /// The charts that the system takes coordinates in.
+    fn charts(&self) -> Self::Charts {
+        Self::Charts::default()
     }
 
-    /// Takes coordinates in `charts` from now on: as many as [`SecondOrderSystem::charts`] gives.
-    fn set_charts(&mut self, charts: &[PolarAxis]) {
+    /// Takes coordinates in `charts` from now on.
+    fn set_charts(&mut self, charts: &Self::Charts) {
         let _ = charts;
     }
 
-    /// The index of a pair whose coordinates are singular at `q`. A step does not start or end there.
-    fn pole(&self, q: &[[f64; 2]]) -> Option<usize> {
+    /// The reason why no step can start or end at the coordinates `q`, if there is one.
+    fn refuse(&self, q: &[[f64; D]]) -> Option<Self::Refusal> {
         let _ = q;
         None
     }
@@ -73,40 +86,47 @@ pub trait SecondOrderSystem<T, const Q: usize> {
 
 /// A point of a trajectory.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State<const Q: usize> {
+pub struct State<C, const D: usize, const Q: usize> {
     /// Time in s.
     pub time: f64,
-    /// The charts that the coordinates are in; none if the system has one chart only.
-    pub charts: Vec<PolarAxis>,
-    /// Coordinates in rad.
-    pub q: Vec<[f64; 2]>,
-    /// Rates in rad/s.
-    pub v: Vec<[f64; 2]>,
-    /// Accelerations in rad/s².
-    pub accelerations: Vec<[f64; 2]>,
-    /// Quantities integrated beside the motion.
+    /// The charts that the coordinates are in.
+    pub charts: C,
+    /// Coordinates.
+    pub q: Vec<[f64; D]>,
+    /// Their rates, per second.
+    pub v: Vec<[f64; D]>,
+    /// Their accelerations, per second squared.
+    pub accelerations: Vec<[f64; D]>,
+    /// Quantities integrated along the motion.
     pub integrals: [f64; Q],
     /// Their rates.
     pub rates: [f64; Q],
 }
 
-impl<const Q: usize> State<Q> {
+impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
     /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates that it gives there.
-    pub fn new(system: &mut impl SecondOrderSystem<f64, Q>, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> Self {
-        let mut accelerations = vec![[0.0; 2]; q.len()];
+    pub fn new(
+        system: &mut impl SecondOrderSystem<f64, D, Q, Charts = C>,
+        time: f64,
+        q: Vec<[f64; D]>,
+        v: Vec<[f64; D]>,
+    ) -> Self {
+        let mut accelerations = vec![[0.0; D]; q.len()];
         system.accelerations(time, &q, &v, &mut accelerations);
         let rates = system.rates(time, &q, &v, &accelerations);
-        let charts = system.charts().to_vec();
-        Self { time, charts, q, v, accelerations, integrals: [0.0; Q], rates }
+        Self { time, charts: system.charts(), q, v, accelerations, integrals: [0.0; Q], rates }
     }
 
     /// Refuses a state from which no step can start.
     ///
     /// # Errors
-    /// If it stands at a pole, or its accelerations are not finite.
-    pub fn check<T>(&self, system: &impl SecondOrderSystem<T, Q>) -> Result<(), IntegrationError> {
-        if let Some(pair) = system.pole(&self.q) {
-            return Err(IntegrationError::Pole { segment: pair + 1, time: self.time });
+    /// If the system refuses it, or its accelerations are not finite.
+    pub fn check<T, S: SecondOrderSystem<T, D, Q, Charts = C>>(
+        &self,
+        system: &S,
+    ) -> Result<(), IntegrationError<S::Refusal>> {
+        if let Some(reason) = system.refuse(&self.q) {
+            return Err(IntegrationError::Refused { time: self.time, reason });
         }
         if !self.accelerations.as_flattened().iter().all(|value| value.is_finite()) {
             return Err(IntegrationError::NotFinite { time: self.time });
@@ -118,79 +138,38 @@ impl<const Q: usize> State<Q> {
     /// error, in tolerances.
     ///
     /// # Errors
-    /// If the attempt gave no state, or one at a pole.
-    pub fn outcome<T: Lanewise>(
+    /// If the attempt gave no state, or one that the system refuses.
+    pub fn outcome<T: Lanewise, S: SecondOrderSystem<T, D, Q, Charts = C>>(
         &mut self,
         lane: usize,
-        stepper: &Stepper<T, Q>,
-        system: &impl SecondOrderSystem<T, Q>,
+        stepper: &Stepper<T, D, Q>,
+        system: &S,
         start: &Self,
         step: f64,
-    ) -> Result<f64, RejectionCause> {
+    ) -> Result<f64, RejectionCause<S::Refusal>> {
         self.time = start.time + step;
-        self.charts.copy_from_slice(&start.charts);
+        self.charts.clone_from(&start.charts);
         let outcome = stepper.outcome(lane, self);
-        match system.pole(&self.q) {
-            Some(pair) => Err(RejectionCause::Pole { segment: pair + 1 }),
+        match system.refuse(&self.q) {
+            Some(reason) => Err(RejectionCause::Refused(reason)),
             None => outcome.map_err(RejectionCause::from),
         }
     }
-
-    /// Converts coordinates, rates and accelerations of `segment` (by index) to those about `axis`.
-    ///
-    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's direction.
-    ///
-    /// # Panics
-    /// If there is no such segment, or the system has one chart only.
-    pub fn change_chart(&mut self, segment: usize, axis: PolarAxis) {
-        if self.charts[segment] == axis {
-            return;
-        }
-        let motion = [self.q[segment], self.v[segment], self.accelerations[segment]];
-        [self.q[segment], self.v[segment], self.accelerations[segment]] =
-            axis.coordinates(self.charts[segment].direction(motion));
-        self.charts[segment] = axis;
-    }
-
-    /// Turns the segments that are near a pole of their coordinates over to their other chart; how many.
-    ///
-    /// For between steps. A segment that has just changed is far from the poles of its new chart.
-    pub fn leave_poles(&mut self) -> usize {
-        let mut changes = 0;
-        for segment in 0..self.charts.len() {
-            if near_pole(self.q[segment][0]) {
-                self.change_chart(segment, self.charts[segment].other());
-                changes += 1;
-            }
-        }
-        changes
-    }
 }
 
-crate::record! {
-    /// Work done by an integration.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-    pub struct Statistics {
-        steps: usize = ["", "", "accepted steps", ""],
-        rejected_steps: usize = [
-            "", "", "rejected steps",
-            "repeated because the error estimate was too large, or the step met a pole of a segment's coordinates"
-        ],
-        newton_iterations: usize =
-            ["", "", "Newton iterations", "each one residual and one linear solve"],
-        newton_failures: usize = [
-            "", "", "steps without convergence",
-            "repeated because Newton's method did not converge, or met values that are not finite"
-        ],
-        factorisations: usize = ["", "", "factorisations", "of the step matrix"],
-        contact_events: usize = ["", "", "contact events located", "openings and closings"],
-    }
-    with {
-        /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
-        #[cfg_attr(feature = "serde", serde(skip))]
-        pub chart_changes: usize,
-    }
+/// Work done by an integration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Steps repeated because the error estimate was too large, or the system refused where they ended.
+    pub rejected_steps: usize,
+    /// Newton iterations, each one residual and one linear solve.
+    pub newton_iterations: usize,
+    /// Steps repeated because Newton's method did not converge, or met values that are not finite.
+    pub newton_failures: usize,
+    /// Factorisations of the step matrix.
+    pub factorisations: usize,
 }
 
 /// What an error in the solution is measured against.
@@ -198,86 +177,72 @@ crate::record! {
 pub struct Tolerances {
     /// Relative tolerance.
     pub relative: f64,
-    /// Size in rad below which an angle is not resolved relatively.
-    pub angle_scale: f64,
-    /// Size in rad/s below which a rate is not resolved relatively.
+    /// Size below which a coordinate is not resolved relatively.
+    pub coordinate_scale: f64,
+    /// Size per second below which a rate is not resolved relatively.
     pub rate_scale: f64,
 }
 
-/// Why an integration cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum IntegrationError {
-    /// The step became too small to advance the time.
-    #[error(
-        "no step is accepted at t = {time:.9e} s, down to {step:.3e} s: {cause}; try a softer contact, more damping, or another relative tolerance"
-    )]
-    StepTooSmall {
-        /// Time in s.
-        time: f64,
-        /// Step in s.
-        step: f64,
-        /// What kept the step from being accepted.
-        cause: RejectionCause,
-    },
-    /// More steps than any sensible case takes.
-    #[error(
-        "{steps} steps reached only t = {time:.9e} s, with steps of {step:.3e} s at last; try more damping, a larger friction regularisation, or a looser relative tolerance"
-    )]
-    TooManySteps {
-        /// Steps taken.
-        steps: usize,
-        /// Time in s.
-        time: f64,
-        /// Step in s.
-        step: f64,
-    },
-    /// The state at the start of a step has no finite accelerations.
-    #[error(
-        "the accelerations at t = {time:.9e} s are not finite: a setting of extreme size, or a joint folded back on itself"
-    )]
-    NotFinite {
-        /// Time in s.
-        time: f64,
-    },
-    /// A segment stands at a pole of its coordinates at the start of a step.
-    #[error(
-        "segment {segment} stands at a pole of its coordinates at t = {time:.9e} s, where its azimuth has no meaning"
-    )]
-    Pole {
-        /// Number of the segment, counted from 1.
-        segment: usize,
-        /// Time in s.
-        time: f64,
-    },
-}
-
-/// Why a step was not accepted.
+/// Why a step was not accepted; `R` is why the system refuses a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RejectionCause {
+pub enum RejectionCause<R> {
     /// The error estimate exceeds the tolerance.
     Error,
     /// Newton's method does not converge.
     Newton,
     /// The residual is infinite or not a number.
     NotFinite,
-    /// The step meets a pole of the coordinates of a segment.
-    Pole {
-        /// Number of the segment, counted from 1.
-        segment: usize,
+    /// The system refuses the state at which the step ends.
+    Refused(R),
+}
+
+impl<R: fmt::Display> fmt::Display for RejectionCause<R> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Error => formatter.write_str("the error estimate stays above the tolerance"),
+            Self::Newton => formatter.write_str("Newton's method does not converge"),
+            Self::NotFinite => formatter.write_str("the equations are not finite"),
+            Self::Refused(reason) => reason.fmt(formatter),
+        }
+    }
+}
+
+/// Why an integration cannot go on; `R` is why the system refuses a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum IntegrationError<R> {
+    /// The step became too small to advance the time.
+    StepTooSmall {
+        /// Time in s.
+        time: f64,
+        /// Step in s.
+        step: f64,
+        /// What kept the step from being accepted.
+        cause: RejectionCause<R>,
+    },
+    /// The state at the start of a step has no finite accelerations.
+    NotFinite {
+        /// Time in s.
+        time: f64,
+    },
+    /// The system refuses the state at the start of a step.
+    Refused {
+        /// Time in s.
+        time: f64,
+        /// Why.
+        reason: R,
     },
 }
 
-impl std::fmt::Display for RejectionCause {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Error => "the error estimate stays above the tolerance",
-            Self::Newton => "Newton's method does not converge",
-            Self::NotFinite => {
-                "the equations are not finite, for a setting of extreme size, or a joint folded back on itself"
+impl<R: fmt::Display> fmt::Display for IntegrationError<R> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepTooSmall { time, step, cause } => {
+                write!(formatter, "no step is accepted at t = {time:.9e} s, down to {step:.3e} s: {cause}")
             }
-            Self::Pole { segment } => {
-                return write!(formatter, "segment {segment} meets a pole of its coordinates");
-            }
-        })
+            Self::NotFinite { time } => write!(formatter, "the accelerations at t = {time:.9e} s are not finite"),
+            Self::Refused { time, reason } => write!(formatter, "no step can start at t = {time:.9e} s: {reason}"),
+        }
     }
 }
+
+impl<R: fmt::Debug + fmt::Display> Error for IntegrationError<R> {}

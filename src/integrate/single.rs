@@ -3,48 +3,48 @@
 use super::control::StepControl;
 use super::stepper::{StageSolution, Stepper};
 use super::tableau::Tableau;
-use super::{IntegrationError, RejectionCause, SecondOrderSystem, State, Statistics, Tolerances};
+use super::{IntegrationError, RejectionCause, SecondOrderSystem, State, Tolerances, Work};
 
 /// Advances a system by steps of a [`Tableau`], without events.
 ///
 /// The error of a step is the largest component of the difference to the embedded solution, each measured against
-/// `relative × max(scale, |value|)` for a rate and `relative × scale` for an angle, whose origin is arbitrary.
+/// `relative × max(scale, |value|)` for a rate and `relative × scale` for a coordinate, whose origin is arbitrary.
 #[derive(Clone, Debug)]
-pub struct Integrator<const Q: usize> {
-    stepper: Stepper<f64, Q>,
+pub struct Integrator<const D: usize, const Q: usize> {
+    stepper: Stepper<f64, D, Q>,
     control: StepControl,
 }
 
-impl<const Q: usize> Integrator<Q> {
-    /// An integrator for systems of `pairs` pairs of coordinates that starts with `step` (s).
+impl<const D: usize, const Q: usize> Integrator<D, Q> {
+    /// An integrator for systems of so many `blocks` of coordinates that starts with `step` (s).
     pub fn new(
         tableau: &'static Tableau,
         solution: StageSolution,
         tolerances: Tolerances,
-        pairs: usize,
+        blocks: usize,
         step: f64,
     ) -> Self {
-        let mut stepper = Stepper::new(tableau, solution, pairs);
+        let mut stepper = Stepper::new(tableau, solution, blocks);
         stepper.set_tolerances(0, tolerances);
         Self { stepper, control: StepControl::new(tableau, step) }
     }
 
     /// Work so far.
-    pub fn statistics(&self) -> &Statistics {
-        self.control.statistics()
+    pub fn work(&self) -> &Work {
+        self.control.work()
     }
 
-    /// Advances from `start` to `end`, by the step that the error control chooses but not past `last_time`.
+    /// Advances from `start` to `end` by the step that the error control chooses, but not past `last_time`.
     ///
     /// # Errors
     /// If no step is accepted.
-    pub fn advance(
+    pub fn advance<S: SecondOrderSystem<f64, D, Q>>(
         &mut self,
-        system: &mut impl SecondOrderSystem<f64, Q>,
-        start: &State<Q>,
-        end: &mut State<Q>,
+        system: &mut S,
+        start: &State<S::Charts, D, Q>,
+        end: &mut State<S::Charts, D, Q>,
         last_time: f64,
-    ) -> Result<(), IntegrationError> {
+    ) -> Result<(), IntegrationError<S::Refusal>> {
         start.check(system)?;
         loop {
             let proposal = self.control.propose(start.time, last_time);
@@ -58,17 +58,17 @@ impl<const Q: usize> Integrator<Q> {
         }
     }
 
-    /// Takes one step of the length `step` (s), whatever its error; that error, in tolerances.
+    /// Takes one step of the length `step` (s), whatever its error. Returns that error, in tolerances.
     ///
     /// # Errors
-    /// If the step gives no state.
-    pub fn step(
+    /// If the step gives no state, or one that the system refuses.
+    pub fn step<S: SecondOrderSystem<f64, D, Q>>(
         &mut self,
-        system: &mut impl SecondOrderSystem<f64, Q>,
-        start: &State<Q>,
-        end: &mut State<Q>,
+        system: &mut S,
+        start: &State<S::Charts, D, Q>,
+        end: &mut State<S::Charts, D, Q>,
         step: f64,
-    ) -> Result<f64, RejectionCause> {
+    ) -> Result<f64, RejectionCause<S::Refusal>> {
         system.set_charts(&start.charts);
         self.stepper.set_start(0, start);
         self.stepper.attempt(system, step);

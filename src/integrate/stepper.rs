@@ -13,25 +13,25 @@ const MAX_STAGES: usize = 8;
 const NEWTON_TOLERANCE: f64 = 0.02;
 /// With [`StageSolution::Predicted`] it stops after the first iteration if the correction is below this, in tolerances.
 ///
-/// Measured on contacts (docs/integrators.md): a smaller one costs work and gains no accuracy, as the error estimate sees
-/// what a stage leaves unsolved.
+/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, as the error estimate
+/// sees what a stage leaves unsolved.
 const TRUSTED_CORRECTION: f64 = 1000.0;
-/// Below this relative tolerance the trust falls with it, or what is left unsolved would be the largest error.
+/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the largest error.
 const TRUSTED_TOLERANCE: f64 = 1e-6;
-/// Above that, and above this share of what is corrected itself, the step is given up: it is too long for the prediction,
-/// and would be rejected later. At tight tolerances there is room between the two, and Newton's method goes on.
+/// Above that limit, and above this share of the corrected value, the step is abandoned: it is too long for the
+/// prediction, and would be rejected later. At tight tolerances there is room between the two, and Newton's method goes on.
 const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
-/// Above this ratio of successive corrections the matrix is made anew, or the step given up.
+/// Above this ratio of successive corrections the matrix is made anew, or the step abandoned.
 const MAX_CONTRACTION: f64 = 0.5;
 /// The estimate of the contraction falls by no more than this at a time, as in CVODE: with a new matrix one ratio of
-/// corrections can be near zero, and the stages that share the matrix converge by far not as fast.
+/// corrections can be near zero, although the stages that share the matrix converge much more slowly.
 const SLOWEST_DECLINE: f64 = 0.3;
 
 /// How the equations of a stage are solved by Newton's method (docs/integrators.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
-    /// From an extrapolation of the stages before, trusting one iteration: for smooth systems, where more is as good.
+    /// From an extrapolation of the stages before, trusting one iteration: for smooth systems, where more gain nothing.
     Predicted,
     /// From `q̈` of the stage before, to a small part of the tolerance: for equations as sharp as those of dry friction.
     Converged,
@@ -49,7 +49,7 @@ pub enum AttemptError {
 /// The memory and the arithmetic of a step: a stage is predicted from earlier ones and corrected by Newton's method,
 /// whose matrix is made at the first stage. No lane's result depends on another's.
 #[derive(Clone, Debug)]
-pub struct Stepper<T, const Q: usize> {
+pub struct Stepper<T, const D: usize, const Q: usize> {
     tableau: &'static Tableau,
     solution: StageSolution,
     /// Weights of earlier stages in the prediction of each stage's `q̈`.
@@ -59,16 +59,16 @@ pub struct Stepper<T, const Q: usize> {
     tolerances: LaneTolerances<T>,
     /// Where the step starts.
     time: T,
-    start_q: Vec<[T; 2]>,
+    start_q: Vec<[T; D]>,
     start_integrals: [T; Q],
-    /// By stage, then by pair.
-    stage_v: Vec<[T; 2]>,
-    stage_a: Vec<[T; 2]>,
+    /// By stage, then by block.
+    stage_v: Vec<[T; D]>,
+    stage_a: Vec<[T; D]>,
     stage_rates: Vec<[T; Q]>,
-    q: Vec<[T; 2]>,
-    q_base: Vec<[T; 2]>,
-    v_base: Vec<[T; 2]>,
-    correction: Vec<[T; 2]>,
+    q: Vec<[T; D]>,
+    q_base: Vec<[T; D]>,
+    v_base: Vec<[T; D]>,
+    correction: Vec<[T; D]>,
     integrals: [T; Q],
     /// Of the last attempt, in tolerances.
     error: T,
@@ -118,12 +118,12 @@ impl Newton {
             }
             self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
         } else if iteration == 0 {
-            // Hairer and Wanner II, section IV.8: trust the last contraction, but not wholly.
+            // Hairer and Wanner II, section IV.8: trust the last contraction, but not entirely.
             self.contraction = self.contraction.max(f64::EPSILON).powf(0.8);
         }
         self.previous_norm = Some(norm);
         let remaining = if self.contraction < 1.0 { self.contraction / (1.0 - self.contraction) * norm } else { norm };
-        // Corrections of a few roundings are noise, whose contraction says nothing.
+        // Corrections of a few roundings are noise, and their contraction means nothing.
         if remaining <= NEWTON_TOLERANCE || norm * relative <= 8.0 * f64::EPSILON {
             Progress::Converged
         } else {
@@ -135,16 +135,16 @@ impl Newton {
 #[derive(Clone, Copy, Debug)]
 struct LaneTolerances<T> {
     relative: T,
-    angle_scale: T,
+    coordinate_scale: T,
     rate_scale: T,
 }
 
-impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
-    /// Memory for systems of `pairs` pairs of coordinates.
-    pub fn new(tableau: &'static Tableau, solution: StageSolution, pairs: usize) -> Self {
+impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
+    /// Memory for systems of so many `blocks` of coordinates.
+    pub fn new(tableau: &'static Tableau, solution: StageSolution, blocks: usize) -> Self {
         let none = T::from_f64(0.0);
         let one = T::from_f64(1.0);
-        let zeros = || vec![[none; 2]; pairs];
+        let zeros = || vec![[none; D]; blocks];
         let stages = tableau.stages();
         assert!(stages <= MAX_STAGES, "a method has at most {MAX_STAGES} stages");
         Self {
@@ -152,12 +152,12 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
             solution,
             predictors: (0..stages).map(|stage| predictor(tableau, solution, stage)).collect(),
             error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
-            tolerances: LaneTolerances { relative: one, angle_scale: one, rate_scale: one },
+            tolerances: LaneTolerances { relative: one, coordinate_scale: one, rate_scale: one },
             time: none,
             start_q: zeros(),
             start_integrals: [none; Q],
-            stage_v: vec![[none; 2]; stages * pairs],
-            stage_a: vec![[none; 2]; stages * pairs],
+            stage_v: vec![[none; D]; stages * blocks],
+            stage_a: vec![[none; D]; stages * blocks],
             stage_rates: vec![[none; Q]; stages],
             q: zeros(),
             q_base: zeros(),
@@ -171,12 +171,12 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
 
     /// What errors in `lane` are measured against.
     ///
-    /// A new integration begins there.
+    /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
         self.newton[lane] = Newton { contraction: 1.0, ..Newton::default() };
-        let Tolerances { relative, angle_scale, rate_scale } = tolerances;
+        let Tolerances { relative, coordinate_scale, rate_scale } = tolerances;
         self.tolerances.relative.set_lane(lane, relative);
-        self.tolerances.angle_scale.set_lane(lane, angle_scale);
+        self.tolerances.coordinate_scale.set_lane(lane, coordinate_scale);
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
     }
 
@@ -184,7 +184,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
     ///
     /// # Panics
     /// If it has another number of coordinates.
-    pub fn set_start(&mut self, lane: usize, start: &State<Q>) {
+    pub fn set_start(&mut self, lane: usize, start: &State<impl Clone, D, Q>) {
         self.time.set_lane(lane, start.time);
         scatter(lane, &start.q, &mut self.start_q);
         let n = self.start_q.len();
@@ -196,8 +196,8 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         }
     }
 
-    /// Takes a step of the length `step` (s), in all lanes; [`Stepper::outcome`] tells what became of each.
-    pub fn attempt(&mut self, system: &mut impl SecondOrderSystem<T, Q>, step: T) {
+    /// Attempts a step of the length `step` (s) in all lanes; [`Stepper::outcome`] gives the result of each.
+    pub fn attempt(&mut self, system: &mut impl SecondOrderSystem<T, D, Q>, step: T) {
         let (tableau, n) = (self.tableau, self.start_q.len());
         let last = tableau.stages() - 1;
         let diagonal = T::from_f64(tableau.gamma) * step;
@@ -225,8 +225,8 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
     /// The error of the last attempt in `lane`, in tolerances, and the state that it gave, into `end`.
     ///
     /// # Errors
-    /// If it gave none.
-    pub fn outcome(&self, lane: usize, end: &mut State<Q>) -> Result<f64, AttemptError> {
+    /// If it gave no state.
+    pub fn outcome(&self, lane: usize, end: &mut State<impl Clone, D, Q>) -> Result<f64, AttemptError> {
         let last = self.tableau.stages() - 1;
         gather(lane, &self.q, &mut end.q);
         let n = self.start_q.len();
@@ -237,7 +237,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
             end.rates[i] = self.stage_rates[last][i].lane(lane);
         }
         let error = self.error.lane(lane);
-        // The estimate adds up all stages: where one is not finite, it is not either.
+        // The estimate sums all stages: if one is not finite, neither is the estimate.
         if !error.is_finite() {
             return Err(AttemptError::NotFinite);
         }
@@ -247,7 +247,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
     /// Newton's method at a stage that has been predicted.
     fn solve_stage(
         &mut self,
-        system: &mut impl SecondOrderSystem<T, Q>,
+        system: &mut impl SecondOrderSystem<T, D, Q>,
         stage: usize,
         time: T,
         weights: StepWeights<T>,
@@ -311,7 +311,7 @@ impl<T: Lanewise, const Q: usize> Stepper<T, Q> {
         (self.newton[lane].iterations, self.newton[lane].factorisations)
     }
 
-    /// Places a stage where its earlier stages let expect it.
+    /// Places a stage where it is extrapolated from earlier stages.
     fn predict(&mut self, stage: usize, step: T, diagonal: T) {
         let split = stage * self.start_q.len();
         let (earlier_v, v) = self.stage_v.split_at_mut(split);
@@ -383,57 +383,57 @@ fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f6
     weights
 }
 
-fn scatter<T: Lanewise>(lane: usize, values: &[[f64; 2]], lanes: &mut [[T; 2]]) {
+fn scatter<T: Lanewise, const D: usize>(lane: usize, values: &[[f64; D]], lanes: &mut [[T; D]]) {
     assert_eq!(values.len(), lanes.len(), "the stepper has the number of coordinates of its systems");
     for (lanes, values) in lanes.iter_mut().zip(values) {
-        lanes[0].set_lane(lane, values[0]);
-        lanes[1].set_lane(lane, values[1]);
+        for i in 0..D {
+            lanes[i].set_lane(lane, values[i]);
+        }
     }
 }
 
-fn gather<T: Lanewise>(lane: usize, lanes: &[[T; 2]], values: &mut [[f64; 2]]) {
+fn gather<T: Lanewise, const D: usize>(lane: usize, lanes: &[[T; D]], values: &mut [[f64; D]]) {
     for (lanes, values) in lanes.iter().zip(values) {
-        *values = [lanes[0].lane(lane), lanes[1].lane(lane)];
+        *values = lanes.map(|value| value.lane(lane));
     }
 }
 
-/// Takes the values out of all lanes but `lanes`.
-fn keep<T: Lanewise>(values: &mut [[T; 2]], lanes: LaneSet) {
+/// Sets the values in all lanes but `lanes` to zero.
+fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
     let none = T::from_f64(0.0);
     for value in values {
-        *value = [value[0].select(lanes, none), value[1].select(lanes, none)];
+        *value = value.map(|value| value.select(lanes, none));
     }
 }
 
-/// Where a stage stands, as [`Predict`] and [`Correct`] write it.
-struct Placement<'a, T> {
-    q: &'a mut [[T; 2]],
-    v: &'a mut [[T; 2]],
-    a: &'a mut [[T; 2]],
-    q_base: &'a mut [[T; 2]],
-    v_base: &'a mut [[T; 2]],
+/// The point of a stage, as [`Predict`] and [`Correct`] write it.
+struct Placement<'a, T, const D: usize> {
+    q: &'a mut [[T; D]],
+    v: &'a mut [[T; D]],
+    a: &'a mut [[T; D]],
+    q_base: &'a mut [[T; D]],
+    v_base: &'a mut [[T; D]],
 }
 
-/// Start and earlier stages, by stage and then by pair.
-struct Earlier<'a, T> {
-    start_q: &'a [[T; 2]],
-    v: &'a [[T; 2]],
-    a: &'a [[T; 2]],
+/// Start and earlier stages, by stage and then by block.
+struct Earlier<'a, T, const D: usize> {
+    start_q: &'a [[T; D]],
+    v: &'a [[T; D]],
+    a: &'a [[T; D]],
 }
 
-// In the loops below the stages are the inner ones: the compiler leaves such sums in their order, and vectorises over
-// the lanes.
+// In the loops below the stages are innermost: the compiler keeps the order of such sums, and vectorises over the lanes.
 
 /// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
-struct Predict<'a, T> {
-    place: Placement<'a, T>,
-    earlier: Earlier<'a, T>,
+struct Predict<'a, T, const D: usize> {
+    place: Placement<'a, T, D>,
+    earlier: Earlier<'a, T, D>,
     weights: &'a [T],
     predictor: &'a [T],
     diagonal: T,
 }
 
-impl<T: Lanewise> Loop for Predict<'_, T> {
+impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
     type Output = ();
 
     const LANES: usize = T::LANES;
@@ -443,7 +443,7 @@ impl<T: Lanewise> Loop for Predict<'_, T> {
         let Self { place, earlier, weights, predictor, diagonal } = self;
         let n = earlier.start_q.len();
         for k in 0..n {
-            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); 2]);
+            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); D]);
             for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
                 let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
                 q = add(q, scale(weight, stage_v));
@@ -458,14 +458,14 @@ impl<T: Lanewise> Loop for Predict<'_, T> {
 }
 
 /// Takes `correction` off `a`; the largest part of the tolerance that it takes up, NaN if it is not finite.
-struct Correct<'a, T> {
-    place: Placement<'a, T>,
-    correction: &'a [[T; 2]],
+struct Correct<'a, T, const D: usize> {
+    place: Placement<'a, T, D>,
+    correction: &'a [[T; D]],
     weights: StepWeights<T>,
     tolerances: LaneTolerances<T>,
 }
 
-impl<T: Lanewise> Loop for Correct<'_, T> {
+impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
     type Output = T;
 
     const LANES: usize = T::LANES;
@@ -473,17 +473,17 @@ impl<T: Lanewise> Loop for Correct<'_, T> {
     #[inline(always)]
     fn run(self) -> T {
         let Self { place, correction, weights, tolerances } = self;
-        let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
-        let (by_angle, by_rate) = (weights.coordinates / (angle_scale * relative), weights.rates / relative);
+        let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
+        let (by_coordinate, by_rate) = (weights.coordinates / (coordinate_scale * relative), weights.rates / relative);
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
         for k in 0..correction.len() {
             let a = sub(place.a[k], correction[k]);
             let v = add(place.v_base[k], scale(weights.rates, a));
             (place.q[k], place.v[k], place.a[k]) = (add(place.q_base[k], scale(weights.rates, v)), v, a);
-            unrolled!(i < 2, {
+            unrolled!(i < D, {
                 let size = correction[k][i].abs();
-                largest = largest.max(by_angle * size).max(by_rate * size / rate_scale.max(v[i].abs()));
+                largest = largest.max(by_coordinate * size).max(by_rate * size / rate_scale.max(v[i].abs()));
                 sum = sum + size;
             });
         }
@@ -492,15 +492,15 @@ impl<T: Lanewise> Loop for Correct<'_, T> {
 }
 
 /// The largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
-struct LargestError<'a, T> {
-    stage_v: &'a [[T; 2]],
-    stage_a: &'a [[T; 2]],
+struct LargestError<'a, T, const D: usize> {
+    stage_v: &'a [[T; D]],
+    stage_a: &'a [[T; D]],
     n: usize,
     weights: &'a [T],
     tolerances: LaneTolerances<T>,
 }
 
-impl<T: Lanewise> Loop for LargestError<'_, T> {
+impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
     type Output = T;
 
     const LANES: usize = T::LANES;
@@ -508,22 +508,22 @@ impl<T: Lanewise> Loop for LargestError<'_, T> {
     #[inline(always)]
     fn run(self) -> T {
         let Self { stage_v, stage_a, n, weights, tolerances } = self;
-        let LaneTolerances { relative, angle_scale, rate_scale } = tolerances;
+        let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
         let last = (weights.len() - 1) * n;
         let none = T::from_f64(0.0);
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (none, none);
         for k in 0..n {
-            let (mut angle, mut rate) = ([none; 2], [none; 2]);
+            let (mut coordinate, mut rate) = ([none; D], [none; D]);
             for (j, &weight) in weights.iter().enumerate() {
-                angle = add(angle, scale(weight, stage_v[j * n + k]));
+                coordinate = add(coordinate, scale(weight, stage_v[j * n + k]));
                 rate = add(rate, scale(weight, stage_a[j * n + k]));
             }
-            unrolled!(i < 2, {
+            unrolled!(i < D, {
                 let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
-                let (by_angle, by_rate) = (angle[i].abs() / angle_scale, rate[i].abs() / size);
-                largest = largest.max(by_angle).max(by_rate);
-                sum = sum + (by_angle + by_rate);
+                let (by_coordinate, by_rate) = (coordinate[i].abs() / coordinate_scale, rate[i].abs() / size);
+                largest = largest.max(by_coordinate).max(by_rate);
+                sum = sum + (by_coordinate + by_rate);
             });
         }
         (largest + unless_finite(sum)) / relative

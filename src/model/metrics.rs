@@ -3,22 +3,29 @@
 use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::model::record::{Combine, Display, Prominence, Record};
+use crate::model::record::{Combine, Display, Prominence, Record, Scope};
 use crate::model::settings::Settings;
 use crate::workpiece::{ContactArc, reach};
 
-/// Shown in figures too, in a readable unit.
-const fn figure(unit: &'static str, factor: f64, combine: Combine) -> Display {
-    Display { prominence: Prominence::Figure, unit, factor, combine }
+/// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
+const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {
+    Display { prominence: Prominence::Figure, file_name, unit, factor, ..Display::DETAIL }
 }
 
-/// Shown in terminal tables too.
-const fn headline(unit: &'static str, factor: f64) -> Display {
-    Display { prominence: Prominence::Headline, ..figure(unit, factor, Combine::Mean) }
+/// Shown in the tables of a terminal too.
+const fn headline(display: Display) -> Display {
+    Display { prominence: Prominence::Headline, ..display }
 }
 
-/// Shown in files and on pages. Several filaments are combined by their largest value.
-const LARGEST: Display = Display { combine: Combine::Max, ..Display::DETAIL };
+/// Several filaments are combined by the largest value.
+const fn largest(display: Display) -> Display {
+    Display { combine: Combine::Max, ..display }
+}
+
+/// Belongs to the tool.
+const fn of_tool(display: Display) -> Display {
+    Display { scope: Scope::Tool, ..display }
+}
 
 crate::record! {
     /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
@@ -30,29 +37,29 @@ crate::record! {
         nominal_contact_length_m: f64 = ["l_d", "m", "nominal contact length", "R Ω_c"],
         nominal_contact_time_s: f64 = ["t_d", "s", "nominal contact time", "Ω_c/ω"],
         contact_time_s: f64 = ["t_c", "s", "contact time", "total time with F_n > 0"]
-            => figure("ms", 1e3, Combine::Mean),
+            => figure("contact_time", "ms", 1e3),
         contact_length_m: f64 = ["l_c", "m", "contact length", "v_b t_c"],
         contact_time_ratio: f64 = [
             "ε_tc", "", "contact time ratio",
             "fraction of t_d with F_n > 0: near 0 the filament strikes, near 1 it sweeps"
-        ] => headline("", 1.0),
-        contact_count: usize = ["", "", "number of contacts", "number of intervals with F_n > 0"] => LARGEST,
+        ] => headline(figure("contact_time_ratio", "", 1.0)),
+        contact_count: usize = ["", "", "number of contacts", "number of intervals with F_n > 0"] => largest(Display::DETAIL),
         contact_normal_impulse_n_s: f64 =
             ["p_n", "N s", "contact normal impulse of a filament", "∫ F_n dt of one filament, one pass"]
-            => headline("mN s", 1e3),
+            => headline(figure("impulse", "mN s", 1e3)),
         equivalent_contact_normal_force_n: f64 =
             ["F̄_n", "N", "equivalent contact normal force", "p_n/t_c, zero without contact"],
         peak_contact_normal_force_n: f64 =
             ["max F_n", "N", "peak contact normal force", "largest force of all nodes together"]
-            => LARGEST,
+            => largest(Display::DETAIL),
         max_tip_deflection_m: f64 = [
             "s_n,max", "m", "largest tip deflection",
             "largest distance of the tip from the undeformed filament"
-        ] => figure("mm", 1e3, Combine::Max),
+        ] => largest(figure("tip_deflection", "mm", 1e3)),
         tool_contact_normal_force_n: f64 = [
             "F_n,w", "N", "contact normal force of the tool",
             "p_n N_f ω/(2π): each filament passes once per turn"
-        ] => headline("N", 1.0),
+        ] => headline(of_tool(figure("tool_force", "N", 1.0))),
     }
 }
 

@@ -30,6 +30,10 @@ pub struct Parameter {
     pub path: &'static str,
     /// Unit; empty for a dimensionless number.
     pub unit: &'static str,
+    /// MODEL's symbol, with an underscore before a subscript; empty where MODEL has none.
+    pub symbol: &'static str,
+    /// In words.
+    pub name: &'static str,
     /// The allowed values.
     pub range: Range,
     /// True if the setting has no default.
@@ -187,10 +191,12 @@ impl Error for Violation {}
 
 /// Makes a table entry whose path always matches the field that it names.
 macro_rules! parameter {
-    ($section:ident . $key:ident, $unit:literal, $range:expr) => {
+    ($section:ident . $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
         Parameter {
             path: concat!(stringify!($section), ".", stringify!($key)),
             unit: $unit,
+            symbol: $symbol,
+            name: $name,
             range: $range,
             required: false,
             get: |settings| Scalar::into_f64(settings.$section.$key),
@@ -201,35 +207,59 @@ macro_rules! parameter {
 
 /// All scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
-    parameter!(tool.body_radius_m, "m", Range::POSITIVE).required(),
-    parameter!(tool.width_m, "m", Range::POSITIVE).required(),
-    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE),
-    parameter!(tool.filament_count_uncertainty, "", Range::NOT_NEGATIVE),
-    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64)),
-    parameter!(filament.length_m, "m", Range::POSITIVE).required(),
-    parameter!(filament.diameter_m, "m", Range::POSITIVE).required(),
-    parameter!(filament.density_kg_m3, "kg/m³", Range::POSITIVE),
-    parameter!(filament.youngs_modulus_pa, "Pa", Range::POSITIVE),
-    parameter!(filament.damping_ratio, "", Range::NOT_NEGATIVE),
-    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE),
-    parameter!(contact.exponent, "", Range::at_least(1.0)),
-    parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE),
-    parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE),
-    parameter!(contact.friction_coefficient, "", Range::NOT_NEGATIVE),
-    parameter!(contact.friction_regularisation_m_s, "m/s", Range::POSITIVE),
-    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::FINITE),
-    parameter!(process.brushing_velocity_m_s, "m/s", Range::POSITIVE).required(),
-    parameter!(process.penetration_depth_m, "m", Range::POSITIVE).required(),
-    parameter!(process.lead_angle_rad, "rad", Range::ANGLE),
-    parameter!(process.tail_angle_rad, "rad", Range::ANGLE),
-    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2)),
-    parameter!(solver.samples, "", Range::whole(2.0, 1e6)),
-    parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE),
-    parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE),
-    parameter!(uncertainty.youngs_modulus_std_pa, "Pa", Range::NOT_NEGATIVE),
-    parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE),
-    parameter!(uncertainty.samples, "", Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64)),
-    parameter!(uncertainty.seed, "", Range::whole(0.0, u32::MAX as f64)),
+    parameter!(tool.body_radius_m, "m", Range::POSITIVE, "r_g", "radius of the brush body").required(),
+    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush").required(),
+    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments"),
+    parameter!(
+        tool.filament_count_uncertainty,
+        "",
+        Range::NOT_NEGATIVE,
+        "ΔN_f",
+        "uncertainty of the number of filaments"
+    ),
+    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments"),
+    parameter!(filament.length_m, "m", Range::POSITIVE, "l_f", "free length").required(),
+    parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required(),
+    parameter!(filament.density_kg_m3, "kg/m³", Range::POSITIVE, "ρ", "density"),
+    parameter!(filament.youngs_modulus_pa, "Pa", Range::POSITIVE, "E", "Young’s modulus"),
+    parameter!(filament.damping_ratio, "", Range::NOT_NEGATIVE, "ζ", "damping ratio of the first bending mode"),
+    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness"),
+    parameter!(contact.exponent, "", Range::at_least(1.0), "p", "exponent of the penetration"),
+    parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE, "χ", "contact damping"),
+    parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE, "", "contact radius of a node"),
+    parameter!(contact.friction_coefficient, "", Range::NOT_NEGATIVE, "µ", "coefficient of friction"),
+    parameter!(
+        contact.friction_regularisation_m_s,
+        "m/s",
+        Range::POSITIVE,
+        "v_reg",
+        "sliding speed over which friction sets in"
+    ),
+    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::FINITE, "v_ft", "feed velocity"),
+    parameter!(process.brushing_velocity_m_s, "m/s", Range::POSITIVE, "v_b", "brushing velocity").required(),
+    parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
+    parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
+    parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
+    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance"),
+    parameter!(solver.samples, "", Range::whole(2.0, 1e6), "", "samples of a written history"),
+    parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE, "Δl_f", "standard deviation of the length"),
+    parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE, "Δd", "standard deviation of the diameter"),
+    parameter!(
+        uncertainty.youngs_modulus_std_pa,
+        "Pa",
+        Range::NOT_NEGATIVE,
+        "ΔE",
+        "standard deviation of Young’s modulus"
+    ),
+    parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE, "Δζ", "standard deviation of the damping ratio"),
+    parameter!(
+        uncertainty.samples,
+        "",
+        Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64),
+        "",
+        "sampled tools per case"
+    ),
+    parameter!(uncertainty.seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the samples"),
 ];
 
 impl Settings {

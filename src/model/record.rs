@@ -64,17 +64,28 @@ impl<R> Column<R> {
 pub struct Display {
     /// Where it is shown.
     pub prominence: Prominence,
-    /// Readable unit for diagrams.
+    /// Start of the file names of its figures.
+    pub file_name: &'static str,
+    /// Readable unit for figures.
     pub unit: &'static str,
     /// Conversion factor from SI to that unit.
     pub factor: f64,
+    /// What it belongs to.
+    pub scope: Scope,
     /// How the values of several filaments, or of several passes of one, are combined.
     pub combine: Combine,
 }
 
 impl Display {
     /// Shown in files and on pages. Several filaments are combined by their mean.
-    pub const DETAIL: Self = Self { prominence: Prominence::Detail, unit: "", factor: 1.0, combine: Combine::Mean };
+    pub const DETAIL: Self = Self {
+        prominence: Prominence::Detail,
+        file_name: "",
+        unit: "",
+        factor: 1.0,
+        scope: Scope::Filament,
+        combine: Combine::Mean,
+    };
 }
 
 /// Where a number is shown. Each variant includes the places of those after it.
@@ -86,6 +97,15 @@ pub enum Prominence {
     Figure,
     /// In files and on pages.
     Detail,
+}
+
+/// What a number belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// One filament.
+    Filament,
+    /// The tool: the number is proportional to the number of filaments.
+    Tool,
 }
 
 /// How the values of several filaments are combined.

@@ -4,13 +4,10 @@
 //! settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] does the same for many passes,
 //! in the lanes of the machine's vector units.
 
-use std::error::Error;
-use std::fmt;
-
 use crate::contact::ContactLaw;
 use crate::equations::linear::{add, scale};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
-use crate::integrate::{IntegrationError, Statistics, Tolerances};
+use crate::integrate::{Tolerances, Work};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
@@ -18,15 +15,17 @@ use crate::model::settings::Settings;
 use crate::tool::{RoundTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Plane, Workpiece};
 
+mod error;
 mod observers;
 mod search;
 mod side_by_side;
 mod system;
 mod trajectory;
 
+pub use error::{AtPole, IntegrationError, NoContactArc, SimulationError};
 pub use observers::{ContactObserver, Sample, Sampling, Shape};
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
-pub use system::{ContactLoads, Filament, FilamentState, FilamentSystem, integral};
+pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 
 use observers::Sampler;
@@ -50,31 +49,44 @@ pub struct Simulation {
     pub shapes: Vec<Shape>,
 }
 
-/// Why a pass could not be simulated.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SimulationError {
-    /// The integration stopped.
-    Integration(IntegrationError),
-    /// A metric or a sample is infinite or not a number.
-    NotFinite,
-}
-
-impl fmt::Display for SimulationError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Integration(error) => error.fmt(formatter),
-            Self::NotFinite => {
-                formatter.write_str("the results of the pass are not finite; are the settings of extreme size?")
-            }
-        }
+crate::record! {
+    /// Work done by a pass.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct Statistics {
+        steps: usize = ["", "", "accepted steps", "those that became part of the motion"],
+        rejected_steps: usize = [
+            "", "", "rejected steps",
+            "repeated because the error estimate was too large, or the step met a pole of a segment's coordinates"
+        ],
+        newton_iterations: usize = ["", "", "Newton iterations", "each one residual and one linear solve"],
+        newton_failures: usize = [
+            "", "", "steps without convergence",
+            "repeated because Newton's method did not converge, or met values that are not finite"
+        ],
+        factorisations: usize = ["", "", "factorisations", "those of the step matrix"],
+        contact_events: usize = ["", "", "contact events located", "openings and closings of the contact"],
+    }
+    with {
+        /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
+        #[cfg_attr(feature = "serde", serde(skip))]
+        pub chart_changes: usize,
     }
 }
 
-impl Error for SimulationError {}
-
-impl From<IntegrationError> for SimulationError {
-    fn from(error: IntegrationError) -> Self {
-        Self::Integration(error)
+impl Statistics {
+    /// The `work` of the integrator, and what a simulation counts itself.
+    fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
+        let Work { steps, rejected_steps, newton_iterations, newton_failures, factorisations } = *work;
+        Self {
+            steps,
+            rejected_steps,
+            newton_iterations,
+            newton_failures,
+            factorisations,
+            contact_events,
+            chart_changes,
+        }
     }
 }
 
@@ -104,20 +116,6 @@ pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simu
 pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
     Pass::new(settings).simulate(sampling)
 }
-
-/// The undeformed tool and the workpiece have no contact that a pass could begin before and end after.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NoContactArc;
-
-impl fmt::Display for NoContactArc {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(
-            "the undeformed tips never touch the workpiece, or never leave it; is it placed where the tool turns?",
-        )
-    }
-}
-
-impl Error for NoContactArc {}
 
 /// One pass of a filament over a workpiece: what [`simulate`] integrates.
 ///
@@ -188,7 +186,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             filament_count: brush.filament_count,
             tolerances: Tolerances {
                 relative: solver.relative_tolerance,
-                angle_scale: 1.0,
+                coordinate_scale: 1.0,
                 rate_scale: (nominal.brushing_velocity / filament.length_m).max(slow_rate),
             },
             lead_angle: process.lead_angle_rad,

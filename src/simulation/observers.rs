@@ -1,4 +1,4 @@
-//! What is kept of the steps of a pass: the figures of its contact, and a time history.
+//! What is kept of the steps of a pass: the record of its contact, and a time history.
 
 use super::search::maximum_in_step;
 use super::system::{Filament, integral};
@@ -58,7 +58,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
         self.was_closed = closed;
-        // A touch whose force underflows can leave less than zero.
+        // The sum of a touch whose force underflows can be less than zero.
         self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
         let start = if step.start.time == self.seen_until { self.deflection_there } else { self.deflection(step, 0.0) };
         let end = self.deflection(step, 1.0);
@@ -101,8 +101,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.filament.law.pressing_force(&self.filament.approach(position, velocity, step.time(s)))
     }
 
-    /// How far the tip and the undeformed filament move towards or from each other in a step at most, in m, by their
-    /// speeds at its ends.
+    /// The most that the tip and the undeformed filament can move towards or away from each other in a step, in m, by
+    /// their speeds at its ends.
     fn reach(&self, step: &Step<'_>) -> f64 {
         let size = |vector: [f64; 3]| dot(vector, vector).sqrt();
         let speed = |knots: &[Knot<3>], time| {
@@ -148,14 +148,14 @@ crate::record! {
     }
 }
 
-/// What is read off the steps of a pass beside its metrics; by default nothing, which costs nothing.
+/// What is read off the steps of a pass in addition to its metrics: by default nothing, which costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sampling {
     /// Number of samples at equally spaced times, the first and the last instant included.
     pub samples: usize,
-    /// Number of shapes of the filament, likewise.
+    /// Number of shapes of the filament at equally spaced times, the first and the last instant included.
     pub shapes: usize,
-    /// Whether the shapes have velocities and contact forces too.
+    /// Whether the shapes have velocities and contact forces, too.
     pub loads: bool,
     /// Whether metrics and statistics must have the bits that they have without samples. The impulse and the dissipated
     /// energies of the samples are then integrated less exactly, far below the tolerance, and samples that are not finite
@@ -182,9 +182,9 @@ pub struct Shape {
     pub time_s: f64,
     /// Positions of the root and of all nodes, to the tip, in m.
     pub nodes_m: Vec<[f64; 3]>,
-    /// Velocities of the same points in m/s; none without [`Sampling::loads`].
+    /// Velocities of the same points in m/s; empty without [`Sampling::loads`].
     pub velocities_m_s: Vec<[f64; 3]>,
-    /// Contact forces on the same points, likewise.
+    /// Contact forces on the same points; empty without [`Sampling::loads`].
     pub forces: Vec<ContactForce>,
 }
 
@@ -310,9 +310,9 @@ fn sample<T: Tool, W: Workpiece>(
     }
 }
 
-/// The time in s at which the next of `count` equally spaced samples is taken, `taken` of them behind.
+/// The time in s of the next of `count` equally spaced samples, after `taken` of them.
 fn due(taken: usize, count: usize, end_time: f64) -> Option<f64> {
     let intervals = count.saturating_sub(1).max(1);
-    // The fraction is exactly one at the last sample, which must not fall behind the end.
+    // The fraction is exactly one at the last sample, which must not lie past the end.
     (taken < count).then(|| end_time * (taken as f64 / intervals as f64))
 }

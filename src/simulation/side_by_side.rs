@@ -1,7 +1,7 @@
 //! Many passes side by side, in the lanes of the machine's vector units.
 
 use super::observers::{ContactObserver, Sampler, Sampling};
-use super::system::{Filament, FilamentSystem};
+use super::system::{COORDINATES, Filament, FilamentSystem};
 use super::trajectory::Trajectory;
 use super::{METHOD, Pass, Simulation, SimulationError};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
@@ -75,7 +75,7 @@ impl Kind {
     }
 }
 
-/// A job on its way.
+/// A job that is being simulated.
 struct Run<T, W> {
     number: usize,
     pass: Pass<T, W>,
@@ -86,7 +86,7 @@ struct Run<T, W> {
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
     fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let statistics = *self.trajectory.statistics();
+        let statistics = self.trajectory.statistics();
         done(self.number, self.pass.conclude(self.observer.record(), statistics, self.sampler));
     }
 }
@@ -94,7 +94,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
 /// Lanes for passes of one number of segments.
 struct Batch<T, W> {
     system: FilamentSystem<Turning<T>, W, Lane>,
-    stepper: Stepper<Lane, { super::integral::COUNT }>,
+    stepper: Stepper<Lane, COORDINATES, { super::integral::COUNT }>,
     runs: [Option<Run<T, W>>; LANES],
     steps: Lane,
     sampling: Sampling,
@@ -146,7 +146,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         }
     }
 
-    /// Puts a job into a free lane.
+    /// Starts a job in a free lane.
     fn start(&mut self, lane: usize, job: Job<T, W>) {
         let Job { number, pass } = job;
         let mut alone = pass.system_for(self.sampling);
@@ -158,11 +158,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory });
     }
 
-    /// Makes the next step of a lane ready; false if the lane is free, or has just come to its end.
+    /// Prepares the next step of a lane; false if the lane is free, or its pass has just ended.
     fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
         let Some(mut run) = self.runs[lane].take() else { return false };
         if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
-            // Charts are the same in all lanes: a filament that leaves those about z goes on alone.
+            // All lanes share their charts: a filament that leaves those about z goes on alone.
             self.finish_alone(run, done);
             return false;
         }
@@ -188,7 +188,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         let mut system = run.pass.system_for(self.sampling);
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
-        let mut stepper = Stepper::new(METHOD, solution, SecondOrderSystem::<Lane, _>::pairs(&self.system));
+        let mut stepper = Stepper::new(METHOD, solution, self.system.blocks());
         let (observer, sampler) = (&mut run.observer, &mut run.sampler);
         let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {
             observer.observe(step);
@@ -200,7 +200,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         }
     }
 
-    /// Lets a lane without a job stand still where another one is, so that its numbers stay finite, with all nodes open.
+    /// Keeps a lane without a job at rest in the state of a busy one, with all nodes open, so that its numbers stay finite.
     fn idle(&mut self, lane: usize, busy: usize) {
         let run = self.runs[busy].as_ref().expect("the lane has a job");
         self.system.open_all(lane);

@@ -1,5 +1,6 @@
-//! A filament on its clamp above a workpiece, as a system to integrate: one, or one a lane.
+//! A clamped filament above a workpiece, as a system to integrate: one filament, or one per lane.
 
+use super::error::AtPole;
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{dot, zero};
 use crate::equations::{
@@ -11,7 +12,7 @@ use crate::integrate::{SecondOrderSystem, StageSolution, State};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// What is integrated beside the motion, by index into [`State::integrals`].
+/// What is integrated along the motion, by index into [`State::integrals`].
 pub mod integral {
     /// Contact normal impulse `∫ F_n dt` in N s.
     pub const NORMAL_IMPULSE: usize = 0;
@@ -27,19 +28,56 @@ pub mod integral {
 
 use integral::COUNT;
 
-/// The state of a filament, with the integrals of [`integral`].
-pub type FilamentState = State<COUNT>;
+/// Coordinates of a segment, `φ` and `θ`.
+pub const COORDINATES: usize = 2;
 
-/// One filament: its constants, the motion of its clamp, and what it meets.
+/// The state of a filament, with the integrals of [`integral`].
+///
+/// Its charts are the polar axes of the segments' coordinates; coordinates are in rad.
+pub type FilamentState = State<Vec<PolarAxis>, COORDINATES, COUNT>;
+
+impl FilamentState {
+    /// Converts coordinates, rates and accelerations of `segment` (by index) to those about `axis`.
+    ///
+    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's direction.
+    ///
+    /// # Panics
+    /// If there is no such segment.
+    pub fn change_chart(&mut self, segment: usize, axis: PolarAxis) {
+        if self.charts[segment] == axis {
+            return;
+        }
+        let motion = [self.q[segment], self.v[segment], self.accelerations[segment]];
+        [self.q[segment], self.v[segment], self.accelerations[segment]] =
+            axis.coordinates(self.charts[segment].direction(motion));
+        self.charts[segment] = axis;
+    }
+
+    /// Turns the segments that are near a pole of their coordinates over to their other chart; how many.
+    ///
+    /// For between steps. A segment that has just changed is far from the poles of its new chart.
+    pub fn leave_poles(&mut self) -> usize {
+        let mut changes = 0;
+        for segment in 0..self.charts.len() {
+            if near_pole(self.q[segment][0]) {
+                self.change_chart(segment, self.charts[segment].other());
+                changes += 1;
+            }
+        }
+        changes
+    }
+}
+
+/// One filament: its constants, the motion of its clamp, and the workpiece.
 #[derive(Clone, Copy, Debug)]
 pub struct Filament<M, W> {
     /// The constants.
     pub chain: Chain<f64>,
     /// How its clamp moves.
     pub motion: M,
-    /// The law of its contact.
+    /// Its contact law.
     pub law: ContactLaw,
-    /// What it meets.
+    /// The workpiece.
     pub workpiece: W,
 }
 
@@ -49,10 +87,10 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         self.law.approach(&self.workpiece, position, velocity, time)
     }
 
-    /// How the stages of its steps are to be solved.
+    /// How to solve the stages of its steps.
     ///
-    /// A single correction leaves a little energy in each stage, which is taken away again where anything damps the
-    /// filament. Without dampers it adds up: over twenty swings of a chain, to sixty times the error of converged stages.
+    /// A single correction leaves a little energy in each stage. Any damping of the filament removes it again; without
+    /// dampers it adds up: over twenty swings of a chain, to sixty times the error of converged stages.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.root_damping > 0.0 || self.chain.joint_damping > 0.0;
         if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
@@ -72,17 +110,17 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 }
 
-/// The equations of a filament in contact, or of one a lane of `T`, and which of its nodes are closed.
+/// The equations of a filament in contact, or of one per lane of `T`, and which of its nodes are closed.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
     dynamics: Dynamics<T>,
-    /// One a lane.
+    /// One per lane.
     filaments: Vec<Filament<M, W>>,
     /// The lanes in which each node is closed.
     closed: Vec<LaneSet>,
     tracks_energy: bool,
     tracks_dissipation: bool,
-    /// When the clamps were last asked for, and where they were.
+    /// The time for which the clamps were last evaluated, and their motion there.
     clamp: (T, Clamp<T>),
     scratch: Vec<[T; 2]>,
 }
@@ -90,7 +128,7 @@ pub struct FilamentSystem<M, W, T = f64> {
 impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
     ///
-    /// With `tracks_energy` all of [`integral`] is integrated, else only the impulse.
+    /// With `tracks_energy` all of [`integral`] is integrated, otherwise only the impulse.
     pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
         Self::side_by_side(vec![Filament { chain, motion, law, workpiece }], tracks_energy)
     }
@@ -98,8 +136,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The state at `time` with the coordinates `q` about `z` and the rates `v`; nodes that press on the workpiece
     /// there are closed.
     ///
-    /// Segments near the poles of `z` are turned over to their other chart, and stand in it in what is returned. At a
-    /// pole itself `θ` tells the plane in which `φ` moves, and `θ̇` has no meaning.
+    /// Segments near the poles of `z` are turned over to their other chart, as the returned state says. At a pole itself
+    /// `θ` is that of the plane in which `φ` moves, and `θ̇` has no meaning.
     pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
         let mut charts = vec![PolarAxis::Z; q.len()];
         for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
@@ -155,10 +193,10 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
-    /// Filaments of one number of segments, one a lane; see [`FilamentSystem::new`].
+    /// Filaments with the same number of segments, one per lane; see [`FilamentSystem::new`].
     ///
     /// # Panics
-    /// If there are not as many as lanes, or if their numbers of segments differ.
+    /// If their number is not that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
         let n = filaments[0].chain.segments;
@@ -181,10 +219,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         Self { tracks_dissipation: self.tracks_energy || tracks_dissipation, ..self }
     }
 
-    /// Puts another filament into `lane`, all nodes open.
+    /// Puts another filament into `lane`, with all nodes open.
     ///
     /// # Panics
-    /// If it has another number of segments.
+    /// If its number of segments differs from that of the others.
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
         self.filaments[lane] = filament;
         self.dynamics.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
@@ -218,7 +256,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// Position, velocity and acceleration of every node of `lane`, where a step has last arrived.
+    /// Position, velocity and acceleration of every node of `lane`, at the end of the last step.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         for (node, knot) in knots.iter_mut().enumerate() {
             let [value, rate, acceleration] = self.dynamics.node_motion(node, lane);
@@ -228,7 +266,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// The clamps at `time`.
     fn clamp(&mut self, time: T) -> &Clamp<T> {
-        // NaN, which no time equals, where they must be asked for again.
+        // NaN, which no time equals, means that they must be evaluated again.
         if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
             self.clamp = (time, Clamp::from_lanes(|lane| self.filaments[lane].motion.at(time.lane(lane))));
         }
@@ -257,7 +295,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
-                // The smooth law, also where it pulls: stages of a step that ends on an opening can lie past it.
+                // The smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
                 let force = filament.law.force(&approach);
                 add(integral::NORMAL_IMPULSE, force.normal);
                 if self.tracks_dissipation {
@@ -292,8 +330,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     }
 }
 
-impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COUNT> for FilamentSystem<M, W, T> {
-    fn pairs(&self) -> usize {
+impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES, COUNT> for FilamentSystem<M, W, T> {
+    type Charts = Vec<PolarAxis>;
+    type Refusal = AtPole;
+
+    fn blocks(&self) -> usize {
         self.dynamics.chain().segments
     }
 
@@ -354,25 +395,25 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COUNT> for 
         rates
     }
 
-    fn charts(&self) -> &[PolarAxis] {
-        self.dynamics.charts()
+    fn charts(&self) -> Vec<PolarAxis> {
+        self.dynamics.charts().to_vec()
     }
 
-    fn set_charts(&mut self, charts: &[PolarAxis]) {
+    fn set_charts(&mut self, charts: &Vec<PolarAxis>) {
         self.dynamics.set_charts(charts);
     }
 
-    fn pole(&self, q: &[[f64; 2]]) -> Option<usize> {
-        find_pole(q)
+    fn refuse(&self, q: &[[f64; 2]]) -> Option<AtPole> {
+        find_pole(q).map(|k| AtPole { segment: k + 1 })
     }
 }
 
-/// The loads of a contact on its closed nodes, at one instant a lane.
+/// The loads of a contact on its closed nodes, at one instant per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactLoads<'a, M, W, T> {
     filaments: &'a [Filament<M, W>],
     closed: &'a [LaneSet],
-    /// No node is closed in any lane.
+    /// Whether no node is closed in any lane.
     empty: bool,
     time: T,
 }

@@ -1,16 +1,18 @@
-//! One filament's way through its contact: steps that end on located contact events.
+//! One filament's trajectory through its contact: steps that end on located contact events.
 
+use super::Statistics;
+use super::error::IntegrationError;
 use super::search::{maximise, root};
-use super::system::{Filament, FilamentState, FilamentSystem, integral::COUNT};
+use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, integral::COUNT};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Compiled, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::Tableau;
-use crate::integrate::{IntegrationError, Proposal, SecondOrderSystem, Statistics, StepControl, Stepper, Tolerances};
+use crate::integrate::{Proposal, SecondOrderSystem, StepControl, Stepper, Tolerances};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// An accepted step, for whoever watches the integration.
+/// An accepted step, as observers see it.
 #[derive(Debug)]
 pub struct Step<'a> {
     /// Where it starts.
@@ -70,7 +72,7 @@ impl Step<'_> {
     }
 }
 
-/// More steps than this in one pass are taken for a failure.
+/// More steps than this in one pass count as a failure.
 const MAX_STEPS: usize = 300_000;
 /// Repetitions of a step until its end lies on an event: some by Newton's method, then by bisection to rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
@@ -82,9 +84,8 @@ const INNER_POINTS: usize = 8;
 ///
 /// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
 ///
-/// Between steps, segments that come near a pole of their coordinates are turned over to their other chart: the states
-/// that are shown and returned say which one they are in ([`FilamentState::charts`]). Nodes and energies do not depend
-/// on it.
+/// Between steps, segments that come near a pole of their coordinates are turned over to their other chart. States say
+/// which chart they are in ([`FilamentState::charts`]); nodes and energies do not depend on it.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -97,15 +98,15 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
     mut observe: impl FnMut(&Step<'_>),
 ) -> Result<(FilamentState, Statistics), IntegrationError> {
     let mut trajectory = Trajectory::new(system, start, end_time, tableau, tolerances);
-    let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.pairs());
+    let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.blocks());
     trajectory.finish(system, &mut stepper, &mut observe)?;
     Ok(trajectory.into_end())
 }
 
-/// The way of one filament, advanced by attempts at steps that somebody else makes.
+/// The trajectory of one filament, advanced by steps that the caller attempts.
 ///
-/// [`Trajectory::next_step`] tells which one to make from [`Trajectory::start`], [`Trajectory::conclude`] takes what
-/// became of it.
+/// [`Trajectory::next_step`] gives the step to attempt from [`Trajectory::start`]; [`Trajectory::conclude`] takes its
+/// outcome.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     end_time: f64,
@@ -113,6 +114,8 @@ pub struct Trajectory {
     /// How deep a node may be past its event where a step ends, in m.
     location: f64,
     control: StepControl,
+    contact_events: usize,
+    chart_changes: usize,
     start: FilamentState,
     end: FilamentState,
     start_nodes: Vec<Knot<3>>,
@@ -121,7 +124,7 @@ pub struct Trajectory {
     phase: Phase,
 }
 
-/// What the next attempt is for.
+/// The purpose of the next attempt.
 #[derive(Clone, Copy, Debug)]
 enum Phase {
     /// To advance.
@@ -130,8 +133,8 @@ enum Phase {
     Land(Landing),
 }
 
-/// The search for the step that ends on an event: to within half of the tolerance, or where rounding does not allow
-/// that, on the first instant after it.
+/// The search for the step that ends on an event: within half of the tolerance, or at the first instant after the event
+/// where rounding does not allow that.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     crossing: Crossing,
@@ -152,9 +155,9 @@ impl Trajectory {
         tableau: &Tableau,
         tolerances: Tolerances,
     ) -> Self {
-        let n = system.pairs();
-        let mut control = StepControl::new(tableau, 1e-3 * (end_time - start.time));
-        control.count_chart_changes(start.leave_poles());
+        let n = system.blocks();
+        let control = StepControl::new(tableau, 1e-3 * (end_time - start.time));
+        let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
         let mut start_nodes = vec![none; n];
         system.track(&start, &mut start_nodes);
@@ -164,6 +167,8 @@ impl Trajectory {
             location: system.filament(0).event_tolerance(tolerances.relative, start.time),
             phase: Phase::Advance(control.propose(start.time, end_time)),
             control,
+            contact_events: 0,
+            chart_changes,
             end: start.clone(),
             start,
             end_nodes: start_nodes.clone(),
@@ -189,21 +194,25 @@ impl Trajectory {
         self.tolerances
     }
 
-    /// Where it has ended, and the work done.
+    /// The state in which it has ended, and the work done.
     pub fn into_end(self) -> (FilamentState, Statistics) {
-        (self.start, *self.control.statistics())
+        let statistics = self.statistics();
+        (self.start, statistics)
     }
 
     /// The work done so far.
-    pub fn statistics(&self) -> &Statistics {
-        self.control.statistics()
+    pub fn statistics(&self) -> Statistics {
+        Statistics::new(self.control.work(), self.contact_events, self.chart_changes)
     }
 
     /// The length in s of the step to attempt next; none at the end.
     ///
     /// # Errors
-    /// If there cannot be one.
-    pub fn next_step<T>(&mut self, system: &impl SecondOrderSystem<T, COUNT>) -> Result<Option<f64>, IntegrationError> {
+    /// If no further step is possible.
+    pub fn next_step<M: ClampMotion, W: Workpiece, T: Compiled>(
+        &mut self,
+        system: &FilamentSystem<M, W, T>,
+    ) -> Result<Option<f64>, IntegrationError> {
         if let Phase::Land(landing) = &self.phase {
             return Ok(Some(landing.length));
         }
@@ -211,7 +220,7 @@ impl Trajectory {
         if time >= self.end_time {
             return Ok(None);
         }
-        let steps = self.control.statistics().steps;
+        let steps = self.control.work().steps;
         if steps >= MAX_STEPS {
             return Err(IntegrationError::TooManySteps { steps, time, step: self.control.step() });
         }
@@ -221,7 +230,7 @@ impl Trajectory {
         Ok(Some(proposal.step))
     }
 
-    /// Takes what became of the attempt that [`Trajectory::next_step`] has asked for, made in `lane` of `stepper` and
+    /// Takes the outcome of the attempt that [`Trajectory::next_step`] asked for, made in `lane` of `stepper` and
     /// `system`. Accepted steps are shown to `observe`.
     ///
     /// # Errors
@@ -229,7 +238,7 @@ impl Trajectory {
     pub fn conclude<M: ClampMotion, W: Workpiece, T: Compiled>(
         &mut self,
         lane: usize,
-        stepper: &Stepper<T, COUNT>,
+        stepper: &Stepper<T, COORDINATES, COUNT>,
         system: &mut FilamentSystem<M, W, T>,
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(), IntegrationError> {
@@ -259,10 +268,11 @@ impl Trajectory {
                 crossing
             }
             Phase::Land(landing) => {
-                // A later proposal starts anew, whatever comes of the landing.
+                // Whatever comes of the landing, the next proposal starts anew.
                 if let Err(cause) = outcome {
                     self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
-                    return self.control.retreat(self.start.time, landing.crossing.after, cause);
+                    self.control.retreat(self.start.time, landing.crossing.after, cause)?;
+                    return Ok(());
                 }
                 system.nodes(lane, &mut self.end_nodes);
                 if let Some(next) = self.correct(landing, system.filament(lane)) {
@@ -273,29 +283,29 @@ impl Trajectory {
             }
         };
         self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
-        // A node that is past its event already, because another one ended the last step, switches on the spot.
+        // A node that is already past its event, because another event ended the last step, switches immediately.
         if crossing.is_none_or(|crossing| crossing.after > 0.0) {
             observe(&self.step());
             std::mem::swap(&mut self.start, &mut self.end);
             std::mem::swap(&mut self.start_nodes, &mut self.end_nodes);
-            self.control.count_chart_changes(self.start.leave_poles());
+            self.chart_changes += self.start.leave_poles();
         }
         if let Some(Crossing { node, .. }) = crossing {
             self.closed[node] = !self.closed[node];
             system.set_closed(lane, node, self.closed[node]);
-            self.control.count_event();
+            self.contact_events += 1;
         }
         Ok(())
     }
 
-    /// Goes on alone to the end.
+    /// Integrates alone to the end.
     ///
     /// # Errors
     /// If a step cannot be taken.
     pub fn finish<M: ClampMotion, W: Workpiece>(
         &mut self,
         system: &mut FilamentSystem<M, W>,
-        stepper: &mut Stepper<f64, COUNT>,
+        stepper: &mut Stepper<f64, COORDINATES, COUNT>,
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(), IntegrationError> {
         stepper.set_tolerances(0, self.tolerances);
@@ -318,7 +328,7 @@ impl Trajectory {
         }
     }
 
-    /// The next try after the attempt of `landing`; none if that is near enough to the event.
+    /// The next landing after the attempt of `landing`; none if that was near enough to the event.
     fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
         let Landing { crossing, mut low, mut high, length, attempts } = landing;
         let (node, location) = (crossing.node, self.location);
@@ -375,8 +385,8 @@ fn excess<M: ClampMotion, W: Workpiece>(
     (if closed { -pressing } else { pressing }) - location
 }
 
-/// How far a node may move along the normal of the workpiece in a step of the length `length` (s), in m, by what it does
-/// at `knot`.
+/// How far a node may move along the normal of the workpiece in a step of the length `length` (s), in m, by its motion at
+/// `knot`.
 fn normal_reach<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     knot: &Knot<3>,
@@ -409,8 +419,8 @@ fn first_crossing<M: ClampMotion, W: Workpiece>(
         } else if after > 0.0 {
             1.0
         } else {
-            // The node may cross and come back: only worth a look if it moves that far within the step, first by its speed,
-            // then by what of it is along the normal. (With contact damping its speed alone can make it cross.)
+            // The node may cross and come back. Search for that only if it can move that far within the step: first by its
+            // speed, then by the part along the normal. (With contact damping its speed alone can make it cross.)
             let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
             let gap = -before.max(after);
             let undamped = filament.law.damping == 0.0;

@@ -152,6 +152,8 @@ impl Workpiece for Plane {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_3;
+
     use super::*;
 
     #[test]
@@ -192,7 +194,7 @@ mod tests {
     fn an_arc_goes_from_the_first_touch_to_the_last() {
         let two = |angle: f64| (0.5 - (angle - 3.0).cos()).max(0.2 - (4.0 * (angle - 3.0)).cos().abs());
         let arc = ContactArc::find(two).expect("it touches");
-        assert!((arc.middle - 3.0).abs() < 1e-9 && (arc.angle - 2.0 * 1.047_197_551_2).abs() < 1e-6, "{arc:?}");
+        assert!((arc.middle - 3.0).abs() < 1e-9 && (arc.angle - 2.0 * FRAC_PI_3).abs() < 1e-6, "{arc:?}");
         assert_eq!(ContactArc::find(|_| 1.0), None);
         assert_eq!(ContactArc::find(|_| -1.0), None);
     }

@@ -7,10 +7,12 @@ use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
 use bristle::equations::{Chain, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
 use bristle::integrate::tableau::ESDIRK54;
-use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Statistics, Tolerances};
+use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::{ContactSettings, FilamentSettings};
-use bristle::simulation::{FilamentState, FilamentSystem, Sample, integrate, simulate_with_history};
+use bristle::simulation::{
+    AtPole, FilamentState, FilamentSystem, Sample, Statistics, integrate, simulate_with_history,
+};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
 use bristle_inspect::evaluation::{ChainState, EvaluationError, evaluate};
@@ -300,7 +302,7 @@ impl Motion {
     fn integrate(&self, relative: f64) -> Seen {
         let mut system = self.system();
         let start = self.state(&mut system);
-        let tolerances = Tolerances { relative, angle_scale: 1.0, rate_scale: self.rate_scale };
+        let tolerances = Tolerances { relative, coordinate_scale: 1.0, rate_scale: self.rate_scale };
         let energies = |system: &mut System, state: &FilamentState| {
             let energies = system.energies(state);
             (energies.kinetic, energies.kinetic + energies.spring + energies.gravity)
@@ -484,7 +486,7 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
     let mut start = motion.state(&mut system);
     assert_eq!(start.charts, [PolarAxis::Z]);
     let mut end = start.clone();
-    let tolerances = Tolerances { relative: 1e-6, angle_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances { relative: 1e-6, coordinate_scale: 1.0, rate_scale: 1.0 };
     let mut integrator = Integrator::new(&ESDIRK54, StageSolution::Predicted, tolerances, 1, 0.1);
     let error = loop {
         match integrator.advance(&mut system, &start, &mut end, motion.duration) {
@@ -493,14 +495,14 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
         }
     };
     let IntegrationError::StepTooSmall { cause, time, .. } = error else { panic!("{error:?}") };
-    assert_eq!(cause, RejectionCause::Pole { segment: 1 });
+    assert_eq!(cause, RejectionCause::Refused(AtPole { segment: 1 }));
     assert!((time - (0.35 - POLE)).abs() < 1e-9, "{time}");
     assert!(error.to_string().contains("segment 1 meets a pole"), "{error}");
 
     // Nor can a step start there.
     start.q[0][0] = 0.0;
     let error = integrator.advance(&mut system, &start, &mut end, 1.0).expect_err("a pole");
-    assert!(matches!(error, IntegrationError::Pole { segment: 1, .. }), "{error:?}");
+    assert!(matches!(error, IntegrationError::Refused { reason: AtPole { segment: 1 }, .. }), "{error:?}");
     assert!(error.to_string().contains("segment 1"), "{error}");
 
     // If charts change, the same motion reaches its end.

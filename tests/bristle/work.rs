@@ -1,6 +1,6 @@
 //! Did the work change? Counts of steps, Newton iterations and events of a few passes.
 
-use bristle::integrate::Statistics;
+use bristle::simulation::Statistics;
 use bristle::simulation::simulate;
 
 /// Counts may differ by this fraction between processors, whose sines differ in the last digit.

@@ -1,6 +1,6 @@
 //! LaTeX from the notation of the model: names, formulas and sentences, in ASCII.
 //!
-//! Enters Unicode, which may come from a file; leaves LaTeX that typesets it and does nothing else.
+//! The input is Unicode, which may come from a file. The output is LaTeX that typesets it and does nothing else.
 
 use crate::ir::constant::Constant;
 use crate::ir::notation::{Notation, Written, scientific};
@@ -133,7 +133,7 @@ fn accent(character: char) -> Option<&'static str> {
     find(&ACCENTS, character)
 }
 
-/// True for a combining mark that stands above its letter.
+/// True for a combining mark above its letter.
 pub(crate) fn is_accent(character: char) -> bool {
     accent(character).is_some()
 }
@@ -189,7 +189,7 @@ pub(crate) fn symbol(notation: &str) -> String {
         [single] => character(*single),
         word => {
             let mut words: String = word.iter().collect();
-            // `outer_force` is two words, not one with the other as its subscript.
+            // `outer_force` is two words, not a word with a subscript.
             while let ['_', next @ ..] = rest
                 && let length @ 2.. = next.iter().take_while(|letter| letter.is_ascii_alphabetic()).count()
             {
@@ -284,7 +284,7 @@ pub(crate) fn formula(text: &str) -> String {
     result.trim().into()
 }
 
-/// Words as text: what is no ASCII becomes a formula.
+/// Words as text; what is not ASCII becomes a formula.
 pub(crate) fn words(text: &str) -> String {
     let characters = decomposed(text);
     let mut result = String::new();
@@ -324,7 +324,7 @@ pub(crate) fn words(text: &str) -> String {
     result.replace("-{}", "-\u{0}").replace("-\u{0}-", "-{}-").replace('\u{0}', "")
 }
 
-/// Thousandths of an em that a formula takes on a line, roughly and rather more than less.
+/// The width of a formula on a line, in thousandths of an em. A rough estimate, more often too large than too small.
 pub(crate) fn width(formula: &str) -> usize {
     let mut scales = vec![1000];
     let mut total = 0;
@@ -375,7 +375,7 @@ pub(crate) fn width(formula: &str) -> usize {
 /// Formulas of LaTeX, in ASCII.
 pub(crate) struct Latex;
 
-/// Widest numerator, denominator or radicand, in thousandths of an em: inside of them no line can be broken.
+/// Widest numerator, denominator or radicand, in thousandths of an em: LaTeX breaks no line inside them.
 const MAX_FRACTION: usize = 12_000;
 
 impl Notation for Latex {

@@ -1,4 +1,4 @@
-//! What leaves the engine: kernels as Rust, as JSON, and as mathematics for people to read.
+//! The outputs of the engine: kernels as Rust, as JSON, and as mathematics for people to read.
 
 pub mod json;
 pub(crate) mod latex;

@@ -1,4 +1,4 @@
-//! Rust from expressions: one function a kernel, one named intermediate for each shared operation.
+//! Rust from expressions: one function per kernel, one named intermediate per shared operation.
 //!
 //! Each operation that is used more than once becomes a `let`; the others are built into syntax trees, to which
 //! the printer adds the parentheses that precedence needs. The functions are generic over the scalar type, so
@@ -20,7 +20,7 @@ use crate::ir::unit::Unit;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EmitError {
     /// An output needs a symbol that no input provides.
-    #[error("kernel `{kernel}` uses `{symbol}`, which is none of its inputs")]
+    #[error("kernel `{kernel}` uses `{symbol}`, which is not one of its inputs")]
     UnboundSymbol {
         /// Name of the kernel.
         kernel: String,
@@ -35,15 +35,15 @@ pub enum EmitError {
         /// The constant.
         value: String,
     },
-    /// The expressions cannot be written as JSON, by which they are told apart.
+    /// The expressions cannot be written as JSON, on which their fingerprint is based.
     #[error("the expressions have no fingerprint: {0}")]
     Fingerprint(String),
-    /// The tokens are no Rust: a defect of the emitter.
+    /// The tokens are not valid Rust: a defect of the emitter.
     #[error("the emitted code does not parse: {0}")]
     Syntax(String),
 }
 
-/// How many operations a kernel takes, a shared one counted once.
+/// How many operations a kernel takes; a shared one counts once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OperationCount {
     /// Additions, subtractions and changes of sign.
@@ -73,7 +73,7 @@ impl std::fmt::Display for OperationCount {
     }
 }
 
-/// A function of more operations is not marked to be inlined.
+/// A function of more operations than this is not marked to be inlined.
 const MAX_INLINED_OPERATIONS: usize = 1000;
 
 /// Counts the operations of a kernel.
@@ -105,7 +105,7 @@ fn given(kernel: &Kernel) -> BTreeMap<NodeId, Ident> {
     elements.map(|(name, node)| (*node, format_ident!("{name}"))).collect()
 }
 
-/// What the header of emitted source says about where it comes from.
+/// What the header of emitted source says about its origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Origin<'a> {
     /// What the source computes, in one line.
@@ -128,13 +128,13 @@ fn header(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
     Ok(lines.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect())
 }
 
-/// The Rust source of `kernels`, formatted, below a header that tells its `origin`.
+/// The formatted Rust source of `kernels`, below a header that states its `origin`.
 ///
 /// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's runtime
 /// defines it.
 ///
 /// # Errors
-/// [`EmitError`] says which kernel cannot be written, and why.
+/// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
     let mut functions = String::new();
     for kernel in kernels {
@@ -184,12 +184,12 @@ fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
             #result { #(#values,)* }
         }
     })?;
-    // The last one: a text above the function may read like it.
+    // The last one: the text above the function may contain the same line.
     let (head, tail) = source.rsplit_once("    statements!();\n").expect("the function has a place for its statements");
     Ok([head, &body.statements, tail].concat())
 }
 
-/// The local name of an element; an underscore in front where nothing uses it.
+/// The local name of an element, with an underscore in front if nothing uses it.
 fn local_name(element: &(String, NodeId), uses: &BTreeMap<NodeId, usize>) -> Ident {
     let (name, node) = element;
     if uses.contains_key(node) { format_ident!("{name}") } else { format_ident!("_{name}") }
@@ -235,7 +235,7 @@ fn field(output: &Output) -> TokenStream {
     }
 }
 
-/// So many statements are formatted at a time: their syntax trees are a hundred times larger than their text.
+/// How many statements are formatted at a time: their syntax trees are a hundred times larger than their text.
 const STATEMENTS_AT_A_TIME: usize = 4096;
 
 /// The statements of a function, and the expressions of the nodes that they make available to its result.
@@ -271,7 +271,7 @@ impl Body {
             let node = kernel.graph.node(id);
             let expression = body.operation(kernel, node)?;
             for operand in computed_operands(node) {
-                // What is not used again is not kept.
+                // Expressions are dropped after their last use.
                 let left = uses.get_mut(&operand).expect("every operand is counted");
                 *left -= 1;
                 if *left == 0 {
@@ -279,7 +279,7 @@ impl Body {
                 }
             }
             let depth = 1 + computed_operands(node).filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
-            // A power repeats its base and a constant is as short as a name.
+            // A power repeats its base, and a constant is as short as a name.
             let shared = body.uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
             if shared && !matches!(node, Node::Constant(_)) {
                 let name = format_ident!("t{names}");
@@ -349,7 +349,7 @@ impl Body {
 fn format_statements(statements: &[TokenStream]) -> Result<String, EmitError> {
     let function = format(quote!(fn body() { #(#statements)* }))?;
     let mut lines: Vec<&str> = function.lines().collect();
-    // Without the function around them; an empty one is a single line.
+    // Without the enclosing function; an empty one is a single line.
     lines.pop();
     Ok(lines.iter().skip(1).map(|line| format!("{line}\n")).collect())
 }
@@ -372,7 +372,7 @@ fn binary(left: &syn::Expr, operator: syn::BinOp, right: &syn::Expr) -> syn::Exp
 
 fn negative(operand: &syn::Expr) -> syn::Expr {
     let expr = match operand {
-        // Without brackets the compiler warns of what other languages read as a decrement.
+        // Without parentheses the compiler warns about `--`, a decrement in other languages.
         syn::Expr::Unary(_) => Box::new(syn::Expr::Paren(syn::ExprParen {
             attrs: Vec::new(),
             paren_token: Default::default(),
@@ -405,7 +405,7 @@ fn constant_expression(value: f64) -> syn::Expr {
     }
 }
 
-/// An integer power but the zeroth as multiplications: exact, and faster than `powi`.
+/// A nonzero integer power as multiplications: exact, and faster than `powi`.
 fn power(base: &syn::Expr, exponent: i32) -> syn::Expr {
     let times = syn::parse_quote!(*);
     let product = (1..exponent.unsigned_abs()).fold(base.clone(), |product, _| binary(&product, times, base));

@@ -1,15 +1,15 @@
-//! Constants of the expression graph: exact rationals as long as they fit, `f64` where they do not.
+//! Constants of the expression graph: exact rationals where they fit, `f64` where they do not.
 
 use num_rational::Ratio;
 use num_traits::{CheckedAdd, CheckedMul, One, ToPrimitive, Zero};
 
 /// An exact rational number, or an `f64`.
 ///
-/// Arithmetic between rationals is exact; where a numerator or denominator would leave `i64`, or an operand is
-/// a float, the result is a float. A float is never turned into a rational.
+/// Arithmetic between rationals is exact; where a numerator or denominator would overflow `i64`, or an operand
+/// is a float, the result is a float. A float is never turned into a rational.
 #[derive(Clone, Copy, Debug)]
 pub enum Constant {
-    /// An exact value; in a valid graph its numerator is not `i64::MIN`, which has no opposite.
+    /// An exact value; in a valid graph its numerator is not `i64::MIN`, which has no negative.
     Rational(Ratio<i64>),
     /// A value in double precision; finite in a valid graph.
     Float(f64),
@@ -52,7 +52,7 @@ impl Constant {
         Self::Rational(Ratio::new(numerator, denominator))
     }
 
-    /// A rational whose opposite and inverse are rational too.
+    /// A rational whose negative and inverse are rational too.
     fn exact(value: Ratio<i64>) -> Option<Self> {
         (*value.numer() != i64::MIN).then_some(Self::Rational(value))
     }
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(Constant::from(0).powi(-1), None);
         let product = Constant::from(i64::MAX) * Constant::from(2);
         assert_eq!(product, Constant::Float(i64::MAX as f64 * 2.0));
-        // The least integer fits but has no opposite.
+        // The least integer fits but has no negative.
         let least = Constant::from(-(1 << 62)) * Constant::from(2);
         assert_eq!(least, Constant::Float(i64::MIN as f64));
         assert_eq!(Constant::from(i64::MIN), least);

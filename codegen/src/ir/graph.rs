@@ -14,7 +14,7 @@ use crate::ir::unit::Unit;
 pub struct NodeId(u32);
 
 impl NodeId {
-    /// The position in the arena.
+    /// The position in [`Graph::nodes`].
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -141,8 +141,8 @@ pub enum GraphError {
         /// The constant.
         value: String,
     },
-    /// A symbol has no entry in the table, or its name is taken or no identifier.
-    #[error("symbol {symbol} ({name:?}) is missing, doubled, or no identifier")]
+    /// A symbol has no entry in the table, or its name is taken or not an identifier.
+    #[error("symbol {symbol} ({name:?}) is missing, duplicated, or not an identifier")]
     BadSymbol {
         /// Index of the symbol.
         symbol: usize,
@@ -154,7 +154,7 @@ pub enum GraphError {
     UndefinedOrder {
         /// Index of the node.
         node: usize,
-        /// The derivative asked for.
+        /// The requested derivative.
         order: u8,
     },
 }
@@ -249,7 +249,7 @@ impl Graph {
         self.intern(node)
     }
 
-    /// The symbol `name`, written `notation`, in `unit`; the one that exists if the name is known.
+    /// The symbol `name`, written `notation`, in `unit`; the existing one if the name is known.
     pub fn symbol(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
         if let Some(&id) = self.by_name.get(name) {
             return id;
@@ -283,7 +283,7 @@ impl Graph {
         graph
     }
 
-    /// A graph of the same symbols and of what `outputs` need, and the outputs in it.
+    /// A graph with the same symbols and only what `outputs` need, and the outputs in it.
     pub fn extract(&self, outputs: &[NodeId]) -> (Self, Vec<NodeId>) {
         let mut graph = self.with_same_symbols();
         let mut ids: HashMap<NodeId, NodeId> = HashMap::new();
@@ -422,7 +422,7 @@ impl Graph {
     /// Checks the invariants.
     ///
     /// # Errors
-    /// The first that does not hold.
+    /// The first invariant that does not hold.
     pub fn validate(&self) -> Result<(), GraphError> {
         let mut seen = HashMap::new();
         for id in self.ids() {
@@ -461,7 +461,7 @@ impl Graph {
     /// A node that its symbols make undefined (a division by zero) is NaN or infinite.
     ///
     /// # Panics
-    /// If `symbols` has not one value for each symbol.
+    /// If `symbols` does not have one value per symbol.
     pub fn evaluate(&self, symbols: &[f64]) -> Vec<f64> {
         assert_eq!(symbols.len(), self.symbols.len(), "one value for each symbol");
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());

@@ -10,9 +10,9 @@ use crate::ir::unit::Unit;
 pub struct Kernel {
     /// Name of the function; the type of its result is the same in camel case.
     pub name: String,
-    /// What it computes, in the words and symbols of the model. Several lines.
+    /// What it computes, in the words and symbols of the model. May have several lines.
     pub summary: String,
-    /// Where the expressions live.
+    /// The graph that holds the expressions.
     pub graph: Graph,
     /// The arguments, in order.
     pub inputs: Vec<Input>,
@@ -26,7 +26,7 @@ impl Kernel {
         output_nodes(&self.outputs)
     }
 
-    /// The nodes that the outputs need and that the inputs do not give, operands before users.
+    /// The nodes that the outputs need and the inputs do not give, operands before users.
     pub fn computed(&self) -> Vec<NodeId> {
         let elements = self.inputs.iter().flat_map(|input| &input.elements);
         let given: HashSet<NodeId> = elements.map(|&(_, node)| node).collect();
@@ -46,7 +46,7 @@ impl Kernel {
     }
 }
 
-/// The operands whose values an operation needs: all but the base of a zeroth power.
+/// The operands whose values an operation needs: all except the base of a zeroth power.
 pub(crate) fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
     node.operands().filter(move |_| !matches!(node, Node::Powi(_, 0)))
 }
@@ -81,7 +81,7 @@ impl Input {
 pub enum Shape {
     /// One value.
     Scalar,
-    /// So many values.
+    /// This many values.
     Vector(usize),
     /// Rows, columns; stored by rows.
     Matrix(usize, usize),

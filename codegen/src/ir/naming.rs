@@ -9,7 +9,7 @@ pub(crate) fn camel_case(name: &str) -> String {
     name.split('_').map(capitalise).collect()
 }
 
-/// A name or text of the file for a message: one short line that shows every character.
+/// [`shown`], for a name or a short text.
 pub(crate) fn shortened(text: &str) -> String {
     shown(text, 40)
 }
@@ -30,8 +30,8 @@ pub(crate) fn shown(text: &str, most: usize) -> String {
     shown
 }
 
-/// Controls, and characters that change how others are shown: a reader of emitted code must see what is there,
-/// and the compiler refuses some of them in comments.
+/// True for control characters and those that change how others are shown. A reader of emitted code must see what is
+/// there, and the compiler refuses some of them in comments.
 pub(crate) fn is_invisible(letter: char) -> bool {
     letter.is_control()
         || matches!(letter,

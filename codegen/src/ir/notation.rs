@@ -1,11 +1,11 @@
-//! How the parts of an expression are written: as text, or in LaTeX.
+//! How the parts of an expression are written, and how they are written as plain text.
 
 use crate::ir::constant::Constant;
 use crate::ir::unit::superscript;
 
 /// Binding strengths.
 pub(crate) const SUM: u8 = 1;
-/// With a stroke: beside another factor it would leave open what stands below.
+/// A fraction with a slash: next to another factor, its denominator would be ambiguous.
 pub(crate) const QUOTIENT: u8 = 2;
 pub(crate) const PRODUCT: u8 = 3;
 pub(crate) const POWER: u8 = 4;
@@ -29,9 +29,9 @@ impl Written {
     }
 }
 
-/// A way of writing mathematics. Sums, products and parentheses are built by the printer from these parts.
+/// A way of writing mathematics. The writer builds sums, products and parentheses from these parts.
 ///
-/// A sign between terms has a space on each side: there lines are broken.
+/// A sign between terms has a space on each side, where lines can be broken.
 pub(crate) trait Notation {
     /// The sign of a difference.
     fn minus(&self) -> char;
@@ -43,15 +43,15 @@ pub(crate) trait Notation {
     fn element(&self, array: &str, indices: &[String]) -> String;
     /// A quotient with a horizontal line, if there is one that fits.
     fn fraction(&self, above: &Written, below: &Written) -> Option<String>;
-    /// A power of something that binds as strongly.
+    /// A power of a base that is an atom or in parentheses.
     fn raised(&self, base: &str, exponent: i32) -> String;
     /// The square root.
     fn root(&self, argument: &str) -> String;
     /// The name of a function, to a power other than one.
     fn function(&self, name: &str, exponent: i32) -> String;
-    /// The name of `S` or a derivative of it.
+    /// The name of `S` or of one of its derivatives.
     fn half_angle_squared(&self, order: u8) -> String;
-    /// How much room a piece takes.
+    /// The width of a piece, in the unit of the notation.
     fn width(&self, text: &str) -> usize;
 }
 

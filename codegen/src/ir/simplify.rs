@@ -38,7 +38,7 @@ pub const RULES: &[Rule] = &[
     Rule {
         name: "mul-unit",
         statement: "0 a → 0, 1 a → a, −1 a → −a, a/1 → a, 0/a → 0",
-        domain: "a finite, a ≠ 0 below a stroke",
+        domain: "a finite, a ≠ 0 as a divisor",
         apply: mul_unit,
     },
     Rule {

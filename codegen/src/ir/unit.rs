@@ -1,24 +1,24 @@
-//! Units of symbols and outputs, and the SI dimensions that they stand for.
+//! Units of symbols and outputs, and their SI dimensions.
 
 use std::fmt::{self, Display, Formatter};
 
-/// The units that quantities of the model are given in, in the order in which they are written.
+/// The base units, in the order in which they are written.
 const NAMES: [&str; 7] = ["kg", "N", "J", "W", "m", "rad", "s"];
 
 /// Mass, length and time exponents of each of [`NAMES`]; a radian is a number.
 const DIMENSIONS: [[i32; 3]; 7] = [[1, 0, 0], [1, 1, -2], [1, 2, -2], [1, 2, -3], [0, 1, 0], [0, 0, 0], [0, 0, 1]];
 
-/// Largest size of an exponent in a unit that is read.
+/// Largest magnitude of an exponent in a unit that is read.
 const MAX_EXPONENT: i8 = 9;
 
 /// A unit: a product of powers of kg, N, J, W, m, rad and s.
 ///
-/// Displayed as it is written in print (`kg m²`, `rad/s`); [`Unit::code`] is the form of files (`rad s^-1`).
+/// `Display` writes it as in print (`kg m²`, `rad/s`); [`Unit::code`] writes the form of files (`rad s^-1`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit([i8; 7]);
 
 impl Unit {
-    /// No unit: a number.
+    /// The unit of a number.
     pub const ONE: Self = Self([0; 7]);
     /// kg
     pub const KILOGRAM: Self = Self([1, 0, 0, 0, 0, 0, 0]);
@@ -132,25 +132,25 @@ impl Display for Unit {
 pub struct Dimension([i32; 3]);
 
 impl Dimension {
-    /// That of a number.
+    /// The dimension of a number.
     pub const NONE: Self = Self([0; 3]);
 
-    /// That of a product.
+    /// The dimension of a product; none if an exponent overflows `i32`.
     pub fn times(self, other: Self) -> Option<Self> {
         self.combine(other, i32::checked_add)
     }
 
-    /// That of a quotient.
+    /// The dimension of a quotient; none if an exponent overflows `i32`.
     pub fn per(self, other: Self) -> Option<Self> {
         self.combine(other, i32::checked_sub)
     }
 
-    /// That of a power; none if its exponents leave `i32`.
+    /// The dimension of a power; none if an exponent overflows `i32`.
     pub fn powi(self, exponent: i32) -> Option<Self> {
         self.combine(Self([exponent; 3]), i32::checked_mul)
     }
 
-    /// That of a square root; none if there is no such dimension.
+    /// The dimension of a square root; none if an exponent is odd.
     pub fn sqrt(self) -> Option<Self> {
         self.0.iter().all(|exponent| exponent % 2 == 0).then(|| Self(self.0.map(|exponent| exponent / 2)))
     }
@@ -178,7 +178,7 @@ impl Display for Dimension {
     }
 }
 
-/// `number` in raised digits.
+/// `number` in superscript digits.
 pub(crate) fn superscript(number: i32) -> String {
     let digit = |character| match character {
         '-' => '⁻',

@@ -22,7 +22,7 @@ impl<'a> Writer<'a> {
         Self { graph, notation, names: vec![String::new(); graph.nodes().len()] }
     }
 
-    /// From now on `id` is written as `name`.
+    /// Writes `id` as `name` from now on.
     pub(crate) fn set_name(&mut self, id: NodeId, name: String) {
         self.names[id.index()] = name;
     }
@@ -87,7 +87,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The terms with their signs. Without recursion: a sum can have more terms than the stack has room for.
+    /// The terms with their signs. Without recursion, because a sum can have more terms than fit on the stack.
     fn sum(&self, top: NodeId) -> String {
         let mut text = String::new();
         let mut pending = vec![(top, false)];
@@ -158,7 +158,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A positive power of a sine or cosine has its exponent at the name; `sin⁻¹` would be read as an arc sine.
+    /// A positive power of a sine or cosine has its exponent after the name; `sin⁻¹` would be read as an arc sine.
     fn power(&self, base: NodeId, exponent: i32) -> String {
         match self.graph.node(base) {
             Node::Sin(argument) if exponent > 0 && !self.is_named(base) => self.function("sin", exponent, argument),
@@ -168,11 +168,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Operations of an [`excerpt`] below this depth are left out, and characters beyond this number.
+/// An [`excerpt`] leaves out operations below this depth and characters beyond this number.
 const EXCERPT_DEPTH: usize = 5;
 const EXCERPT_LENGTH: usize = 120;
 
-/// The outer operations of `id` as text, for messages; an ellipsis stands for what is left out.
+/// The outer operations of `id` as text, for messages; an ellipsis marks what is left out.
 pub(crate) fn excerpt(graph: &Graph, id: NodeId) -> String {
     let mut copy = Graph::raw();
     let top = copy_levels(graph, id, &mut copy, EXCERPT_DEPTH);

@@ -3,7 +3,7 @@
 //! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J` about their
 //! centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section 2). Segment `k` points
 //! along `e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`.
-//! Every energy is a sum over segments or joints, stated here once: the whole equations of a chain and the
+//! Every energy is a sum over segments or joints and is stated here once. The whole equations of a chain and the
 //! kernels of one segment or joint are derived from the same functions.
 
 use std::collections::BTreeMap;
@@ -12,17 +12,17 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::unit::Unit;
 use crate::passes::calculus::directional_derivative;
 
-/// Of a joint's stiffness.
+/// Unit of a joint's stiffness.
 pub const STIFFNESS: Unit = Unit::NEWTON.times(Unit::METRE);
-/// Of a joint's damping.
+/// Unit of a joint's damping.
 pub const DAMPING: Unit = STIFFNESS.times(Unit::SECOND);
-/// Of a point.
+/// Unit of the velocity of a point.
 pub const VELOCITY: Unit = Unit::METRE.per(Unit::SECOND);
-/// Of a point.
+/// Unit of the acceleration of a point.
 pub const ACCELERATION: Unit = VELOCITY.per(Unit::SECOND);
-/// Of an angle.
+/// Unit of the rate of an angle.
 pub const ANGULAR_RATE: Unit = Unit::RADIAN.per(Unit::SECOND);
-/// Of a rod about its centre.
+/// Unit of a moment of inertia.
 pub const INERTIA: Unit = Unit::KILOGRAM.times(Unit::METRE.powi(2));
 
 /// A vector in the inertial frame.

@@ -1,4 +1,4 @@
-//! The derivatives of one segment and of one joint: what the solver's O(n) loops are made of.
+//! The derivatives of one segment and of one joint, over which the solver loops in O(n).
 //!
 //! A segment is seen from its inner end `x`: its coordinates are `(x, φ, θ)`, and Lagrange's equations for them
 //! give the force `p` that must act at `x` and the torques `τ` that must act on `(φ, θ)`:
@@ -11,7 +11,7 @@
 //! to the two segments that it connects. Tangents are derivatives along `q̈`, with the coordinates and rates
 //! following it as an implicit step does: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
 //!
-//! The sines and cosines of the coordinates are inputs of the kernels, so that each is computed once a segment.
+//! The sines and cosines of the coordinates are inputs of the kernels, so that the solver computes each once per segment.
 
 use std::collections::BTreeMap;
 
@@ -26,14 +26,14 @@ use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
 
-/// Of a joint's torque.
+/// Unit of a joint's torque.
 const TORQUE: Unit = Unit::NEWTON.times(Unit::METRE);
-/// Of a joint's torque by an angular acceleration.
+/// Unit of the derivative of a torque with respect to an angular acceleration.
 const TORQUE_SLOPE: Unit = TORQUE.times(Unit::SECOND.powi(2));
-/// Of a force by an angular acceleration.
+/// Unit of the derivative of a force with respect to an angular acceleration.
 const MASS_LENGTH: Unit = Unit::KILOGRAM.times(Unit::METRE);
 
-/// All kernels, in the order in which the solver meets them.
+/// All kernels, in the order in which the solver uses them.
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
@@ -54,7 +54,7 @@ pub fn kernels() -> Result<Vec<Kernel>, DimensionError> {
     derivations.into_iter().map(|derive| derive()).collect()
 }
 
-/// Derived expressions under their names, before simplification.
+/// Derived expressions with their names, before simplification.
 struct Derivation {
     graph: Graph,
     outputs: Vec<Output>,
@@ -284,7 +284,7 @@ fn segment_energy() -> Result<Kernel, DimensionError> {
     })
 }
 
-/// Turns a vector of a segment as [`Segment`] states it to the segment's polar axis.
+/// Rotates a vector from the polar axis `z`, for which [`Segment`] states it, to the polar axis of the segment.
 type Turn = fn(Vec3) -> Vec3;
 
 /// A joint between two directions and the segments whose coordinates it acts on.
@@ -311,7 +311,7 @@ impl Joint {
         Self::new(&[("next", along_z)])
     }
 
-    /// The labels of the segments, each with the function that turns its vectors to its polar axis.
+    /// The labels of the segments, each with the rotation of its vectors to its polar axis.
     fn new(labels: &[(&str, Turn)]) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
@@ -369,7 +369,7 @@ fn along_x([x, y, z]: Vec3) -> Vec3 {
     [z, x, y]
 }
 
-/// The 4 × 4 tangent of a joint as its 2 × 2 blocks, row by row, under their names and descriptions.
+/// The 2 × 2 blocks of the 4 × 4 tangent of a joint, row by row, with their names and descriptions.
 fn tangent_blocks(rows: &[Vec<NodeId>], blocks: [(&str, &str); 4]) -> Vec<Output> {
     let block = |(i, (name, doc)): (usize, (&str, &str))| {
         let (row, column) = (2 * (i / 2), 2 * (i % 2));
@@ -386,8 +386,8 @@ fn joint_constants(graph: &Graph) -> Vec<Input> {
     ]
 }
 
-/// Inputs of a joint between two segments; the azimuths enter by their difference only, because the energies
-/// do not change when both sides turn about `z`.
+/// Inputs of a joint between two segments. Only the difference of the azimuths enters, because the energies do not
+/// change when both sides turn about `z`.
 fn joint_inputs(graph: &mut Graph) -> Vec<Input> {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
     let azimuth_step = graph.sub(previous.theta, next.theta);

@@ -12,7 +12,7 @@ use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 /// Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1, θ1, …, φn, θn`.
 #[derive(Clone, Debug)]
 pub struct WholeEquations {
-    /// Where the expressions live.
+    /// The graph that holds the expressions.
     pub graph: Graph,
     /// The constants.
     pub parameters: Parameters,
@@ -98,8 +98,7 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
     }
 }
 
-/// How everything that varies moves while `q̈ = 0`: what remains of `d/dt` depends on `q`, `q̇` and the motion of the
-/// clamp.
+/// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and the motion of the clamp.
 fn free_motion(segments: &[Segment], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
     let coordinates = segments.iter().flat_map(Segment::coordinates);
     let mut motion: BTreeMap<NodeId, NodeId> = coordinates.zip(segments.iter().flat_map(Segment::rates)).collect();
@@ -150,7 +149,7 @@ mod tests {
 
     #[test]
     fn the_parts_sum_to_the_force() {
-        // Sums of some tens of terms of size one.
+        // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
         let mut whole = whole_equations(3);
         let parts = whole.parts();

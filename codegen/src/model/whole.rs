@@ -1,4 +1,4 @@
-//! The whole equations of a chain under names, ready to be printed, emitted or exchanged.
+//! The whole equations of a chain as named kernels, ready to be printed, emitted or exchanged.
 
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
@@ -8,7 +8,7 @@ use crate::model::lagrange::{WholeEquations, whole_equations};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
 
-/// What the whole equations are wanted for.
+/// What the whole equations are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Sums of products, collected by the constants of the model.
@@ -19,7 +19,7 @@ pub enum Purpose {
 
 /// The functions `mass_matrix`, `force` and `energies` of a chain of `segments` segments.
 ///
-/// Each takes all inputs, so that they are called alike.
+/// Each takes all inputs, so that all are called in the same way.
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
@@ -90,7 +90,7 @@ fn kernel(
     Ok(Kernel { name: name.into(), summary, graph, inputs, outputs })
 }
 
-/// The arguments; each function takes all of them, so that they are called alike.
+/// The arguments, the same for each function.
 fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
     let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
         let names = symbols.into_iter().filter_map(|symbol| whole.graph.symbol_name(symbol));

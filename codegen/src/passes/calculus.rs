@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, Node, NodeId};
 
-/// The derivatives of `node` with respect to its operands, in their order.
+/// The derivatives of node `id` with respect to its operands, in their order.
 fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
     let one = graph.integer(1);
     match graph.node(id) {
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
     use crate::ir::unit::Unit;
 
-    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` has every operator by itself.
+    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` tests every operator alone.
     fn example(graph: &mut Graph) -> (NodeId, [NodeId; 2]) {
         let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
         let product = graph.mul(x, y);

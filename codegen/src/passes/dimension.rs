@@ -1,17 +1,17 @@
-//! Checks of SI dimensions: a sum has terms of one kind, a function takes a number, an output has its unit.
+//! Checks of SI dimensions: the terms of a sum have the same dimension, a function takes a number, an output has its unit.
 //!
-//! Enters an expression graph whose symbols carry units; leaves nothing, or the first term that makes no sense.
+//! The symbols of the graph carry units. The result is nothing, or the first inconsistent term.
 
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Output, output_nodes};
 use crate::ir::unit::Dimension;
 use crate::ir::writer::excerpt;
 
-/// A term that makes no physical sense.
+/// A term with inconsistent dimensions.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DimensionError {
     /// Terms of different dimensions are added, subtracted or compared.
-    #[error("`{left_term}` is {left} and `{right_term}` is {right}: they cannot meet in `{term}`")]
+    #[error("`{left_term}` is {left} and `{right_term}` is {right}: they cannot be combined in `{term}`")]
     Mismatch {
         /// The sum.
         term: String,
@@ -34,15 +34,15 @@ pub enum DimensionError {
         /// Dimension of the argument.
         dimension: Dimension,
     },
-    /// A power or root leaves the whole exponents.
-    #[error("`{term}` has no dimension with whole exponents, for its operand is {dimension}")]
+    /// A power or root has no dimension with whole exponents.
+    #[error("`{term}` has no dimension with whole exponents: its operand is {dimension}")]
     Power {
         /// The term.
         term: String,
         /// Dimension of its operand.
         dimension: Dimension,
     },
-    /// An output is not what its unit says.
+    /// An output does not have the dimension of its unit.
     #[error("output `{output}` is stated in {unit} but is {dimension}: `{term}`")]
     Output {
         /// Name of the output.
@@ -56,10 +56,10 @@ pub enum DimensionError {
     },
 }
 
-/// Checks all that `outputs` need, and their units.
+/// Checks everything that `outputs` need, and their units.
 ///
 /// # Errors
-/// The first term that makes no sense, operands before users.
+/// The first inconsistent term, operands before users.
 pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
     let needed = graph.reachable(&output_nodes(outputs));
     let mut dimensions: Vec<Option<Dimension>> = vec![None; needed.last().map_or(0, |last| last.index() + 1)];
@@ -80,7 +80,7 @@ pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
     Ok(())
 }
 
-/// The dimension of a node; none for zero, which has any.
+/// The dimension of a node; none for zero, which has every dimension.
 fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Result<Option<Dimension>, DimensionError> {
     let of = |operand: NodeId| dimensions[operand.index()];
     let number = |argument: NodeId| match of(argument) {
@@ -156,7 +156,7 @@ mod tests {
             let sum = graph.add(length, angle);
             graph.mul(sine, sum)
         });
-        assert_eq!(text, "`h` is m and `φ1` is a number: they cannot meet in `h + φ1`");
+        assert_eq!(text, "`h` is m and `φ1` is a number: they cannot be combined in `h + φ1`");
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
         let text = message(|graph, length, _| graph.sin(length));
         assert_eq!(text, "`h` is m, but `sin h` is defined for numbers only");
         let text = message(|graph, length, _| graph.sqrt(length));
-        assert_eq!(text, "`√(h)` has no dimension with whole exponents, for its operand is m");
+        assert_eq!(text, "`√(h)` has no dimension with whole exponents: its operand is m");
         let text = message(|graph, length, _| (0..40).fold(length, |power, _| graph.powi(power, 8)));
         assert!(text.contains("whole exponents"), "{text}");
         let text = message(|graph, length, angle| graph.mul(length, angle));

@@ -1,4 +1,4 @@
-//! Functions from expressions to expressions, and a check of them. They know nothing of filaments.
+//! Transformations and checks of expressions, which know nothing about filaments.
 
 pub mod calculus;
 pub mod dimension;

@@ -13,12 +13,12 @@ pub enum Style<'a> {
     /// For readers: every product is multiplied out, and the terms are collected by their powers of these symbols
     /// of the source (the constants of the model) and of `S`.
     Collected(&'a [NodeId]),
-    /// For computing: a product is multiplied out only where the sum, once reduced, costs no more operations, and
-    /// frequent factors are taken out.
+    /// For computing: a product is multiplied out only where the reduced sum costs no more operations, and frequent
+    /// factors are taken out.
     Cheap,
 }
 
-/// Beyond this many terms [`Style::Cheap`] gives up on an expanded form.
+/// Beyond this many terms [`Style::Cheap`] discards an expanded form.
 const MAX_SPECULATIVE_TERMS: usize = 96;
 
 /// A product of powers of atoms, sorted by atom.
@@ -35,7 +35,7 @@ pub struct SumRule {
     pub statement: &'static str,
     /// Where it holds.
     pub domain: &'static str,
-    /// Given one term, the pair to look for and what the two become.
+    /// Given one term, finds its partner and what the two become.
     apply: fn(&mut Graph, &Sum, &Monomial) -> Option<Rewrite>,
 }
 
@@ -78,7 +78,7 @@ pub const SUM_RULES: &[SumRule] = &[
 fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
     let mut product = Monomial::with_capacity(a.len() + b.len());
     let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
-    // Both are sorted by atom; so is what is merged of them.
+    // Both are sorted by atom, and merging keeps the order.
     while let (Some(&x), Some(&y)) = (a.peek(), b.peek()) {
         let factor = match x.0.cmp(&y.0) {
             Ordering::Less => a.next(),
@@ -120,7 +120,7 @@ fn scale(sum: &Sum, factor: Constant) -> Sum {
     sum.iter().map(|(monomial, &coefficient)| (monomial.clone(), coefficient * factor)).collect()
 }
 
-/// The arguments of the factors `cos x` of a monomial that stand there at least `least` times.
+/// The factors `cos x` of a monomial with an exponent of at least `least`, each with its argument.
 fn cosines(graph: &Graph, monomial: &Monomial, least: i32) -> Vec<(NodeId, NodeId)> {
     trigonometric(graph, monomial, least, |node| match node {
         Node::Cos(x) => Some(x),
@@ -161,7 +161,7 @@ fn pythagoras(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> 
     None
 }
 
-/// `x − y` in a fixed order, and whether that is the negative of what was asked for.
+/// `x − y` or `y − x`, in a fixed order, and whether it is `y − x`.
 fn difference(graph: &mut Graph, x: NodeId, y: NodeId) -> (NodeId, bool) {
     if x < y { (graph.sub(x, y), false) } else { (graph.sub(y, x), true) }
 }
@@ -217,8 +217,7 @@ fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<R
 
 /// Applies [`SUM_RULES`] until none applies to a term of `pending`.
 ///
-/// The rules find a pair from either of its terms, so that terms which cannot have come to match need not be
-/// looked at.
+/// The rules find a pair from either of its terms, so that terms without a new partner need not be visited.
 fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> Sum {
     while let Some(term) = pending.pop_first() {
         if !sum.contains_key(&term) {
@@ -313,7 +312,7 @@ struct Normaliser {
     graph: Graph,
     /// The symbols to collect by, in the form for readers.
     collected: Option<BTreeSet<NodeId>>,
-    /// Operations to compute an atom that stands for a sum.
+    /// Number of operations to compute each atom that represents a sum.
     costs: BTreeMap<NodeId, usize>,
 }
 
@@ -421,7 +420,7 @@ impl Normaliser {
         Form { compact, expanded }
     }
 
-    /// Additions and multiplications, counting each atom that stands for a sum once.
+    /// Additions and multiplications; each atom that represents a sum counts once.
     fn cost(&self, sum: &Sum) -> usize {
         let mut atoms = BTreeSet::new();
         let mut operations = sum.len().saturating_sub(1);
@@ -553,7 +552,7 @@ fn collect(graph: &Graph, symbols: &BTreeSet<NodeId>, sum: &Sum) -> BTreeMap<Mon
     groups
 }
 
-/// What all terms share.
+/// The factor that all terms share.
 fn common_factor(sum: &Sum) -> Monomial {
     let mut terms = sum.keys();
     let first = terms.next().cloned().unwrap_or_default();
@@ -564,7 +563,7 @@ fn common_factor(sum: &Sum) -> Monomial {
     shared.into_iter().filter(|&(_, exponent)| exponent > 0).collect()
 }
 
-/// The size that all coefficients share, if it is not one.
+/// The magnitude that all coefficients share, if it is not one.
 fn common_magnitude(sum: &Sum) -> Option<Constant> {
     let magnitude = |coefficient: Constant| if coefficient.is_negative() { -coefficient } else { coefficient };
     let mut magnitudes = sum.values().map(|&coefficient| magnitude(coefficient));
@@ -572,7 +571,7 @@ fn common_magnitude(sum: &Sum) -> Option<Constant> {
     (!first.is_one() && magnitudes.all(|other| other == first)).then_some(first)
 }
 
-/// The atom that stands in most terms, if it stands in more than one; the oldest among equals.
+/// The atom that occurs in most terms, if it occurs in more than one; the oldest among equals.
 fn frequent_factor(sum: &Sum) -> Option<NodeId> {
     let mut counts: BTreeMap<NodeId, usize> = BTreeMap::new();
     for monomial in sum.keys() {
@@ -600,7 +599,7 @@ mod tests {
         sum.iter().map(term).sum()
     }
 
-    /// Each identity on sums that it is for, with other terms beside, at random values.
+    /// Each identity on sums to which it applies, with other terms among them, at random values.
     #[test]
     fn every_sum_rule_fires_and_keeps_the_value() {
         let mut rng = Rng::with_seed(5);

@@ -1,6 +1,6 @@
-//! Is it right? The built-in derivation against those of other engines, whose graphs are committed.
+//! Is it right? The built-in derivation agrees with those of other engines, whose graphs are committed.
 //!
-//! `derivations/README.md` tells how the graphs were made and how to make them again.
+//! `derivations/README.md` says how the graphs were made and how to make them again.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
-/// States at which each pair of derivations is compared.
+/// Number of states at which each pair of derivations is compared.
 const STATES: usize = 1000;
 
 fn committed(name: &str) -> GraphFile {

@@ -1,7 +1,7 @@
 //! Did the work change? Upper limits for what the derivation may cost at run time and the emitted source at build time.
 //!
-//! The snapshots of `golden.rs` show every change; these limits say which changes are too many. Times are measured by
-//! `cargo bench --bench speed -- derivation`, not here.
+//! The snapshots of `golden.rs` show every change; these limits say how much is too much. `cargo bench --bench speed -- derivation` measures
+//! times, not this test.
 
 use bristle_codegen::back::rust::{Origin, count_operations, emit};
 use bristle_codegen::model::kernels::kernels;
@@ -10,7 +10,7 @@ use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
 const ORIGIN: Origin<'_> = Origin { title: "A test.", maker: "a test", again: "cargo test" };
 
-/// Operations of a kernel: what it had when the limit was set, and a tenth more.
+/// Operations of each kernel: the number when the limit was set, plus a tenth.
 const OPERATIONS: [(&str, usize); 11] = [
     ("segment", 92),
     ("segment_tangent", 231),
@@ -25,17 +25,17 @@ const OPERATIONS: [(&str, usize); 11] = [
     ("crossed_joint_tangent", 567),
 ];
 
-/// Bytes of the emitted kernels. The compiler takes time in proportion.
+/// Bytes of the emitted kernels. Compile time is proportional to them.
 const KERNEL_BYTES: usize = 56_000;
 
-/// Operations of the whole equations of n segments that are computed: M takes O(n²), f and the energies O(n).
+/// Operations of the whole equations of n segments in the form for computing: M takes O(n²), f and the energies O(n).
 const WHOLE: [(usize, [usize; 3]); 2] = [(5, [960, 1_220, 530]), (25, [20_700, 6_200, 2_640])];
 
 /// Bytes of the emitted whole equations for 25 segments.
 const WHOLE_BYTES: usize = 590_000;
 
-/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, those included that simplification
-/// drops again: in the form to read, and in the form to compute. Time goes with them.
+/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, including those that simplification
+/// drops: in the form for reading, and in the form for computing. Run time is proportional to them.
 const WORK: [(Purpose, [usize; 2]); 2] = [(Purpose::Reading, [22_600, 81_000]), (Purpose::Computing, [21_400, 70_300])];
 
 #[test]

@@ -1,4 +1,4 @@
-//! Is a file of graphs read as it is meant, and refused where it must be? Broken and hostile files among them.
+//! Does the reader understand valid files of graphs and refuse invalid ones, broken and hostile files among them?
 
 use std::fmt::Write;
 use std::sync::OnceLock;
@@ -26,7 +26,7 @@ fn example() -> Value {
     serde_json::from_str(EXAMPLE).expect("the example is JSON")
 }
 
-/// The example with other values at some places.
+/// The example with some values changed.
 fn changed(changes: &[(&str, Value)]) -> String {
     let mut file = example();
     for (place, value) in changes {
@@ -49,7 +49,7 @@ fn written(kernels: &[Kernel]) -> String {
     to_json(kernels, "a test").expect("the kernels can be written")
 }
 
-/// The values of a kernel's outputs where every symbol has a value that follows from its name.
+/// The values of a kernel's outputs, where the value of every symbol follows from its name.
 fn values(kernel: &Kernel) -> Vec<f64> {
     let value = |name: &str| 0.3 + 0.1 * (name.bytes().fold(0.0, |sum, byte| 1.7 * sum + f64::from(byte)) % 7.0);
     let point: Vec<f64> = kernel.graph.symbols().iter().map(|symbol| value(&symbol.name)).collect();
@@ -109,7 +109,7 @@ fn files_of_another_kind_are_refused() {
     assert!(message("").starts_with("line 1, column 0, at `file`: EOF"), "{}", message(""));
 }
 
-/// Faults of form: what is changed, and what the message holds. The schema finds them too.
+/// Faults of form: what is changed, and what the message contains. The schema finds them too.
 fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
     let operation = "/kernels/0/operations/6";
     vec![
@@ -117,10 +117,10 @@ fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
         ("/generator", json!(3), "`generator`"),
         ("/generator", json!("a\u{7}b"), "control character"),
         ("/kernels/0", json!(["a", "", [], [], []]), "an object"),
-        ("/kernels/0/name", json!("Pendulum"), "is no name"),
-        ("/kernels/0/name", json!("a__b"), "is no name"),
-        ("/kernels/0/name", json!("a".repeat(65)), "is no name"),
-        ("/kernels/0/name", json!("pendulum\n"), "is no name"),
+        ("/kernels/0/name", json!("Pendulum"), "is not a valid name"),
+        ("/kernels/0/name", json!("a__b"), "is not a valid name"),
+        ("/kernels/0/name", json!("a".repeat(65)), "is not a valid name"),
+        ("/kernels/0/name", json!("pendulum\n"), "is not a valid name"),
         ("/kernels/0/name", json!("real"), "is reserved"),
         ("/kernels/0/summary", json!("a\rb"), "the summary of the kernel holds the control character"),
         ("/kernels/0/summary", json!("ä".repeat(4001)), "is longer than 4000 characters"),
@@ -132,9 +132,9 @@ fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
         ("/kernels/0/inputs/0/elements/0", json!(["phi", 0, 1]), "elements"),
         ("/kernels/0/inputs/0/elements/0/1", json!(-1), "integer `-1`"),
         ("/kernels/0/outputs", json!([]), "the list of outputs has no element"),
-        ("/kernels/0/outputs/0/unit", json!("ft"), "`ft` is no unit; units are products like `kg m^2`"),
-        ("/kernels/0/outputs/0/unit", json!("m^+2"), "is no unit"),
-        ("/kernels/0/outputs/0/unit", json!("m  s"), "is no unit"),
+        ("/kernels/0/outputs/0/unit", json!("ft"), "`ft` is not a unit; units are products like `kg m^2`"),
+        ("/kernels/0/outputs/0/unit", json!("m^+2"), "is not a unit"),
+        ("/kernels/0/outputs/0/unit", json!("m  s"), "is not a unit"),
         ("/kernels/0/outputs/0/shape", json!([1, 1, 1]), "at most 2 entries"),
         ("/kernels/0/outputs/0/shape", json!([0]), "output `acceleration` has the shape [0] but 1 elements"),
         (operation, json!("div"), "an operation, a list like"),
@@ -153,7 +153,7 @@ fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
         (operation, json!(["rational", u64::MAX, 1]), "kernels[0].operations[6]"),
         (operation, json!(["float", "1"]), "kernels[0].operations[6]"),
         (operation, json!(["symbol", "x", "x"]), "`symbol` takes a name, a notation and a unit"),
-        (operation, json!(["symbol", "fn\0", "x", "1"]), "operation 6: symbol `fn\\u{0}` is no name"),
+        (operation, json!(["symbol", "fn\0", "x", "1"]), "operation 6: symbol `fn\\u{0}` is not a valid name"),
         (operation, json!(["symbol", "x", "a\u{1b}[2J", "1"]), "the notation of symbol `x` holds"),
     ]
 }
@@ -173,8 +173,8 @@ fn faults_of_meaning() -> Vec<(Vec<(&'static str, Value)>, &'static str)> {
         (vec![("/kernels", json!([namesake, like_it]))], "gives its result the same type"),
         (vec![(operation, json!(["div", 2, 6]))], "operation 6 (`div`) uses operation 6, which does not come before"),
         (vec![(operation, json!(["neg", usize::MAX]))], "which does not come before it"),
-        (vec![(operation, json!(["symbol", "mass", "m", "kg"]))], "operation 6: the symbol `mass` is listed before"),
-        (vec![(operation, json!(["add", 2, 3]))], "`g` is m s⁻² and `h` is m: they cannot meet in `g + h`"),
+        (vec![(operation, json!(["symbol", "mass", "m", "kg"]))], "operation 6: the symbol `mass` is listed already"),
+        (vec![(operation, json!(["add", 2, 3]))], "`g` is m s⁻² and `h` is m: they cannot be combined in `g + h`"),
         (vec![(operation, json!(["sin", 3]))], "`h` is m, but `sin h` is defined for numbers only"),
         (vec![(operation, json!(["sqrt", 3]))], "has no dimension with whole exponents"),
         (vec![("/kernels/0/outputs/0/unit", json!("N"))], "output `acceleration` is stated in N but is"),
@@ -247,7 +247,7 @@ fn deep_and_long_json_is_refused_in_time() {
     }
     refused(&nested);
     refused(&objects);
-    // A fraction of so many digits is a number all the same.
+    // A fraction with this many digits is still a number.
     let fraction = EXAMPLE.replacen("1.0", &format!("0.{digits}"), 1);
     from_json(&fraction).expect("it is rounded");
     assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
@@ -283,7 +283,7 @@ fn on_a_small_stack(work: impl FnOnce() + Send + 'static) {
 fn long_chains_need_no_stack() {
     let chain = |length: u32| file_of((0..length).map(|i| format!("[\"sin\",{i}]")));
     on_a_small_stack(move || {
-        let file = from_json(&chain(json::MAX_DEPTH)).expect("the chain is as long as may be");
+        let file = from_json(&chain(json::MAX_DEPTH)).expect("the chain is within the limit");
         let kernel = &file.kernels[0];
         assert_eq!(kernel.graph.evaluate(&[1.0]).len(), 1_000_001);
         to_json(&file.kernels, "").expect("it can be written");
@@ -307,7 +307,7 @@ fn too_many_entries_are_refused() {
 
     let powers = json::MAX_OPERATIONS / json::MAX_EXPONENT as usize;
     let file = |count: usize| file_of((0..count).map(|i| format!("[\"powi\",{i},64]")));
-    from_json(&file(powers)).expect("there are no more powers than may be");
+    from_json(&file(powers)).expect("the powers are within the limit");
     let error = KernelError::PowersTooLarge { operation: powers + 1 };
     assert_eq!(refused(&file(powers + 1)), ExchangeError::Kernel { kernel: "long".into(), error });
 
@@ -325,7 +325,7 @@ fn too_many_entries_are_refused() {
     }
 }
 
-/// Texts that could end the comments that they become, or stand for code.
+/// Texts that could end the comments that they become, or be taken for code.
 #[test]
 fn texts_stay_texts() {
     let place = "    statements!();";
@@ -384,11 +384,11 @@ fn check_any(text: &str) {
             syn::parse_file(&source).expect("what is emitted is Rust");
         }
     }
-    // Thousands of times what it takes.
+    // Thousands of times more than it takes.
     assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
 }
 
-/// Files to be broken.
+/// Files to damage.
 fn originals() -> &'static [String] {
     static FILES: OnceLock<[String; 2]> = OnceLock::new();
     FILES.get_or_init(|| {
@@ -524,7 +524,7 @@ fn change() -> impl Strategy<Value = Change> {
     ]
 }
 
-/// Paths of all values below `value`, itself included.
+/// Paths of `value` and all values below it.
 fn places(value: &Value, path: &str, found: &mut Vec<String>) {
     found.push(path.to_owned());
     match value {

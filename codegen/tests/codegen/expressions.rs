@@ -1,11 +1,11 @@
-//! Random expressions, which the tests of simplification and of emission share.
+//! Random expressions for the tests of simplification and of emission.
 
 use bristle_codegen::ir::graph::{Graph, NodeId};
 use bristle_codegen::ir::unit::Unit;
 
 /// An instruction of a random expression; operands are taken modulo the number of nodes that exist.
 ///
-/// What is not defined everywhere gets an argument from its domain.
+/// A function that is not defined everywhere gets an argument from its domain.
 #[derive(Clone, Debug)]
 pub enum Instruction {
     /// A rational number.

@@ -1,6 +1,6 @@
 //! Did the text change? Snapshots of the readable equations, the emitted kernels and their operation counts.
 //!
-//! Accept a change that is meant with `cargo insta review`, or `INSTA_UPDATE=always cargo test`.
+//! Accept an intended change with `cargo insta review`, or `INSTA_UPDATE=always cargo test`.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use bristle_codegen::model::kernels::kernels as derived_kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::normal_form::SUM_RULES;
 
-/// What the pages and sources say makes them again.
+/// The command that the pages and sources name.
 const AGAIN: &str = "cargo test -p bristle-codegen";
 
 fn origin(title: &str) -> Origin<'_> {

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// The top-level modules, each after all that it may use.
+/// The top-level modules, each after those that it may use.
 const LAYERS: [&str; 6] = ["fingerprint", "ir", "passes", "model", "back", "compare"];
 
-/// What each module imports, under their paths: `ir::graph`.
+/// The modules that each module imports, by path: `ir::graph`.
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
-/// The source files below `directory` by the paths of their modules.
+/// Collects the source files below `directory` by the paths of their modules.
 fn sources(directory: &Path, module: &str, found: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(directory).expect("the sources are there") {
         let path = entry.expect("the directory can be read").path();
@@ -37,7 +37,7 @@ fn uses(line: &str, child: &str) -> bool {
     line.match_indices(&format!("{child}::")).any(|(start, _)| !line[..start].ends_with(part_of_path))
 }
 
-/// The imports of each module, and lines that this test cannot read or that hide what they use.
+/// The imports of each module, and the lines that hide what they use.
 fn imports(modules: &BTreeMap<String, String>) -> (Imports, Vec<String>) {
     let (mut imports, mut faults) = (Imports::new(), Vec::new());
     for (module, source) in modules {
@@ -49,7 +49,7 @@ fn imports(modules: &BTreeMap<String, String>) -> (Imports, Vec<String>) {
             }
         }
         for line in code {
-            // Indented, it is that of a test, which may use what its module uses.
+            // An indented line is in a test, which may use what its module uses.
             if line.starts_with("use super::") || line.starts_with("use self::") {
                 faults.push(format!("{module}: `{line}` is relative; start at `crate`"));
             }
@@ -83,7 +83,7 @@ fn upward(imports: &Imports) -> Vec<String> {
     pairs.filter(|(user, used)| layer(user) < layer(used)).map(|(user, used)| format!("{user} uses {used}")).collect()
 }
 
-/// The modules that are left when those are taken away, again and again, that use nothing of the rest.
+/// The modules that remain after removing, repeatedly, each module that uses none of the remaining ones.
 fn circles(imports: &Imports) -> Vec<String> {
     let mut left = imports.clone();
     while let Some(free) = left.iter().find(|(_, used)| used.is_empty()).map(|(module, _)| module.clone()) {

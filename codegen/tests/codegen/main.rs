@@ -1,4 +1,4 @@
-//! The tests of the engine, one module for each question; the answers share one program, which is linked once.
+//! The tests of the engine, one module per question, in one program that is linked once.
 
 mod agreement;
 mod budgets;

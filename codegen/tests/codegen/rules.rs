@@ -61,11 +61,11 @@ proptest! {
     }
 }
 
-/// Each rule on operations that it is for, at random values.
+/// Each rule on operations to which it applies, at random values.
 #[test]
 fn every_rule_fires_and_keeps_the_value() {
     let mut rng = fastrand::Rng::with_seed(3);
-    // Away from zero, which no rule's domain holds for every power; of both signs.
+    // Of both signs, and away from zero, where negative powers are undefined.
     let mut coordinate = || (0.2 + 2.0 * rng.f64()) * if rng.bool() { 1.0 } else { -1.0 };
     let points: Vec<[f64; 2]> = (0..100).map(|_| [coordinate(), coordinate()]).collect();
     for rule in RULES {
@@ -121,7 +121,7 @@ fn every_rule_fires_and_keeps_the_value() {
                 for point in &points {
                     let values = graph.evaluate(point);
                     let (expected, result) = (values[expected.index()], values[result.index()]);
-                    // NaN on both sides is an argument out of the domain of the operation itself.
+                    // NaN on both sides: the argument is outside the domain of the operation itself.
                     let same =
                         (expected - result).abs() <= 1e-14 * expected.abs() || (expected.is_nan() && result.is_nan());
                     assert!(same, "{} on {candidate:?} at {point:?}: {expected} {result}", rule.name);

@@ -454,8 +454,8 @@ impl Advice {
 mod tests {
     use super::*;
     use crate::document::Document;
-    use bristle::integrate::Statistics;
     use bristle::model::metrics::{ContactRecord, Metrics, NominalContact};
+    use bristle::simulation::Statistics;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(

@@ -28,9 +28,9 @@ use thiserror::Error;
 use crate::study::{CaseResult, CaseSummary, Study, SweepText};
 use crate::uncertainty::ForceScatter;
 use bristle::equations::FINGERPRINT;
-use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::simulation::SOLVER_FINGERPRINT;
+use bristle::simulation::Statistics;
 
 /// The version of the format.
 pub const FORMAT: u32 = 1;

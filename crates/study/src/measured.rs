@@ -362,8 +362,8 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::study::{CaseSummary, DEPTH, VELOCITY};
-    use bristle::integrate::Statistics;
     use bristle::model::metrics::Metrics;
+    use bristle::simulation::Statistics;
 
     /// Two velocities, three depths that are not evenly spaced.
     fn study() -> Study {

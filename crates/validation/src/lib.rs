@@ -25,8 +25,7 @@ use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::thread;
 
-use bristle::integrate::IntegrationError;
-use bristle::simulation::SimulationError;
+use bristle::simulation::{IntegrationError, SimulationError};
 use thiserror::Error;
 
 pub use report::{agrees, page, table, write_rows};

@@ -12,7 +12,7 @@ pub enum ExchangeError {
         /// Its size.
         bytes: usize,
     },
-    /// The text is no JSON, or a field or operation is unknown, missing, or of a wrong type.
+    /// The text is not JSON, or a field or operation is unknown, missing, or of a wrong type.
     #[error("line {line}, column {column}, at `{path}`: {message}")]
     Syntax {
         /// Path of the value: `kernels[0].operations[17]`.
@@ -24,13 +24,13 @@ pub enum ExchangeError {
         /// What is wrong.
         message: String,
     },
-    /// It is another kind of file.
+    /// The file has another format.
     #[error("the format is `{found}`, not `{FORMAT}`")]
     Format {
         /// What the file says.
         found: String,
     },
-    /// It has another version.
+    /// The file has another version of the format.
     #[error("the version is {found}; this program reads version {VERSION}: derive the graph again")]
     Version {
         /// What the file says.
@@ -60,7 +60,7 @@ pub enum ExchangeError {
 /// What is wrong with a kernel.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum KernelError {
-    /// A name is none, or taken.
+    /// A name is invalid or taken.
     #[error("{what} `{name}` {problem}")]
     Name {
         /// What is named.
@@ -117,14 +117,14 @@ pub enum KernelError {
         operation: usize,
     },
     /// A symbol is listed twice.
-    #[error("operation {operation}: the symbol `{symbol}` is listed before")]
+    #[error("operation {operation}: the symbol `{symbol}` is listed already")]
     DoubleSymbol {
         /// Index of the second operation.
         operation: usize,
         /// The symbol.
         symbol: String,
     },
-    /// An input or output names no operation.
+    /// An input or output refers to an operation that does not exist.
     #[error("{what} `{name}` refers to operation {operation}, but there are {operations}")]
     NoSuchOperation {
         /// Input or output.
@@ -136,7 +136,7 @@ pub enum KernelError {
         /// How many there are.
         operations: usize,
     },
-    /// Two input elements give one operation.
+    /// Two input elements give the same operation.
     #[error("input `{name}` gives operation {operation}, which another input gives")]
     GivenTwice {
         /// Name of the input.
@@ -144,7 +144,7 @@ pub enum KernelError {
         /// The operation.
         operation: usize,
     },
-    /// An input would give what has its value already.
+    /// An input would give a value to a constant.
     #[error("input `{name}` gives operation {operation}, which is a constant")]
     GivenConstant {
         /// Name of the input.

@@ -12,28 +12,28 @@ use crate::ir::naming::shortened;
 use crate::ir::special;
 use crate::ir::unit::Unit;
 
-/// What a file calls its format.
+/// The name of the format, as files state it.
 pub const FORMAT: &str = "bristle-graph";
 /// The version of the format that is written and read.
 pub const VERSION: u32 = 2;
 
-/// Largest file that is read, in bytes.
+/// Maximum size of a file, in bytes.
 pub const MAX_BYTES: usize = 256 << 20;
-/// Most kernels of a file.
+/// Maximum number of kernels in a file.
 pub const MAX_KERNELS: usize = 1000;
-/// Most operations of a kernel, and most multiplications that its powers stand for.
+/// Maximum number of operations in a kernel, and of multiplications that its powers amount to.
 pub const MAX_OPERATIONS: usize = 8_000_000;
-/// Most inputs, and most outputs, of a kernel.
+/// Maximum number of inputs, and of outputs, of a kernel.
 pub const MAX_FIELDS: usize = 1000;
-/// Most elements of an input or output.
+/// Maximum number of elements of an input or output.
 pub const MAX_ELEMENTS: usize = 1_000_000;
-/// Longest chain of operations that use each other.
+/// Maximum length of a chain of operations that use each other.
 pub const MAX_DEPTH: u32 = 1_000_000;
-/// Largest size of an integer exponent: a power is emitted as so many multiplications.
+/// Maximum magnitude of an integer exponent: a power is emitted as that many multiplications.
 pub const MAX_EXPONENT: i32 = 64;
-/// Longest name, in characters.
+/// Maximum length of a name, in characters.
 pub const MAX_NAME: usize = 64;
-/// Longest text of any other kind, in characters.
+/// Maximum length of any other text, in characters.
 pub const MAX_TEXT: usize = 4000;
 
 /// A named operation of the format.
@@ -100,7 +100,7 @@ pub(super) fn name_and_parameter(node: Node) -> (&'static str, Option<i64>) {
     }
 }
 
-/// A list that is given up as soon as it is too long to be kept.
+/// A list that is refused as soon as it exceeds `MOST` entries.
 pub(super) fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
@@ -162,7 +162,9 @@ impl<'de> Deserialize<'de> for UnitCode {
         let text = String::deserialize(deserializer)?;
         Unit::parse(&text).map(UnitCode).ok_or_else(|| {
             let shown = shortened(&text);
-            de::Error::custom(format!("`{shown}` is no unit; units are products like `kg m^2` or `rad s^-1`, or `1`"))
+            de::Error::custom(format!(
+                "`{shown}` is not a unit; units are products like `kg m^2` or `rad s^-1`, or `1`"
+            ))
         })
     }
 }

@@ -1,10 +1,10 @@
-//! Kernels as JSON, written and read: how derivations of different engines meet.
+//! Kernels as JSON, written and read: the format in which engines exchange derivations.
 //!
 //! A file holds one or more kernels. A kernel is a list of operations in single assignment, operands before users;
 //! a number in an operand's place is the index of an earlier operation. `docs/graph-format.md` has every field.
 //!
-//! A file that is read may be broken or hostile: everything is checked before it is used, and what cannot be is an
-//! error that names the kernel and the operation. Nothing recurses over the expressions.
+//! A file may be broken or hostile. Everything is checked before it is used, and a fault is an error that names the
+//! kernel and the operation. Nothing recurses over the expressions.
 
 mod error;
 mod format;

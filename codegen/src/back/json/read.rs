@@ -1,4 +1,4 @@
-//! The text of a file, checked, as kernels.
+//! Reads and checks a file of kernels.
 
 use std::collections::HashSet;
 use std::fmt::{self, Formatter};
@@ -24,7 +24,7 @@ use crate::passes::dimension;
 /// A file, read and checked.
 #[derive(Clone, Debug)]
 pub struct GraphFile {
-    /// What made it: a command, and the versions of its engine.
+    /// The command that made it, and the versions of its engine.
     pub generator: String,
     /// Its kernels.
     pub kernels: Vec<Kernel>,
@@ -61,7 +61,7 @@ struct KernelEntry {
     outputs: Vec<Object<OutputEntry>>,
 }
 
-/// An object of JSON; serde alone would take a list of the fields' values too.
+/// A JSON object; serde alone would also accept a list of the fields' values.
 struct Object<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
@@ -118,7 +118,7 @@ impl<'de> Visitor<'de> for OperationVisitor {
             "rational" => {
                 const WANTED: &str = "`rational` takes a numerator and a positive denominator";
                 let (numerator, denominator): (i64, i64) = (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
-                // The least integer has no opposite.
+                // The least integer has no negative.
                 if denominator <= 0 || numerator == i64::MIN {
                     return Err(de::Error::custom(WANTED));
                 }
@@ -162,10 +162,10 @@ fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(items: &mut A, wanted: &str
     items.next_element()?.ok_or_else(|| de::Error::custom(wanted))
 }
 
-/// Reads a file and checks all that it says.
+/// Reads a file and checks everything in it.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place.
+/// The first fault, with its place.
 pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
     if text.len() > MAX_BYTES {
         return Err(ExchangeError::TooLarge { bytes: text.len() });
@@ -201,7 +201,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         ExchangeError::Syntax {
-            // Outside of any key the path is a mark only.
+            // Outside any key the path is only a placeholder.
             path: if matches!(path.as_str(), "." | "?") { "file".into() } else { shortened(&path) },
             line: error.line(),
             column: error.column(),
@@ -224,7 +224,7 @@ fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
         && name.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_');
     let intermediate = name.strip_prefix('t').is_some_and(|rest| rest.chars().all(|digit| digit.is_ascii_digit()));
     let problem = if !snake_case || name.len() > MAX_NAME {
-        "is no name: a name is lower-case words of letters and digits, joined by `_`, of at most 64 characters"
+        "is not a valid name: use lower-case words of letters and digits, joined by `_`, at most 64 characters"
     } else if intermediate || RESERVED.contains(&name) || syn::parse_str::<syn::Ident>(name).is_err() {
         "is reserved"
     } else {
@@ -245,7 +245,7 @@ fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), Kern
     Err(name_error("the name", name, "is taken by another kernel, or gives its result the same type"))
 }
 
-/// What would be a block of code, which documentation tests run, or markup, in the documentation of emitted code.
+/// Starts of code blocks in the documentation of emitted code, which documentation tests would run.
 const MARKUP: [&str; 3] = ["```", "~~~", "    "];
 
 fn check_text(text: &str, lines: bool) -> Result<(), String> {
@@ -266,7 +266,7 @@ fn check_text(text: &str, lines: bool) -> Result<(), String> {
     }
 }
 
-/// The names of a kernel's arguments and of their elements, which become variables side by side.
+/// The names of a kernel's arguments and of their elements, which become variables in one scope.
 #[derive(Default)]
 struct Variables(HashSet<String>);
 

@@ -1,4 +1,4 @@
-//! Kernels as the text of a file.
+//! Writes a file of kernels.
 
 use serde::ser::Error as _;
 
@@ -8,9 +8,9 @@ use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Kernel, Shape};
 
-/// The kernels as a file, an operation a line. The same kernels give the same bytes.
+/// The kernels as a file with one operation per line. The same kernels give the same bytes.
 ///
-/// `generator` says what made them, in one line.
+/// `generator` names what made them, in one line.
 ///
 /// # Errors
 /// If a constant is not finite.
@@ -97,7 +97,8 @@ fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> s
     }
 }
 
-/// SHA-256 of the kernels as they are exchanged, in hexadecimal digits: it names the expressions, whatever made them.
+/// SHA-256 of the kernels in this format with an empty generator, in hexadecimal digits: it identifies the expressions,
+/// whatever made them.
 ///
 /// # Errors
 /// If a constant is not finite.

@@ -53,10 +53,10 @@ const FAMILIES: [(&str, &str); 33] = [
     ("rate_weight", "weight of a time step: `δq̇ = w_v δq̈`"),
 ];
 
-/// Which segment or axis a symbol belongs to, at the end of its name.
+/// Endings of names that say which segment or axis a symbol belongs to.
 const LABELS: [&str; 6] = ["x", "y", "z", "k", "previous", "next"];
 
-/// Of more symbols of a family only the first and the last are shown.
+/// Of a family with more symbols than this, only the first two and the last are shown.
 const MAX_SHOWN: usize = 6;
 
 /// The entry of a symbol in [`FAMILIES`].
@@ -69,8 +69,8 @@ fn family(name: &str) -> Option<usize> {
     })
 }
 
-/// The rows for all that the nodes of `graphs` need, in the order of the table; then symbols that have no entry,
-/// under their own names, and functions.
+/// The rows for everything that the nodes of `graphs` need, in the order of the table. Symbols without an entry follow,
+/// under their own names, then functions.
 pub(super) fn rows<'a>(graphs: impl IntoIterator<Item = (&'a Graph, Vec<NodeId>)>) -> Vec<Row> {
     let mut known: BTreeMap<usize, (Vec<String>, Unit)> = BTreeMap::new();
     let mut others: Vec<Row> = Vec::new();
@@ -87,7 +87,7 @@ pub(super) fn rows<'a>(graphs: impl IntoIterator<Item = (&'a Graph, Vec<NodeId>)
         }
         occurring.sort_unstable();
         for symbol in occurring.into_iter().map(|symbol| &graph.symbols()[symbol.index()]) {
-            // Of another unit, it is something else under a known name.
+            // In another unit it is another quantity with a known name.
             let entry = family(&symbol.name)
                 .map(|family| known.entry(family).or_insert_with(|| (Vec::new(), symbol.unit)))
                 .filter(|entry| entry.1 == symbol.unit);
@@ -160,7 +160,7 @@ mod tests {
     fn other_symbols_are_listed_by_their_own_names() {
         let mut graph = Graph::raw();
         let stretch = graph.symbol("stretch", "λ", Unit::ONE);
-        // A known name in another unit is not what the table says.
+        // A known name in another unit is another quantity than that of the table.
         let gravity = graph.symbol("gravity_x", "gx", Unit::METRE.per(Unit::SECOND.powi(2)));
         let other = graph.symbol("gravity_y", "gy", Unit::ONE);
         let less = graph.less_than(stretch, other);

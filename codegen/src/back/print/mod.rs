@@ -1,8 +1,8 @@
 //! Expressions as readable mathematics, in the notation of the model: as text, as LaTeX, and as Markdown.
 //!
-//! Enter kernels; leaves a page with a legend of their symbols and a definition of each output. The whole equations
-//! for reading are sums of products and stand in closed form. Other expressions can be deep and share much: what is
-//! used more than once, or nested too deeply, gets a name, so that the printer never recurses far.
+//! A page has a legend of the symbols and a definition of each output. The whole equations for reading are sums of
+//! products and are written in closed form. Other expressions can be deep and share much: what is used more than once, or
+//! nested too deeply, gets a name, so that the printer never recurses far.
 
 use crate::back::print::page::Page;
 use crate::back::print::printer::Printer;
@@ -19,7 +19,8 @@ pub use crate::back::print::walkthrough::walkthrough;
 
 /// The equations of motion of a chain of `segments` segments.
 ///
-/// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading. `again` is the command that makes the page.
+/// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading. `again` is the command that
+/// makes the page.
 pub fn equations(form: Form, segments: usize, kernels: &[Kernel], again: &str) -> String {
     let plural = if segments == 1 { "" } else { "s" };
     let title = format!("Equations of motion of a filament of {segments} rigid segment{plural}");
@@ -138,7 +139,7 @@ mod tests {
                 _ => graph.intern(Node::Sub(b, node)),
             };
         }
-        // What the printer is given has passed the reader.
+        // The printer must handle whatever the reader accepts.
         let file = to_json(&[kernel(graph, node)], "a test").expect("the chain can be written");
         let kernels = from_json(&file).expect("the chain can be read").kernels;
         for form in [Form::Text, Form::Latex, Form::Markdown] {

@@ -24,11 +24,11 @@ pub(super) struct Definition {
     pub body: String,
 }
 
-/// Lines are broken before they are wider than this, where a sum allows it: in characters, with what stands before
-/// the sum, and in thousandths of an em without.
+/// Maximum width of a line, where a sum can be broken: in characters, including what precedes the sum, and in thousandths
+/// of an em, without it.
 const TEXT_WIDTH: usize = 110;
 const FORMULA_WIDTH: usize = 38_000;
-/// A display of formulas ends when it has so many lines: TeX keeps a display in memory as a whole.
+/// Maximum number of lines in a display of formulas: TeX keeps a whole display in memory.
 const LATEX_LINES: usize = 30;
 const MARKDOWN_LINES: usize = 10;
 
@@ -96,7 +96,7 @@ impl Page {
         self.text.push('\n');
     }
 
-    /// A line above the definitions that it tells about.
+    /// A line above the definitions that it introduces.
     pub fn item(&mut self, sentence: &str) {
         let sentence = self.sentences(sentence);
         self.text.push_str(&match self.form {
@@ -108,7 +108,7 @@ impl Page {
     fn sentences(&self, text: &str) -> String {
         let parts: Vec<&str> = text.split('`').collect();
         if parts.len().is_multiple_of(2) {
-            // Not the doc comment that it should be.
+            // The backticks are not paired, as they are in a doc comment.
             return self.words(text);
         }
         let mut result = String::new();
@@ -148,7 +148,7 @@ impl Page {
         }
     }
 
-    /// Formulas below each other, aligned at their equality signs.
+    /// Formulas one below the other, aligned at their equality signs.
     pub fn definitions(&mut self, definitions: &[Definition]) {
         if self.form == Form::Text {
             for Definition { head, body } in definitions {
@@ -246,7 +246,7 @@ impl Page {
     }
 }
 
-/// A formula that Markdown leaves alone: no sign that it takes for HTML.
+/// A formula without signs that Markdown would take for HTML.
 fn in_markdown(formula: &str) -> String {
     formula.replace('<', "\\lt ").replace('>', "\\gt ")
 }
@@ -266,11 +266,11 @@ fn markdown_words(text: &str) -> String {
     result
 }
 
-/// Deepest brackets whose terms may stand on lines of their own.
+/// Maximum depth of brackets inside which a line may be broken.
 const MAX_BREAK_DEPTH: usize = 12;
-/// Added to the depth where a break is between factors.
+/// Added to the depth of a break between factors.
 const FACTORS: usize = 6;
-/// Added inside of braces, where LaTeX cannot break.
+/// Added inside braces, where LaTeX cannot break.
 const BRACES: usize = 100;
 
 /// A part of a formula that stays on one line, with the number of brackets around the break before it.
@@ -280,8 +280,8 @@ struct Piece<'a> {
     depth: usize,
 }
 
-/// `body` on lines of at most `width`: broken before signs that stand outside all brackets or in the outermost pair,
-/// and deeper or between factors only where what stands there is too wide.
+/// `body` on lines of at most `width`. Lines are broken before signs outside all brackets or in the outermost pair; deeper,
+/// or between factors, only where a piece is too wide otherwise.
 fn lines(notation: &dyn Notation, body: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
@@ -324,7 +324,7 @@ fn groups<'a, 'b>(pieces: &'b [Piece<'a>], depth: usize, width: usize) -> Vec<&'
 fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
     let mut pieces = Vec::new();
     let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
-    // Where the current word starts, to know a command by its backslash.
+    // Start of the current word, whose backslash marks a command.
     let mut word = 0;
     for (index, character) in body.char_indices() {
         match character {

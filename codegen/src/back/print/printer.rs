@@ -42,7 +42,7 @@ impl<'a> Printer<'a> {
                 _ => None,
             })
             .collect();
-        // In the order of the joints: the outermost segment that an argument depends on tells the joint.
+        // In the order of the joints: the outermost segment that an argument depends on identifies its joint.
         arguments.sort_unstable();
         arguments.dedup();
         arguments.sort_by_key(|&argument| {
@@ -61,7 +61,7 @@ impl<'a> Printer<'a> {
         let graph = &kernel.graph;
         let mut printer = Self::plain(graph, notation);
         let size = graph.nodes().len();
-        // An input that is no simple function of symbols is not taken apart.
+        // An input that is not a simple function of symbols is shown under its name.
         let mut is_input = vec![false; size];
         for (name, node) in kernel.inputs.iter().flat_map(|input| &input.elements) {
             is_input[node.index()] = true;
@@ -85,7 +85,7 @@ impl<'a> Printer<'a> {
             let node = graph.node(id);
             let is_sum = |node: Node| matches!(node, Node::Add(..) | Node::Sub(..));
             for operand in node.operands() {
-                // The terms of a sum stand side by side, however its additions are nested.
+                // The terms of a sum are on one level, however its additions are nested.
                 let same_level = is_sum(node) && is_sum(graph.node(operand));
                 let depth = depths[operand.index()] + usize::from(!same_level);
                 depths[id.index()] = depths[id.index()].max(depth);
@@ -106,7 +106,7 @@ impl<'a> Printer<'a> {
         self.given[id.index()]
     }
 
-    /// What `outputs` need, operands before users, without looking behind given nodes.
+    /// What `outputs` need, operands before users, down to the given nodes.
     fn needed(&self, outputs: &[NodeId]) -> Vec<NodeId> {
         let mut live = vec![false; self.graph.nodes().len()];
         for output in outputs {
@@ -120,8 +120,8 @@ impl<'a> Printer<'a> {
         self.graph.ids().filter(|id| live[id.index()]).collect()
     }
 
-    /// True for a symbol, its sine, a power of these, and with more `levels` the sine of a difference: what is as
-    /// good as a name.
+    /// True for what is as good as a name: a symbol, its sine, a power of these, and with more `levels` the sine of a
+    /// difference.
     fn is_simple(&self, id: NodeId, levels: u8) -> bool {
         let below = |operand| levels > 0 && self.is_simple(operand, levels - 1);
         match self.graph.node(id) {
@@ -141,7 +141,7 @@ impl<'a> Printer<'a> {
         self.defined.iter().map(definition).collect()
     }
 
-    /// A definition for each element; zeros and what symmetry repeats are left out.
+    /// A definition for each element, without zeros and without repetitions by symmetry.
     pub fn output(&self, output: &Output) -> Vec<Definition> {
         let coordinates = self.by_coordinates || matches!(output.name.as_str(), "mass_matrix" | "force");
         let symbol = match output.name.as_str() {

@@ -1,4 +1,4 @@
-//! From the energies to the equations of motion, step by step. The formulas are derived when the page is made.
+//! From the energies to the equations of motion, step by step. The formulas are derived as the page is written.
 
 use crate::back::print::legend;
 use crate::back::print::page::{Definition, Form, Page};
@@ -15,7 +15,7 @@ use crate::passes::normal_form::{Style, normalise};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A step of the derivation: expressions of one graph under their names, before anything is written.
+/// A step of the derivation: named expressions of one graph.
 struct Step {
     graph: Graph,
     outputs: Vec<Output>,
@@ -42,7 +42,7 @@ impl Step {
     }
 }
 
-/// A vector by its components: `head` and the index after it.
+/// The components of a vector, named `head` and the axis.
 fn components(head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
     let component = |(axis, node)| Output::scalar(&format!("{head}{axis}"), "", unit, node);
     AXES.into_iter().zip(vector).map(component).collect()
@@ -58,7 +58,7 @@ fn stated() -> (Step, Step) {
     outputs.extend(components("ė_k_", Unit::SECOND.powi(-1), rate));
     let frames = Step { graph, outputs };
 
-    // As it is stated: without rules that would change the order of the terms.
+    // Without rules, which would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
     let parameters = Parameters::new(g);
@@ -81,7 +81,7 @@ fn stated() -> (Step, Step) {
     (frames, Step { graph, outputs })
 }
 
-/// The way from the energies to the equations of motion of a chain of `segments` segments, for readers.
+/// The derivation of the equations of motion of a chain of `segments` segments from the energies, for readers.
 ///
 /// `again` is the command that makes the page.
 ///
@@ -121,7 +121,7 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     let mut page = Page::new(Form::Markdown, &title, again);
     page.prose(
         "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
-         derived and written by the program; components are those in the inertial frame.",
+         derived and written by the program; components refer to the inertial frame.",
     );
     page.heading("Symbols and units");
     let steps = [&frames, &stated, &centres, &energies, &momenta, &mass_matrix, &force];
@@ -131,8 +131,8 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     let coordinates: Vec<String> = (0..2 * segments).map(coordinate).collect();
     page.prose(&format!(
         "The inertial frame has its origin on the tool axis and `z` along it. The coordinates are the polar angle from \
-         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute, so that segment `k` points along \
-         `e_k` whatever the others do. This vector and its rate are",
+         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute: segment `k` points along `e_k` \
+         whatever the others do. This vector and its rate are",
         coordinates.join(", ")
     ));
     step(&mut page, &frames);
@@ -146,22 +146,22 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
 
     page.heading("Energies");
     page.prose(
-        "As the model states them, for a segment with the inner end `x` along `e`, and for a joint between `e` and `e'`. \
+        "These are the energies of a segment with the inner end `x` and the direction `e`, and of a joint between `e` and `e'`. \
          The angular velocities in `D` are `e × ė`. At the clamp joint `e_0`, `c1` and `d1` take the place of `e`, `c` \
          and `d`.",
     );
     step(&mut page, &stated);
     page.prose(
-        "Summed over the chain, with the directions and velocities from above put in, multiplied out and collected by \
-         the constants, they are the following. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
+        "Summed over the chain, with the directions and velocities from above inserted, expanded and collected by the \
+         constants, they are as follows. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
     );
     step(&mut page, &energies);
 
     page.heading("Lagrange's equations");
     page.prose(
         "With `L = E_kin − E_spring − E_grav` each coordinate has the equation \
-         `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` holds the forces of contact and friction. Only the kinetic \
-         energy depends on the rates, by the momenta `p = ∂E_kin/∂q̇`:",
+         `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` contains the forces of contact and friction. Only the \
+         kinetic energy depends on the rates, through the momenta `p = ∂E_kin/∂q̇`:",
     );
     step(&mut page, &momenta);
 
@@ -174,7 +174,8 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
 
     page.heading("Generalised force");
     page.prose(
-        "What is left of Lagrange's equations stands on the right: `f = f_inertial + f_spring + f_gravity + f_damping`.",
+        "The remaining terms of Lagrange's equations form the right-hand side: \
+         `f = f_inertial + f_spring + f_gravity + f_damping`.",
     );
     let rest = [
         ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &inertial),

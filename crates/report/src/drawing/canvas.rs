@@ -1,16 +1,16 @@
-//! What a figure is made of: a list of shapes and texts, to be written as SVG or as a bitmap.
+//! A figure as a list of shapes and texts, which can be written as SVG or as a bitmap.
 //!
-//! Coordinates are whole numbers, of which [`fine`] makes pixels, so that both forms are the same on every machine.
+//! Coordinates are whole numbers ([`fine`] converts pixels), so that both forms are the same on every machine.
 
 use super::color::{Color, WHITE};
 
-/// Coordinates per pixel: curves are smooth although coordinates are whole numbers.
+/// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole numbers.
 pub(super) const FINE: i32 = 10;
 
-/// A place on a canvas: to the right and downwards from the upper left corner, in coordinates.
+/// A point on a canvas, in coordinates to the right of and below the upper left corner.
 pub type Point = (i32, i32);
 
-/// Pixels in coordinates.
+/// Converts pixels to coordinates.
 #[must_use]
 pub const fn fine(pixels: i32) -> i32 {
     pixels * FINE
@@ -21,7 +21,7 @@ pub const fn fine(pixels: i32) -> i32 {
 pub struct Canvas {
     /// Width and height in pixels.
     size: (i32, i32),
-    /// The last one lies on top.
+    /// In drawing order: the last one is on top.
     shapes: Vec<Shape>,
 }
 
@@ -54,7 +54,7 @@ pub(super) enum Shape {
     },
 }
 
-/// The look of a line.
+/// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// Its colour.
@@ -63,13 +63,13 @@ pub struct Stroke {
     pub width: i32,
 }
 
-/// The look of a line whose width is given in tenths of a pixel.
+/// A line style with a width in tenths of a pixel.
 #[must_use]
 pub const fn stroke(color: Color, tenths: i32) -> Stroke {
     Stroke { color, width: fine(tenths) / 10 }
 }
 
-/// Which part of a text lies at its place.
+/// Which part of a text is at its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -77,14 +77,14 @@ pub(super) enum Anchor {
     End,
 }
 
-/// What of a text is level with its place.
+/// Which part of a text is level with its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
     Top,
     Middle,
 }
 
-/// The look of a text.
+/// The style of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextStyle {
     /// Font size in coordinates.
@@ -92,42 +92,42 @@ pub struct TextStyle {
     pub(super) color: Color,
     pub(super) anchor: Anchor,
     pub(super) level: Level,
-    /// Whether it runs upwards.
+    /// Whether it reads upwards.
     pub(super) upwards: bool,
 }
 
-/// The look of a text of a size in pixels, to the right of its place and below it.
+/// A text style with a font size in pixels. The text is to the right of its point and below it.
 #[must_use]
 pub const fn text(size: i32, color: Color) -> TextStyle {
     TextStyle { size: fine(size), color, anchor: Anchor::Start, level: Level::Top, upwards: false }
 }
 
 impl TextStyle {
-    /// With its middle at its place.
+    /// Centres the text on its point.
     #[must_use]
     pub const fn centred(self) -> Self {
         Self { anchor: Anchor::Middle, level: Level::Middle, ..self }
     }
 
-    /// To the right of its place, level with it.
+    /// Puts the text to the right of its point, level with it.
     #[must_use]
     pub const fn right(self) -> Self {
         Self { anchor: Anchor::Start, level: Level::Middle, ..self }
     }
 
-    /// To the left of its place, level with it.
+    /// Puts the text to the left of its point, level with it.
     #[must_use]
     pub const fn left(self) -> Self {
         Self { anchor: Anchor::End, level: Level::Middle, ..self }
     }
 
-    /// Below its place, centred.
+    /// Puts the text below its point, centred.
     #[must_use]
     pub const fn below(self) -> Self {
         Self { anchor: Anchor::Middle, level: Level::Top, ..self }
     }
 
-    /// Turned by a quarter, to be read upwards.
+    /// Turns the text by 90° to read upwards.
     #[must_use]
     pub const fn upwards(self) -> Self {
         Self { upwards: true, ..self }
@@ -164,12 +164,12 @@ impl Canvas {
         self.area(points, fill, 1.0);
     }
 
-    /// Fills a polygon through which what lies below it can be seen, with an opacity from 0 to 1.
+    /// Fills a polygon with an opacity from 0 to 1.
     pub fn area(&mut self, points: impl Into<Vec<Point>>, fill: Color, opacity: f64) {
         self.shapes.push(Shape::Polygon { points: points.into(), fill, opacity });
     }
 
-    /// Joins points by straight lines.
+    /// Draws straight lines through points.
     pub fn line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke) {
         self.shapes.push(Shape::Line { points: points.into(), stroke });
     }
@@ -179,25 +179,25 @@ impl Canvas {
         self.line([(x, y), (to_x, y), (to_x, to_y), (x, to_y), (x, y)], stroke);
     }
 
-    /// Joins points by a line of dashes of the length `dash`, with gaps of the length `gap` between them, in coordinates.
+    /// Draws a dashed line through points; lengths of dashes and gaps are in coordinates.
     pub fn dashed(&mut self, points: &[Point], [dash, gap]: [i32; 2], stroke: Stroke) {
         for dash in dashes(points, [dash, gap].map(|length| length as f32)) {
             self.line(dash, stroke);
         }
     }
 
-    /// Fills a circle with a radius in coordinates.
+    /// Fills a circle; its radius is in coordinates.
     pub fn circle(&mut self, centre: Point, radius: i32, fill: Color) {
         self.shapes.push(Shape::Circle { centre, radius, fill });
     }
 
-    /// Writes a text, in which symbols such as `F_n,w` are typeset.
+    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts.
     pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
         self.shapes.push(Shape::Text { text: text.to_owned(), style, at });
     }
 }
 
-/// Cuts a line into dashes; a dash goes around corners.
+/// Cuts a line into dashes, which continue around corners.
 fn dashes(points: &[Point], [dash, gap]: [f32; 2]) -> Vec<Vec<Point>> {
     let rounded = |(x, y): (f32, f32)| (x.round() as i32, y.round() as i32);
     let mut dashes = Vec::new();

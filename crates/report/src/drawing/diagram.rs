@@ -1,33 +1,33 @@
-//! Diagrams: curves on two axes become SVG.
+//! Diagrams: curves on two axes.
 //!
-//! A legend covers no point: it stands in a corner that is free, or beside the diagram.
+//! The legend never covers a point: it goes into a free corner, or to the right of the diagram.
 
 use super::pens::{pen, reference_pen};
 use super::scale::{Axis, Scale, coordinate};
 use super::{Canvas, FAINT, GREY, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
 
-/// Size of a picture in pixels; one with a legend beside the diagram may be wider.
+/// Size of a figure in pixels. A figure with its legend outside the diagram may be wider.
 const SIZE: (i32, i32) = (680, 430);
 /// Pixels above, below and to the right of the diagram.
 const TOP: i32 = 40;
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 24;
-/// Least width of a diagram.
+/// Minimum width of a diagram.
 const MIN_WIDTH: i32 = 400;
-/// More curves have their legend beside the diagram.
+/// With more curves than this, the legend goes to the right of the diagram.
 const MAX_IN_CORNER: usize = 5;
 /// Height of a subtitle.
 pub const SUBTITLE: i32 = 18;
-/// Height of a row of the legend, where its text begins, and what is free around it.
+/// Height of a legend row, where its text begins, and the margin around the legend.
 const ROW: i32 = 18;
 const TEXT: i32 = 58;
 const MARGIN: i32 = 8;
-/// Most markers of a line.
+/// Maximum number of markers on a line.
 const MAX_MARKERS: usize = 25;
-/// Strength of a band's colour, and half the width of the end of an error bar.
+/// Opacity of a band, and half the width of the cap of an error bar.
 const BAND: f64 = 0.15;
 const CAP: i32 = 4;
-/// Points nearer to the one before, in coordinates of the file, are left out: half a pixel.
+/// Points closer than half a pixel to the previous one are left out; in coordinates of the canvas.
 const RESOLUTION: i32 = 5;
 
 /// A diagram.
@@ -35,13 +35,13 @@ const RESOLUTION: i32 = 5;
 pub struct Diagram {
     /// Heading.
     pub title: String,
-    /// What is smaller below it; may be empty.
+    /// Smaller text below the heading; may be empty.
     pub subtitle: String,
-    /// To the right.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// Vertical axis.
     pub y: Axis,
-    /// What is drawn, in this order; references and bands before the others.
+    /// The curves, in drawing order. Bands and references are drawn before the others.
     pub curves: Vec<Curve>,
 }
 
@@ -54,24 +54,24 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
     /// How they are drawn.
     pub look: Look,
-    /// Number of its pen; without one, its place among the curves that are no references or bands.
+    /// Number of its pen; by default its position among the curves of its kind.
     pub pen: Option<usize>,
 }
 
 /// How points are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// A thin grey line: what is exact, or another code.
+    /// A thin grey line, for an exact solution or another code.
     Reference,
     /// Markers.
     Markers,
-    /// Markers, joined.
+    /// Markers joined by a line.
     Joined,
-    /// A line in colour.
+    /// A coloured line.
     Line,
-    /// A light area in colour, of which the points are the outline.
+    /// A light coloured area with the points as its outline.
     Band,
-    /// Error bars: each two points are the ends of one.
+    /// Error bars, two points each.
     Bars,
 }
 
@@ -81,7 +81,7 @@ impl Curve {
         Self { name: name.into(), points, look, pen: None }
     }
 
-    /// The curve with a pen that others may have too.
+    /// Gives the curve a pen that others may share.
     #[must_use]
     pub fn with_pen(self, index: usize) -> Self {
         Self { pen: Some(index), ..self }
@@ -101,7 +101,7 @@ impl Styled<'_> {
             Look::Markers => self.pen.markers(canvas, marked),
             Look::Joined => {
                 self.pen.line(canvas, points);
-                // Of many points some, so that the dashes can be seen between them.
+                // Not every point of many, so that the dashes stay visible between markers.
                 let every = marked.len().div_ceil(MAX_MARKERS).max(1);
                 let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
                 self.pen.markers(canvas, &marked);
@@ -118,7 +118,7 @@ impl Styled<'_> {
     }
 }
 
-/// Bands and references first, so that they lie below the rest. References of one name look the same.
+/// Bands and references come first, so that they lie below the rest. References with the same name look the same.
 fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
     let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.look == Look::Band);
     let (references, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|curve| curve.look == Look::Reference);
@@ -140,7 +140,7 @@ fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
 /// A rectangle: left, top, right and bottom, in pixels.
 pub type Frame = [i32; 4];
 
-/// The points of a curve in coordinates of the file, in parts that end where a point cannot be shown.
+/// The points of a curve in coordinates of the canvas, split where a point cannot be shown.
 fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> Vec<Vec<(i32, i32)>> {
     let place = |&(across, up): &(f64, f64)| {
         let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
@@ -166,7 +166,7 @@ fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame)
     parts
 }
 
-/// Distance of a rectangle (pixels) from what a curve covers, in coordinates of the file.
+/// Distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
 fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i32)>]) -> i32 {
     let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
     let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
@@ -180,7 +180,7 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
 }
 
 impl Diagram {
-    /// The diagram as a figure.
+    /// Draws the diagram.
     #[must_use]
     pub fn draw(&self) -> Canvas {
         let shown = || {
@@ -235,13 +235,13 @@ impl Diagram {
     }
 }
 
-/// Pixels left of a frame for the labels of its axis.
+/// Room for the labels of the vertical axis, in pixels.
 pub fn left_of(y: &Scale) -> i32 {
     let labels = y.ticks.iter().map(|(_, label)| width(label, 11)).max().unwrap_or(0);
     36 + labels.max(24)
 }
 
-/// Writes a heading and what is smaller below it.
+/// Writes a heading and the smaller text below it.
 pub fn heading(canvas: &mut Canvas, left: i32, title: &str, subtitle: &str) {
     canvas.text(title, text(14, INK), (fine(left), fine(14)));
     if !subtitle.is_empty() {
@@ -249,7 +249,7 @@ pub fn heading(canvas: &mut Canvas, left: i32, title: &str, subtitle: &str) {
     }
 }
 
-/// Where a legend of a size can stand in the frame, as far as possible from the curves; nowhere if it would cover one.
+/// The corner of the frame in which a legend of this size is farthest from the curves; none if it would cover one.
 fn free_corner(
     curves: &[Styled<'_>],
     scales: [&Scale; 2],
@@ -265,7 +265,7 @@ fn free_corner(
         let legend = [x, y, x + wide, y + high];
         covered.iter().map(|(look, parts)| distance(legend, *look, parts)).min().unwrap_or(i32::MAX)
     };
-    // Of equal ones the first.
+    // The first of several equal ones.
     let best = corners.into_iter().rev().max_by_key(|&corner| distance(corner))?;
     (wide <= right - left && distance(best) > fine(6)).then_some(best)
 }

@@ -1,7 +1,7 @@
-//! The font of bitmaps: its glyphs as paths.
+//! The font of bitmaps, with its glyphs as paths.
 //!
-//! It is part of the program, so that a machine without fonts draws the same bytes as any other. Its metrics equal those of
-//! Helvetica and Arial, which the SVG files ask for.
+//! The font is embedded, so that bitmaps are the same on every machine. Its metrics equal those of Helvetica and Arial, which
+//! the SVG files ask for.
 
 use std::sync::LazyLock;
 
@@ -16,23 +16,23 @@ static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(bytes, 0).expect("the font of the program can be read")
 });
 
-/// Characters of figures that the font lacks, and what looks like them.
+/// Characters that figures use and the font lacks, with similar ones that it has.
 const SUBSTITUTES: [(char, char); 2] = [('⁻', 'ˉ'), ('⁰', '°')];
 
-/// The glyph of a character; that of an empty box for one that the font lacks.
+/// The glyph of a character; an empty box if the font lacks it.
 fn glyph(character: char) -> GlyphId {
     let substitute = SUBSTITUTES.iter().find(|(lacking, _)| *lacking == character);
     FONT.glyph_index(substitute.map_or(character, |(_, similar)| *similar)).unwrap_or_default()
 }
 
-/// How far two glyphs are moved apart, in units of the font.
+/// Kerning between two glyphs, in font units.
 fn kerning(left: GlyphId, right: GlyphId) -> i16 {
     let subtables = FONT.tables().kern.into_iter().flat_map(|kern| kern.subtables);
     let mut pairs = subtables.filter(|table| table.horizontal && !table.variable);
     pairs.find_map(|table| table.glyphs_kerning(left, right)).unwrap_or(0)
 }
 
-/// The glyphs of a run with their distances from its start, and its length, in units of the font.
+/// The glyphs of a run with their distances from its start, and the length of the run, in font units.
 fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     let mut glyphs: Vec<(GlyphId, i32)> = Vec::with_capacity(run.text.len());
     let mut length = 0;
@@ -46,31 +46,31 @@ fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     (glyphs, length)
 }
 
-/// Units of the font in coordinates, for a run of a text of the font size `size`.
+/// Coordinates per font unit, for a run of a text with the font size `size`.
 fn scale(run: &Run<'_>, size: i32) -> f32 {
     run.size(size) as f32 / f32::from(FONT.units_per_em())
 }
 
-/// Length of a text of the font size `size`, in the same unit.
+/// Length of a text with the font size `size`, in the same unit.
 pub(super) fn length(text: &str, size: i32) -> f32 {
     runs(text).iter().map(|run| set(run).1 as f32 * scale(run, size)).sum()
 }
 
-/// Adds the outlines of a text of the font size `size` to `path`; its baseline starts at `(x, y)`, with `y` downwards.
+/// Adds the outlines of a text with the font size `size` to `path`. Its baseline starts at `(x, y)`, with `y` downwards.
 pub(super) fn outline(path: &mut PathBuilder, text: &str, size: i32, (mut x, y): (f32, f32)) {
     for run in runs(text) {
         let (scale, baseline) = (scale(&run, size), y + run.drop(size) as f32);
         let (glyphs, length) = set(&run);
         for (glyph, from) in glyphs {
             let mut outline = Outline { path, scale, origin: (x + from as f32 * scale, baseline) };
-            // A space has none.
+            // A space has no outline.
             FONT.outline_glyph(glyph, &mut outline);
         }
         x += length as f32 * scale;
     }
 }
 
-/// Puts a glyph at its place.
+/// Scales and moves the outline of a glyph.
 struct Outline<'a> {
     path: &'a mut PathBuilder,
     scale: f32,

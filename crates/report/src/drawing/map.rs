@@ -1,25 +1,25 @@
-//! Maps: a quantity over two others as cells in colour, with its numbers where they fit, as SVG.
+//! Maps: a quantity over two others as coloured cells, with numbers where they fit.
 //!
-//! The colours are viridis: even steps of brightness, the same to a reader who sees no colours.
+//! The colours are those of viridis, whose brightness rises evenly: a map can be read in grey.
 
 use super::diagram::{Frame, SUBTITLE, heading};
 use super::scale::{Axis, Scale, coordinate};
 use super::{Canvas, Color, FAINT, INK, WHITE, axis, fine, stroke, text, viridis, width};
 
-/// Size of a picture in pixels.
+/// Size of a figure in pixels.
 const SIZE: (i32, i32) = (680, 430);
 /// Pixels above, below and to the right of the cells.
 const TOP: i32 = 40;
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 100;
-/// Distance of the colour bar from the cells, and its width.
+/// Distance between the colour bar and the cells, and width of the bar.
 const BAR: (i32, i32) = (20, 14);
-/// Number of colours of the bar.
+/// Number of colours in the bar.
 const SHADES: u32 = 100;
-/// Size of the numbers in cells, and what is free around them.
+/// Font size of the numbers in cells, and the margin around them.
 const NUMBER: i32 = 10;
 const FREE: (i32, i32) = (4, 5);
-/// Fill of a cell without a value, and distance of the lines across it.
+/// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
 
@@ -30,7 +30,7 @@ pub struct Side {
     pub label: String,
     /// The values of the cells, in ascending order; at least one.
     pub values: Vec<f64>,
-    /// What is written at each.
+    /// The label of each value.
     pub labels: Vec<String>,
 }
 
@@ -39,24 +39,24 @@ pub struct Side {
 pub struct Map {
     /// Heading.
     pub title: String,
-    /// What is smaller below it; may be empty.
+    /// Smaller text below the heading; may be empty.
     pub subtitle: String,
-    /// To the right.
+    /// Horizontal side.
     pub x: Side,
-    /// Upwards.
+    /// Vertical side.
     pub y: Side,
     /// Name and unit of the quantity.
     pub label: String,
-    /// The quantity, row by row from below; none where it is not known.
+    /// The values of the quantity, row by row from the bottom; none where unknown.
     pub values: Vec<Option<f64>>,
-    /// What the colours range over, where it is not the values.
+    /// Range of the colours; by default that of the values.
     pub range: Option<[f64; 2]>,
-    /// A value whose line is drawn.
+    /// A value whose contour line is drawn.
     pub level: Option<f64>,
 }
 
 impl Side {
-    /// Borders of the cells: in the middle between values, and as far outside of the first and the last.
+    /// Borders of the cells: midway between values, and equally far beyond the first and the last.
     fn borders(&self) -> Vec<f64> {
         let values = &self.values;
         let (first, last) = (values[0], values[values.len() - 1]);
@@ -69,13 +69,13 @@ impl Side {
     }
 }
 
-/// Where values of a side lie between two pixels, in coordinates of the file.
+/// Maps the values of a side to coordinates between two pixels.
 fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
     let (first, last) = (borders[0], borders[borders.len() - 1]);
     move |value| fine(low) + ((value - first) / (last - first) * f64::from(fine(high - low))).round() as i32
 }
 
-/// Values and labels so far apart that the labels do not touch: every value, or every second, and so on.
+/// Values and labels, thinned out until the labels do not touch: every value, or every second, and so on.
 fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Vec<(f64, String)> {
     let all: Vec<(f64, String)> = side.values.iter().copied().zip(side.labels.iter().cloned()).collect();
     let apart = |every: usize| {
@@ -89,7 +89,7 @@ fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Ve
     all.into_iter().step_by(every).collect()
 }
 
-/// Decimals with which a number of this size is written in a cell.
+/// Number of decimals for a value of this size in a cell.
 fn decimals(value: f64) -> usize {
     match value.abs() {
         100.0.. => 0,
@@ -98,7 +98,7 @@ fn decimals(value: f64) -> usize {
     }
 }
 
-/// Whether a piece of a line meets the rectangle of this half size around `middle`; checked at points a pixel apart.
+/// Whether a piece of a line meets the rectangle with this half size around `middle`, checked at points one pixel apart.
 fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) -> bool {
     let (wide, high) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
     let steps = (wide.abs().max(high.abs()) / f64::from(fine(1))).ceil().max(1.0);
@@ -110,7 +110,7 @@ fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) ->
 }
 
 impl Map {
-    /// The map as a figure.
+    /// Draws the map.
     #[must_use]
     pub fn draw(&self) -> Canvas {
         let axis_of_colours = Axis::linear(self.label.clone());
@@ -136,7 +136,7 @@ impl Map {
         axis(&mut canvas, name, &below, false, |x| (across(x), fine(bottom)));
         let beside = ticks(&self.y, &up, |_| 15);
         axis(&mut canvas, (&self.y.label, (14, (top + bottom) / 2)), &beside, true, |y| (fine(left), up(y)));
-        // Without a value there is nothing that the colours range over.
+        // Without a value the colours have no range.
         if !shown.is_empty() {
             self.draw_bar(&mut canvas, frame, &scale);
         }
@@ -154,7 +154,7 @@ impl Map {
         for (value, borders) in cells() {
             let [(low_x, high_y), (high_x, low_y)] = corners(borders);
             match value {
-                // A cell reaches a little below the one that is drawn after it, so that no seam shows.
+                // A cell extends slightly below the one that is drawn after it, so that no seam shows.
                 Some(value) => {
                     let reach = [(low_x, high_y - 5), (high_x + 5, low_y)];
                     let reach = [(reach[0].0, reach[0].1.max(fine(top))), (reach[1].0.min(fine(right)), reach[1].1)];
@@ -163,13 +163,13 @@ impl Map {
                 None => hatch(canvas, [(low_x, high_y), (high_x, low_y)]),
             }
         }
-        // Once more over what neighbours have drawn into them.
+        // Again, over what their neighbours have drawn into them.
         for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
             hatch(canvas, corners(borders));
         }
     }
 
-    /// Writes the numbers of all cells, if all fit; but none that the line of the level crosses.
+    /// Writes the numbers of all cells if all of them fit, except those that the contour line crosses.
     fn draw_numbers(&self, canvas: &mut Canvas, scale: &Scale, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let mut numbers = Vec::new();
@@ -201,13 +201,13 @@ impl Map {
         }
     }
 
-    /// The pieces of the level's line in coordinates of the file; none without a level.
+    /// The pieces of the contour line in coordinates of the canvas; none without a level.
     fn level_line(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
         let pieces = self.level.map(|level| contour([&self.x.values, &self.y.values], &self.values, level));
         pieces.into_iter().flatten().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
     }
 
-    /// The line of the level, in ink on white, so that it shows on every colour.
+    /// Draws the contour line in ink on white, so that it shows on every colour.
     fn draw_level(&self, canvas: &mut Canvas, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
         let pieces = self.level_line(across, up);
         for (color, tenths) in LINE {
@@ -245,10 +245,10 @@ impl Map {
     }
 }
 
-/// Colours and widths in tenths of a pixel of the level's line, from the lowest to the highest.
+/// Colours and widths (tenths of a pixel) of the contour line, from the lowest to the highest layer.
 const LINE: [(Color, i32); 2] = [(WHITE, 44), (INK, 20)];
 
-/// Fills a rectangle with lines.
+/// Hatches a rectangle.
 fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
     let [(left, top), (right, bottom)] = corners;
     canvas.rectangle(corners, EMPTY);
@@ -263,9 +263,9 @@ fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
     }
 }
 
-/// The pieces of the line on which a quantity, given row by row, has this level; linear between neighbours.
+/// The pieces of the contour line at this level of a quantity given row by row, linear between neighbours.
 ///
-/// Between four neighbours of which one is not known there is no piece.
+/// Four neighbours of which one is unknown have no piece between them.
 pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
     let mut pieces = Vec::new();
     for (row, y) in ys.windows(2).enumerate() {
@@ -283,7 +283,7 @@ pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec
             match crossings[..] {
                 [from, to] => pieces.push([from, to]),
                 [below, right, above, left] => {
-                    // A saddle: the middle says which corners belong together.
+                    // A saddle: the value in the middle tells which corners belong together.
                     let joined = ((a + b + c + d) / 4.0 < level) == (a < level);
                     let pairs = if joined { [[below, right], [above, left]] } else { [[below, left], [right, above]] };
                     pieces.extend(pairs);

@@ -1,4 +1,4 @@
-//! Figures of one look: axes, curves and maps in, SVG and PNG out.
+//! Figures in one style: axes, curves and maps in, SVG and PNG out.
 //!
 //! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas writes itself as SVG,
 //! with its text as text, and as a bitmap, with the glyphs of the one font that is part of the program.
@@ -21,13 +21,13 @@ pub use canvas::{Canvas, Point, Stroke, TextStyle, fine, stroke, text};
 pub use color::{BLUE, Color, FAINT, GREY, GRID, INK, VERMILION, WHITE, viridis};
 use symbols::runs;
 
-/// Width in pixels of a text of a size in pixels, roughly: readers see SVG files in a font of their own.
+/// Estimated width of a text in pixels. It is not exact, since an SVG viewer may use another font.
 pub fn width(text: &str, size: i32) -> i32 {
     let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
     runs(text).iter().map(|run| characters(run) * run.size(size * 55) / 100).sum()
 }
 
-/// Values of an axis with the labels that `label` makes.
+/// Pairs the values of an axis with their labels.
 pub fn labelled(values: impl IntoIterator<Item = f64>, label: impl Fn(f64) -> String) -> Vec<(f64, String)> {
     values.into_iter().map(|value| (value, label(value))).collect()
 }
@@ -54,44 +54,44 @@ pub fn axis(
     canvas.text(name, style, (fine(place.0), fine(place.1)));
 }
 
-/// A whole number, as a label.
+/// A value as a label, rounded to a whole number.
 pub fn whole(value: f64) -> String {
     format!("{value:.0}").replace('-', "−")
 }
 
-/// `10ⁿ`, as a label.
+/// `10ⁿ` as a label.
 pub fn power_of_ten(exponent: f64) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |character: char| character.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     format!("10{}", format!("{exponent:.0}").chars().map(raised).collect::<String>())
 }
 
-/// How the points of a curve are marked: by regular polygons.
+/// A marker: a regular polygon around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marker {
-    /// Number of corners; many make a circle.
+    /// Number of corners; a large number makes a circle.
     pub corners: u32,
-    /// Angle in rad from one to the right to a corner.
+    /// Angle of the first corner in rad, clockwise from the right.
     pub turn: f64,
-    /// Distance of the corners from the centre in pixels.
+    /// Distance between corners and centre in pixels.
     pub radius: i32,
 }
 
-/// How a curve is drawn.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pen {
-    /// Of line and markers.
+    /// Colour of line and markers.
     pub color: Color,
-    /// Width of line and outlines in tenths of a pixel.
+    /// Width of the line and of outlines in tenths of a pixel.
     pub tenths: i32,
-    /// Lengths of dashes and gaps in pixels; with a gap of zero the line is whole.
+    /// Lengths of dashes and gaps in pixels; a gap of zero makes a solid line.
     pub dash: (i32, i32),
-    /// Of its points.
+    /// Marker of its points.
     pub marker: Marker,
 }
 
 impl Pen {
-    /// Joins points.
+    /// Draws a line through points.
     pub fn line(&self, canvas: &mut Canvas, points: &[Point]) {
         let (dash, gap) = self.dash;
         let style = stroke(self.color, self.tenths);
@@ -102,7 +102,7 @@ impl Pen {
         }
     }
 
-    /// Marks points; the markers are filled with white, so that they hide the line.
+    /// Draws markers at points. They are filled with white to hide the line below them.
     pub fn markers(&self, canvas: &mut Canvas, points: &[Point]) {
         let Marker { corners, turn, radius } = self.marker;
         for &(x, y) in points {
@@ -111,7 +111,7 @@ impl Pen {
                 let radius = f64::from(fine(radius));
                 (x + (radius * cosine).round() as i32, y + (radius * sine).round() as i32)
             };
-            // Once more over the first corner, so that the outline is closed there.
+            // Past the first corner again, so that the outline is closed there.
             let outline: Vec<Point> = (0..=corners + 1).map(corner).collect();
             canvas.polygon(&outline[..=corners as usize], WHITE);
             canvas.line(outline, stroke(self.color, self.tenths));

@@ -1,4 +1,4 @@
-//! A canvas as a bitmap, in a PNG file.
+//! A canvas as a PNG file.
 
 use tiny_skia::{FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Transform};
 
@@ -10,15 +10,15 @@ use super::{font, png};
 const SCALE: f32 = 2.0;
 
 impl Canvas {
-    /// The figure as a PNG file, with twice as many pixels across and down as the SVG file has.
+    /// The figure as a PNG file, with twice the width and the height of the SVG file in pixels.
     ///
     /// # Panics
-    /// If the figure has no pixels, or more than memory holds.
+    /// If the figure has no pixels, or more than fit into memory.
     #[must_use]
     pub fn png(&self) -> Vec<u8> {
         let (width, height) = self.size();
         let [width, height] = [width, height].map(|pixels| (pixels as f32 * SCALE) as u32);
-        let mut pixels = Pixmap::new(width, height).expect("a figure has some pixels, and no more than memory holds");
+        let mut pixels = Pixmap::new(width, height).expect("a figure has pixels, and they fit into memory");
         for shape in self.shapes() {
             draw(&mut pixels, shape);
         }
@@ -26,7 +26,7 @@ impl Canvas {
     }
 }
 
-/// From coordinates to pixels of the bitmap.
+/// Converts coordinates to pixels of the bitmap.
 fn scale() -> Transform {
     Transform::from_scale(SCALE / FINE as f32, SCALE / FINE as f32)
 }
@@ -41,7 +41,7 @@ fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
 
 fn draw(pixels: &mut Pixmap, shape: &Shape) {
     let mut fill = |path: Option<Path>, paint: &Paint<'_>, transform| {
-        // Without a path there is nothing to fill.
+        // A text of spaces, for one, has no path.
         if let Some(path) = path {
             pixels.fill_path(&path, paint, FillRule::Winding, transform, None);
         }
@@ -71,7 +71,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape) {
     }
 }
 
-/// The points joined by straight lines.
+/// A path of straight lines through points.
 fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (index, &(x, y)) in points.iter().enumerate() {
@@ -84,7 +84,7 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-/// The outlines of a text before it is turned, and how it is turned.
+/// The outlines of a text before it is rotated, and the rotation.
 fn outline(text: &str, style: &TextStyle, (x, y): Point) -> (Option<Path>, Transform) {
     let (x, y) = (x as f32, y as f32);
     let size = style.size as f32;
@@ -93,7 +93,7 @@ fn outline(text: &str, style: &TextStyle, (x, y): Point) -> (Option<Path>, Trans
         Anchor::Middle => x - font::length(text, style.size) / 2.0,
         Anchor::End => x - font::length(text, style.size),
     };
-    // As the `dy` of the SVG file says, where a height of an x is half the font size.
+    // As `dy` in the SVG file, with an x-height of half the font size.
     let baseline = match style.level {
         Level::Top => y + 0.76 * size,
         Level::Middle => y + 0.25 * size,

@@ -1,4 +1,4 @@
-//! Axes: values become places, and ticks are round numbers.
+//! Axes: the places of values, and ticks at round numbers.
 
 use std::borrow::Cow;
 
@@ -9,30 +9,30 @@ use super::{fine, labelled, power_of_ten, whole};
 pub struct Axis {
     /// Quantity and unit.
     pub label: Cow<'static, str>,
-    /// Powers of ten at equal distances.
+    /// Whether powers of ten are at equal distances.
     pub logarithmic: bool,
-    /// Zero is shown whatever the values.
+    /// Whether zero is always shown.
     pub from_zero: bool,
 }
 
 impl Axis {
-    /// An axis with equal distances for equal differences.
+    /// A linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
         Self { label: label.into(), logarithmic: false, from_zero: false }
     }
 
-    /// An axis with equal distances for equal ratios.
+    /// A logarithmic axis.
     pub fn logarithmic(label: impl Into<Cow<'static, str>>) -> Self {
         Self { logarithmic: true, ..Self::linear(label) }
     }
 
-    /// A linear axis that shows zero.
+    /// A linear axis that always shows zero.
     pub fn from_zero(label: impl Into<Cow<'static, str>>) -> Self {
         Self { from_zero: true, ..Self::linear(label) }
     }
 }
 
-/// An axis with its range and its ticks, in coordinates in which equal distances are equal.
+/// An axis with its range and its ticks. Its coordinates are values, or their logarithms on a logarithmic axis.
 #[derive(Clone, Debug)]
 pub struct Scale {
     /// What it shows.
@@ -41,12 +41,12 @@ pub struct Scale {
     high: f64,
     /// Coordinates and labels.
     pub ticks: Vec<(f64, String)>,
-    /// What the labels are to be multiplied by; empty if that is one.
+    /// Factor that the labels leave out; empty if it is one.
     pub factor: String,
 }
 
 impl Scale {
-    /// The scale of an axis that shows `values`, in its coordinates, with a margin.
+    /// The scale of an axis that shows `values` (coordinates) with a margin.
     #[must_use]
     pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         let zero = (axis.from_zero && !axis.logarithmic).then_some(0.0);
@@ -61,7 +61,7 @@ impl Scale {
     #[must_use]
     pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = range(values, false);
-        // So that rounding takes no tick at an end away.
+        // So that rounding does not remove a tick at an end.
         let slack = 1e-9 * (high - low);
         let (ticks, factor) = linear_ticks(low - slack, high + slack);
         Self { axis, low, high, ticks, factor }
@@ -73,14 +73,14 @@ impl Scale {
         (at - self.low) / (self.high - self.low)
     }
 
-    /// Where a coordinate lies between `low` and `high` (pixels), in coordinates of the file.
+    /// Maps a coordinate to a place between the pixels `low` and `high`, in coordinates of the canvas.
     #[must_use]
     pub fn place(&self, at: f64, low: i32, high: i32) -> i32 {
         fine(low) + (self.part(at) * f64::from(fine(high - low))).round() as i32
     }
 }
 
-/// The least and the largest of `values`, and some room if that is one.
+/// The smallest and the largest of `values`, with some room if they are equal.
 fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> (f64, f64) {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
@@ -91,7 +91,7 @@ fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> (f64, f64) {
     if high - low > 1e-9 * largest && largest >= 1e-290 {
         return (low, high);
     }
-    // All in one place, as far as labels can show.
+    // Labels could not tell the ends apart.
     let half = match logarithmic {
         true => 0.5,
         false if largest < 1e-290 => 1.0,
@@ -107,7 +107,7 @@ pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
     shown.then(|| if axis.logarithmic { value.log10() } else { value })
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that these leave out.
+/// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that the labels leave out.
 #[must_use]
 pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let least = (high - low) / 7.0;
@@ -117,7 +117,7 @@ pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let largest = low.abs().max(high.abs());
     let exponent = if (1e-2..1e5).contains(&largest) { 0.0 } else { 3.0 * (largest.log10() / 3.0).floor() };
     let unit = 10_f64.powf(exponent);
-    // A little more than a step, so that a logarithm rounded down costs no decimal too many.
+    // Slightly more than a step, so that rounding of the logarithm does not add a decimal.
     let decimals = (-(1.1 * step / unit).log10().floor()).clamp(0.0, 15.0) as usize;
     let values = ((low / step).ceil() as i64..=(high / step).floor() as i64).map(|count| count as f64 * step);
     let ticks = labelled(values, |value| format!("{:.decimals$}", value / unit).replace('-', "−"));
@@ -125,8 +125,8 @@ pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     (ticks, factor)
 }
 
-/// Ticks between two powers of ten given by their exponents: powers of ten, in a narrow range 1, 2 and 5 times them, in a
-/// still narrower one those of a linear axis.
+/// Ticks between two powers of ten, given by their exponents: at powers of ten; in a narrow range at 1, 2 and 5 times them;
+/// in a still narrower one as on a linear axis.
 fn logarithmic_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let powers: Vec<f64> = (low.ceil() as i32..=high.floor() as i32).map(f64::from).collect();
     if powers.len() > 2 {

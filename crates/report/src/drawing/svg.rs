@@ -7,7 +7,7 @@ use super::color::Color;
 use super::symbols::runs;
 
 impl Canvas {
-    /// The figure as the text of an SVG file. Text stays text, and symbols have their subscripts as `<tspan>`.
+    /// The figure as an SVG file. Texts are `<text>` elements, in which subscripts are `<tspan>`.
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = self.size();
@@ -88,7 +88,7 @@ fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point) -> 
         write!(svg, " transform=\"rotate(270, {x}, {y})\"")?;
     }
     svg.push_str(">\n");
-    // How far below the baseline of the text that of the last run is.
+    // Distance of the last run below the baseline of the text.
     let mut below = 0;
     for run in runs(text) {
         let (drop, escaped) = (run.drop(size), escaped(run.text));
@@ -105,13 +105,13 @@ fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point) -> 
     Ok(())
 }
 
-/// A font size as files state it. Multiplied and divided, as earlier versions did: a figure whose text has not changed keeps
-/// its bytes, with a font size of 120.00000000000001 for one.
+/// A font size as files state it. Earlier versions rounded 120 to 120.00000000000001 on the way; a figure whose text has not
+/// changed keeps its bytes.
 fn written_size(size: i32) -> f64 {
     f64::from(size) * 1.24 / 1.24
 }
 
-/// Text as XML shows it.
+/// Escapes text for XML.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

@@ -1,6 +1,6 @@
-//! Symbols in running text: `F_n,w` becomes an F with the subscript "n,w".
+//! Symbols in running text: `F_n,w` is an F with the subscript "n,w".
 
-/// A part of a text that is set in one size.
+/// A part of a text in one font size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run<'a> {
     /// Its characters.
@@ -25,10 +25,11 @@ impl Run<'_> {
     }
 }
 
-/// Splits a text into what stands on the baseline and the subscripts of symbols.
+/// Splits a text into the parts on the baseline and the subscripts of symbols.
 ///
-/// A symbol is a letter, with accents or a `Δ` before it or without, then `_`, then the subscript: lower-case letters and
-/// digits, in parts that commas without a space join. Names such as `relative_tolerance` are not symbols, and stay.
+/// A symbol is one letter, possibly with accents or a leading `Δ`, followed by `_` and its subscript. A subscript consists of
+/// lower-case letters and digits, and of commas without a space between them. Names such as `relative_tolerance` are not
+/// symbols and stay as they are.
 #[must_use]
 pub fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
@@ -48,7 +49,7 @@ pub fn runs(text: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Whether `text` ends with what can have a subscript.
+/// Whether `text` ends with a letter that can have a subscript.
 fn ends_with_symbol(text: &str) -> bool {
     let is_accent = |character: &char| ('\u{300}'..='\u{36F}').contains(character);
     let mut backwards = text.chars().rev().skip_while(is_accent);

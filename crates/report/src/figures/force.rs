@@ -1,4 +1,4 @@
-//! The tool force with what is known of its uncertainty: bands, measured points, and what the scatter comes from.
+//! Figures of the tool force and its uncertainty: bands, measured points, and the sources of scatter.
 
 use super::{Family, Picture, Sides, View, selection};
 use crate::drawing::diagram::{Curve, Diagram, Look};
@@ -9,20 +9,20 @@ use bristle_study::slices::{Slice, equation};
 use bristle_study::text::number::short;
 use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
 
-/// Most curves beside measured points, each of which has a band.
+/// Maximum number of curves with measured points, each of which has a band.
 const MAX_MEASURED: usize = 4;
-/// Most curves with bands of filaments that scatter, which are wide.
+/// Maximum number of curves with bands of scattering filaments, which are wide.
 const MAX_SCATTERED: usize = 3;
 
 /// Simulated forces with their bands.
 struct Banded {
     curves: Vec<Curve>,
-    /// Whether some forces are not known.
+    /// Whether some forces are unknown.
     has_gaps: bool,
 }
 
 impl View<'_> {
-    /// The tool's force where filaments scatter; none where it does not vary along this side.
+    /// The tool force where filaments scatter; none if this side has one value only.
     pub(super) fn scatter(&self, family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
@@ -36,7 +36,7 @@ impl View<'_> {
         }
         let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let diagram = Diagram {
-            title: "Contact normal force of the tool, with filaments that scatter".to_owned(),
+            title: "Contact normal force of the tool with scattering filaments".to_owned(),
             subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
             x: Axis::linear(over.label()),
             y: Axis::from_zero("F_n,w in N"),
@@ -79,7 +79,7 @@ impl View<'_> {
         let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
         let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
         let diagram = Diagram {
-            title: "What the scatter of the tool force comes from".to_owned(),
+            title: "Sources of the scatter in the tool force".to_owned(),
             subtitle: self.subtitle([at, deviations]),
             x: Axis::linear(x.label()),
             y: Axis::from_zero("first-order Sobol index"),
@@ -89,7 +89,7 @@ impl View<'_> {
         Some(Picture { name, canvas: diagram.draw() })
     }
 
-    /// The tool's force beside measured points; none where the study has no curve.
+    /// The simulated tool force with measured points; none if the study has no curve for them.
     pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
@@ -99,7 +99,7 @@ impl View<'_> {
             Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
             Family::OverY => (point.penetration_depth_m, point.brushing_velocity_m_s),
         };
-        // The values at which something was measured, and the study can say something.
+        // The values with measured points that the study covers.
         let (least, largest) = (of.values[0], of.values[of.values.len() - 1]);
         let within = |value: f64| (least <= value && value <= largest) || same(value, least) || same(value, largest);
         let mut levels: Vec<f64> = measured.iter().map(|point| place(point).1).filter(|&value| within(value)).collect();
@@ -138,12 +138,12 @@ impl View<'_> {
         Some(Picture { name, canvas: diagram.draw() })
     }
 
-    /// What the bands are.
+    /// Explains the bands.
     fn band_text(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let cases = (0..y.values.len()).flat_map(|row| (0..x.values.len()).map(move |column| (column, row)));
         let mut all = cases.map(|(column, row)| self.study.settings(self.slice.case(column, row)));
-        // Where deviations are swept, some may be zero.
+        // Swept deviations may include zero.
         if let Some(settings) = all.find(scatters) {
             return format!("band: 95 % of the tools with {}", scatter_text(&settings));
         }
@@ -161,7 +161,7 @@ impl View<'_> {
         let mut banded = Banded { curves: Vec::new(), has_gaps: false };
         for (index, &level) in levels.iter().enumerate() {
             let mut line = Vec::new();
-            // Outlines between gaps: the upper edge forwards, then the lower one backwards.
+            // Outlines between gaps: the upper edge forwards, then the lower edge backwards.
             let mut band = (Vec::new(), Vec::new());
             let mut bands = Vec::new();
             for &at in &over.values {
@@ -188,14 +188,14 @@ impl View<'_> {
         banded
     }
 
-    /// The band of a force: that of the sampled tools where filaments scatter, else that of the number of filaments.
+    /// The band of a force: from the sampled tools where filaments scatter, otherwise from the number of filaments.
     fn band(&self, simulated: Simulated) -> Option<[f64; 2]> {
         let Simulated { force_n, uncertainty_n, band_n } = simulated;
         if self.study.scatters() { band_n } else { Some([force_n - uncertainty_n, force_n + uncertainty_n]) }
     }
 }
 
-/// What gaps are, if there are any.
+/// Explains gaps, if there are any.
 fn gaps(has_gaps: bool) -> String {
     if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() }
 }

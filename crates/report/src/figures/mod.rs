@@ -1,6 +1,6 @@
-//! The pictures of results: a study's metrics over its settings, measured forces beside them, one contact over time.
+//! Figures of results: metrics of a study over its settings, comparisons with measured forces, one contact over time.
 //!
-//! Results in, named figures out. They show what Uhlmann and Hoyer (2021) show in their figures 3 to 7.
+//! Results in, named figures out. They correspond to figures 3 to 7 of Uhlmann and Hoyer (2021).
 
 use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of};
 use crate::drawing::map::{self, Map};
@@ -9,6 +9,7 @@ use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
+use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sample};
 use bristle_study::measured::{Measurement, relative_uncertainty};
@@ -19,138 +20,104 @@ use bristle_study::text::number::{labels, short};
 
 mod force;
 
-/// Most values of the further sweeps for which pictures are drawn.
+/// Maximum number of values of the further sweeps for which figures are drawn.
 const MAX_SLICES: usize = 4;
-/// Most curves of a family.
+/// Maximum number of curves in a family.
 const MAX_CURVES: usize = 7;
-/// Most cells of a map along a side; more could not be seen.
+/// Maximum number of cells along a side of a map; more could not be told apart.
 const MAX_CELLS: usize = 200;
 
-/// A picture with the name of its file.
+/// A figure with the name of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Name without ending.
+    /// File name without extension.
     pub name: String,
-    /// What it shows, to be written as SVG or PNG.
+    /// The drawing.
     pub canvas: Canvas,
 }
 
-/// The pictures of a study.
+/// The figures of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pictures {
     /// In the order of the paper.
     pub pictures: Vec<Picture>,
-    /// What is not drawn, and why; empty if all is.
+    /// What is not drawn, and why; empty if everything is.
     pub note: String,
 }
 
-/// A metric as the pictures show it.
-struct Quantity {
-    /// Beginning of file names.
-    name: &'static str,
-    title: &'static str,
-    /// Symbol and unit.
-    label: &'static str,
-    /// From SI to this unit.
-    factor: f64,
-    value: fn(&Metrics) -> f64,
-    /// What the colours of a map range over, where it is not the values.
+/// How figures show a metric, beyond what its column says.
+#[derive(Clone, Copy)]
+struct Style {
+    /// Range of the colours of a map; by default that of the values.
     range: Option<[f64; 2]>,
-    /// A level whose line a map shows, and what that parts.
+    /// A level whose contour line a map shows, and the meaning of that line.
     level: Option<(f64, &'static str)>,
-    /// Over which sides of a map there are families of curves too.
+    /// The sides of a map along which families of curves are drawn too.
     families: &'static [Family],
-    /// Whether the number of filaments is in it.
-    is_of_tool: bool,
 }
 
-/// A family of curves beside a map.
+/// A family of curves that goes with a map.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Family {
     OverX,
     OverY,
 }
 
-/// The paper's figures 4a, 4b, 5, 6a and 6b.
-const QUANTITIES: [Quantity; 5] = [
-    Quantity {
-        name: "tip_deflection",
-        title: "Largest tip deflection",
-        label: "s_n,max in mm",
-        factor: 1e3,
-        value: |metrics| metrics.max_tip_deflection_m,
-        range: None,
-        level: None,
-        families: &[Family::OverX],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "contact_time",
-        title: "Contact time",
-        label: "t_c in ms",
-        factor: 1e3,
-        value: |metrics| metrics.contact_time_s,
-        range: None,
-        level: None,
-        families: &[Family::OverX],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "contact_time_ratio",
-        title: "Contact time ratio",
-        label: "ε_tc",
-        factor: 1.0,
-        value: |metrics| metrics.contact_time_ratio,
-        range: Some([0.0, 1.0]),
-        level: Some((0.5, "line: ε_tc = ½ between sweeping (above) and striking (below)")),
-        families: &[],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "impulse",
-        title: "Contact normal impulse of a filament",
-        label: "p_n in mN s",
-        factor: 1e3,
-        value: |metrics| metrics.contact_normal_impulse_n_s,
-        range: None,
-        level: None,
-        families: &[Family::OverX, Family::OverY],
-        is_of_tool: false,
-    },
-    Quantity {
-        name: "tool_force",
-        title: "Contact normal force of the tool",
-        label: "F_n,w in N",
-        factor: 1.0,
-        value: |metrics| metrics.tool_contact_normal_force_n,
-        range: None,
-        level: None,
-        families: &[Family::OverX, Family::OverY],
-        is_of_tool: true,
-    },
-];
+/// The metrics that are drawn: the paper's figures 4a, 4b, 5, 6a and 6b.
+fn drawn() -> impl Iterator<Item = &'static Column<Metrics>> {
+    Metrics::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
+}
 
-/// The pictures of a study.
+/// How a metric is drawn; by default as a map, and as curves over the horizontal side.
+fn style(metric: &Column<Metrics>) -> Style {
+    let plain = Style { range: None, level: None, families: &[Family::OverX] };
+    match metric.key {
+        "contact_time_ratio" => Style {
+            range: Some([0.0, 1.0]),
+            level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
+            families: &[],
+        },
+        "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
+            Style { families: &[Family::OverX, Family::OverY], ..plain }
+        }
+        _ => plain,
+    }
+}
+
+/// The name of a metric as a title, with its symbol and unit.
+fn title(metric: &Column<Metrics>) -> String {
+    let mut name = metric.name.chars();
+    let first = name.next().map(|first| first.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{} {}", name.as_str(), label(metric))
+}
+
+/// Symbol and unit of a metric.
+fn label(metric: &Column<Metrics>) -> String {
+    let unit = metric.display.unit;
+    if unit.is_empty() { metric.symbol.to_owned() } else { format!("{} in {unit}", metric.symbol) }
+}
+
+/// Draws the figures of a study.
 ///
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
-/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; of other studies, each metric over the setting that
+/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
-/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have pictures for each
-/// of their values, but not for more than four, with the value at the end of the name.
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have figures for each
+/// of their values, at most four, with the value at the end of the name.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
         let view = View { study, results, slice };
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
-        for quantity in &QUANTITIES {
+        for metric in drawn() {
             if is_map {
-                pictures.push(view.map(quantity));
+                pictures.push(view.map(metric));
             }
-            let families = if is_map { quantity.families } else { &[Family::OverX] };
+            let families = if is_map { style(metric).families } else { &[Family::OverX] };
             for family in families {
-                pictures.push(view.curves(quantity, *family));
+                pictures.push(view.curves(metric, *family));
             }
         }
     }
@@ -179,24 +146,24 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     Pictures { pictures, note }
 }
 
-/// Whether a picture of this name is one that [`study_figures`] can make.
+/// Whether [`study_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
-    let of_quantity = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
+    let of_metric = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
     let beginnings = ["measured_over_", "scatter_over_", "sobol_over_"];
     beginnings.iter().any(|beginning| rest(beginning).is_some())
-        || QUANTITIES.iter().any(|quantity| rest(quantity.name).is_some_and(of_quantity))
+        || drawn().any(|metric| rest(metric.display.file_name).is_some_and(of_metric))
 }
 
-/// A side that a picture runs along, and one of whose values it has curves.
+/// The side along which a figure runs, and the side with one curve per value.
 struct Sides<'a> {
     family: Family,
     over: &'a Side,
     of: &'a Side,
 }
 
-/// A slice with what was simulated there.
+/// A slice and the results in it.
 struct View<'a> {
     study: &'a Study,
     results: &'a [CaseResult],
@@ -204,13 +171,13 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// A metric in its unit at positions of the slice's sides; none where the case failed.
-    fn value(&self, quantity: &Quantity, x: usize, y: usize) -> Option<f64> {
+    /// A metric in its unit at positions on the sides of the slice; none if the case failed.
+    fn value(&self, metric: &Column<Metrics>, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
-        Some(quantity.factor * (quantity.value)(&summary.metrics))
+        Some(metric.display.factor * metric.get(&summary.metrics))
     }
 
-    /// The sides of the slice as a family of curves takes them.
+    /// The sides of the slice as a family of curves uses them.
     fn sides(&self, family: Family) -> Sides<'_> {
         let Slice { x, y, .. } = self.slice;
         match family {
@@ -219,18 +186,18 @@ impl View<'_> {
         }
     }
 
-    /// Parts of a subtitle with what all pictures of the slice share.
+    /// Joins the parts of a subtitle, after what all figures of the slice share.
     fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
         let all = std::iter::once(self.slice.condition()).chain(parts);
         all.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
-    /// `N_f` with its uncertainty, where one quantity has it.
-    fn uncertainty(&self, quantity: &Quantity) -> String {
+    /// `N_f` with its uncertainty, if it applies to all values.
+    fn uncertainty(&self, metric: &Column<Metrics>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(self.study, case);
         let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
-        if !quantity.is_of_tool || relative == 0.0 || varies {
+        if metric.display.scope != Scope::Tool || relative == 0.0 || varies {
             return String::new();
         }
         let tool = self.study.settings(case).tool;
@@ -238,7 +205,7 @@ impl View<'_> {
         format!("N_f = {count} ± {spread}: all values ± {:.1} %", 100.0 * relative)
     }
 
-    /// A note if some of `shown` values are none.
+    /// A note if some of the `shown` values are missing.
     fn failures(&self, shown: impl Iterator<Item = Option<f64>>, mark: &str) -> String {
         match shown.filter(Option::is_none).count() {
             0 => String::new(),
@@ -247,7 +214,7 @@ impl View<'_> {
         }
     }
 
-    fn map(&self, quantity: &Quantity) -> Picture {
+    fn map(&self, metric: &Column<Metrics>) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
         let side = |side: &Side, shown: &[usize]| {
@@ -258,34 +225,34 @@ impl View<'_> {
         let values: Vec<Option<f64>> = rows
             .iter()
             .flat_map(|&row| columns.iter().map(move |&column| (column, row)))
-            .map(|(column, row)| self.value(quantity, column, row))
+            .map(|(column, row)| self.value(metric, column, row))
             .collect();
         let all = x.values.len() * y.values.len();
         let selection = selection(values.len(), all, "cases");
         let known = || values.iter().flatten();
         let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
-        let level = quantity.level.filter(|(level, _)| crossed(*level));
+        let level = style(metric).level.filter(|(level, _)| crossed(*level));
         let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
-        let subtitle = self.subtitle([meaning, self.uncertainty(quantity), selection, failures]);
+        let subtitle = self.subtitle([meaning, self.uncertainty(metric), selection, failures]);
         let map = Map {
-            title: format!("{} {}", quantity.title, quantity.label),
+            title: title(metric),
             subtitle,
             x: side(x, &columns),
             y: side(y, &rows),
-            label: quantity.label.to_owned(),
+            label: label(metric),
             values,
-            range: quantity.range,
+            range: style(metric).range,
             level: level.map(|(level, _)| level),
         };
-        Picture { name: format!("{}_map{}", quantity.name, self.slice.suffix()), canvas: map.draw() }
+        Picture { name: format!("{}_map{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
     }
 
-    fn curves(&self, quantity: &Quantity, family: Family) -> Picture {
+    fn curves(&self, metric: &Column<Metrics>, family: Family) -> Picture {
         let Sides { over, of, .. } = self.sides(family);
         let value = |along: usize, member: usize| match family {
-            Family::OverX => self.value(quantity, along, member),
-            Family::OverY => self.value(quantity, member, along),
+            Family::OverX => self.value(metric, along, member),
+            Family::OverY => self.value(metric, member, along),
         };
         let members = spread(of.values.len(), MAX_CURVES);
         let shown = over.shown();
@@ -298,31 +265,31 @@ impl View<'_> {
         let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
         let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
         let diagram = Diagram {
-            title: format!("{} {}", quantity.title, quantity.label),
-            subtitle: self.subtitle([self.uncertainty(quantity), selection, failures]),
+            title: title(metric),
+            subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
             x: Axis::linear(over.label()),
-            y: Axis::from_zero(quantity.label),
+            y: Axis::from_zero(label(metric)),
             curves,
         };
-        let name = format!("{}_over_{}{}", quantity.name, over.word(), self.slice.suffix());
+        let name = format!("{}_over_{}{}", metric.display.file_name, over.word(), self.slice.suffix());
         Picture { name, canvas: diagram.draw() }
     }
 }
 
-/// How many of all values are shown, if not all.
+/// How many values are shown, unless all are.
 fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
-/// Size of the picture of a history, and of its panels, in pixels.
+/// Size of the figure of a history and of its panels, in pixels.
 const HISTORY: (i32, i32) = (760, 528);
 const HISTORY_TOP: i32 = 68;
 const PANEL: i32 = 190;
 const BETWEEN: i32 = 26;
-/// Colour of the times in contact.
+/// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
-/// The picture of one contact over time: force and tip deflection (the paper's Fig. 3), named `history`.
+/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named `history`.
 pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
@@ -372,13 +339,13 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     Picture { name: "history".to_owned(), canvas }
 }
 
-/// Marks the times with a force.
+/// Shades the times in contact.
 fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, top, right, bottom]: [i32; 4]) {
     let mut marked: Vec<(i32, i32)> = Vec::new();
     for pair in forces.windows(2).filter(|pair| pair.iter().any(|(_, force)| *force > 0.0)) {
         let [from, to] = [pair[0].0, pair[1].0].map(|time| x.place(time, left, right));
         match marked.last_mut() {
-            // Also over gaps of less than half a pixel.
+            // Gaps below half a pixel are shaded too.
             Some((_, end)) if from - *end <= fine(1) / 2 => *end = to,
             _ => marked.push((from, to)),
         }

@@ -1,6 +1,6 @@
 // One case: the filament in motion, curves over time with a common cursor, and its figures.
 
-/** Seconds that a whole pass takes at speed 1. */
+/** Duration of a whole pass at speed 1, in seconds. */
 const PLAYING_TIME = 6;
 /** Curves over time: the arrays of a course that a diagram shows. */
 const DIAGRAMS = [
@@ -39,7 +39,7 @@ function createCaseView(study, grid) {
   const errors = new Map(study.errors);
   const [animation, scene, slider, playButton, speed] = ["animation", "scene", "time", "play", "speed"].map(byId);
   let course = null;
-  /** Time in s that is shown, and that of the last picture while playing. */
+  /** Time shown, in s, and time of the last frame while playing. */
   let time = 0;
   let playing = null;
   let parts = null;
@@ -87,7 +87,7 @@ function createCaseView(study, grid) {
     }
   }
 
-  /** The case with a course that is the fewest places away. */
+  /** The case with a course that is the fewest positions away. */
   function nearestCourse(index) {
     const places = grid.places(index);
     const distance = (other) =>
@@ -124,7 +124,7 @@ function createCaseView(study, grid) {
     byId("statistics").tBodies[0].replaceChildren(...counts);
   }
 
-  /** The shares of the inputs in the variance of the tool force, and what they leave: interactions, and what the fit misses. */
+  /** The shares of the inputs in the variance of the tool force, and the rest: interactions and the error of the fit. */
   function showShares(shares, index) {
     const known = shares.map(({ name, values }) => [name.replace(/^share of (the )?/, ""), values[index]]);
     const sum = known.reduce((total, [, value]) => total + value, 0);
@@ -145,12 +145,12 @@ function createCaseView(study, grid) {
     byId("shares").tBodies[0].replaceChildren(...rows);
   }
 
-  /** Draws all that does not move, for the width that there is. */
+  /** Draws everything that does not move, for the available width. */
   function layOut() {
     drawScene();
     diagrams = DIAGRAMS.map(drawDiagram);
     byId("curves").replaceChildren(...diagrams.map(({ figure }) => figure));
-    // Sizes are known once the figures stand in the page.
+    // Sizes are known once the figures are in the page.
     for (const diagram of diagrams) diagram.layOut();
     update();
   }
@@ -162,7 +162,7 @@ function createCaseView(study, grid) {
     const top = Math.max(...above) + 2 * margin;
     const width = animation.clientWidth;
     const scale = Math.min(width / (high - low), 390 / top);
-    // The workpiece is as thick as the undeformed tool would dip into it, and as its label is high.
+    // The workpiece is as thick as the undeformed tool penetrates it, plus the height of its label.
     const height = Math.round(scale * top + Math.max(scale * (tool_radius - axis_height) + 8, 28));
     const shift = (width - scale * (high - low)) / 2;
     const x = (along) => shift + scale * (along - low);
@@ -176,7 +176,7 @@ function createCaseView(study, grid) {
       svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
     const tips = Array.from({ length: shapes }, (_, frame) => shape(frame).at(-1));
     const ghosts = Array.from({ length: 15 }, (_, k) => shape(Math.round((k * (shapes - 1)) / 14)));
-    // A scale of a round length, about a sixth of the picture.
+    // A scale bar of a round length, about a sixth of the width.
     const length = ticks(0, (high - low) / 3, 2)[1] ?? high - low;
     const label = withUnit(length, scaleFor("m", length));
     const [from, level] = [width - 14 - scale * length, height - 10];
@@ -211,7 +211,7 @@ function createCaseView(study, grid) {
     const lowest = Math.min(0, ...curves.map(({ values }) => Math.min(...values)));
     const largest = Math.max(highest, -lowest);
     const scale = scaleFor(unit, largest);
-    // What is as small as the steps of the packed numbers is zero.
+    // Values as small as the step of the packed numbers are zero.
     const grain = largest > 0 ? 1e-4 * largest : 1;
     const last = course.samples - 1;
     const lines = curves.filter(({ area }) => !area);
@@ -290,7 +290,7 @@ function createCaseView(study, grid) {
       drawing.replaceChildren(...content, cursor);
     }
 
-    /** Goes to the time that is pointed at. */
+    /** Goes to the time under the pointer. */
     function seek(event) {
       if (event.buttons === 0 && event.type === "pointermove") return;
       const x = event.clientX - drawing.getBoundingClientRect().left;
@@ -315,7 +315,7 @@ function createCaseView(study, grid) {
     };
   }
 
-  /** Shows the time that is set, everywhere. */
+  /** Updates all views to the current time. */
   function update() {
     const { points, shapes, along, above, samples, peak_force, end } = course;
     const place = (time / end) * (shapes - 1);

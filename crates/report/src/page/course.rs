@@ -1,7 +1,7 @@
-//! The course of a contact over time, as the page draws it: curves, and the filament's shapes.
+//! The course of a contact over time, as the page draws it: curves and shapes of the filament.
 //!
-//! A [`Recorder`] takes courses while a study is simulated. Results that are read from a file have none, so those cases that
-//! the page shows one of are simulated once more. Each course is packed at once, into two bytes a number.
+//! A [`Recorder`] collects courses while a study is simulated. Results that come from a journal have none: cases of them that
+//! the page shows are simulated again. Each course is packed at once, with two bytes per number.
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -19,12 +19,12 @@ use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, 
 use bristle::workpiece::Workpiece;
 use bristle_study::study::{CaseResult, Study};
 
-/// Most cases of a study whose courses are shown.
+/// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
 
-/// What is read off each pass: enough for curves 600 pixels wide, and for motion without jumps.
+/// How each pass is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, alongside: true };
-/// Most points of a shape; of longer chains a selection is drawn.
+/// Maximum number of points of a shape; longer chains are thinned out.
 const MAX_POINTS: usize = 26;
 
 /// The course of one case.
@@ -52,7 +52,7 @@ pub struct Course {
     kinetic: Packed,
     potential: Packed,
     dissipated: Packed,
-    /// Number of shapes, and of points of each.
+    /// Number of shapes, and of points in each.
     shapes: usize,
     points: usize,
     /// Points from root to tip, shape by shape: along the surface, and above it, in m.
@@ -71,7 +71,7 @@ impl Course {
         let pass = Pass::new(settings);
         let [entry, exit, end] = pass.times();
         let surface = pass.workpiece().surface([0.0; 3], 0.0);
-        // Seen along the tool's axis, with the workpiece below: what of the normal is across the axis points up.
+        // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
         let [x, y, _] = surface.normal;
         let across = x.hypot(y);
         let axis_height = surface.gap / across;
@@ -108,7 +108,7 @@ impl Course {
     }
 }
 
-/// The mean of `F_n` in N since the sample before. Unlike values at the samples it misses no impact, and its integral is
+/// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no impact, and its integral is
 /// `p_n`.
 fn mean_forces(history: &[Sample]) -> Vec<f64> {
     let mean = |pair: &[Sample]| {
@@ -118,17 +118,17 @@ fn mean_forces(history: &[Sample]) -> Vec<f64> {
     std::iter::once(0.0).chain(history.windows(2).map(mean)).collect()
 }
 
-/// Numbers as multiples of a 65535th of their range, above the smallest: too fine a step to be seen in a drawing.
+/// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a drawing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Packed {
     least: f64,
     step: f64,
-    /// Unsigned numbers of 16 bits, the low byte first, in base 64.
+    /// Unsigned 16-bit numbers, low byte first, in Base64.
     words: String,
 }
 
 impl Packed {
-    /// `values` are finite.
+    /// The values must be finite.
     fn new(values: &[f64]) -> Self {
         let least = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
         let largest = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
@@ -155,8 +155,8 @@ impl<'a> Recorder<'a> {
         Self { study, courses: Mutex::default() }
     }
 
-    /// What each pass of the study is to be sampled for, so that [`Recorder::take`] has what it needs: nothing where many
-    /// more passes are simulated than courses shown, since that would cost more than simulating some of them again.
+    /// How the passes of the study have to be sampled for [`Recorder::take`]. Not at all if the study has more passes than the
+    /// page has courses: simulating a few again is cheaper than sampling all.
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
@@ -168,7 +168,7 @@ impl<'a> Recorder<'a> {
     /// # Panics
     /// If the study has no such case.
     pub fn take(&self, case: usize, pass: &Simulation) {
-        // Samples that are not finite were left out.
+        // The history is empty too if some of its samples were not finite.
         if !pass.history.is_empty() {
             let course = Course::new(case, &self.study.settings(case), pass);
             self.courses().push(course);
@@ -179,10 +179,10 @@ impl<'a> Recorder<'a> {
         self.courses.lock().expect("nothing panics with the courses in hand")
     }
 
-    /// Simulates those cases once more that the page shows a course of and that were not recorded, and returns all courses.
+    /// Simulates the cases of the page that were not recorded, and returns all courses.
     ///
-    /// Cases that have failed by `results`, or do now, have no course. Without a number there are as many threads as cores.
-    /// Neither the threads nor what was recorded before change a course.
+    /// A case that failed, in `results` or now, has no course. The default number of threads is the number of cores. Neither
+    /// the number of threads nor the time of recording changes a course.
     ///
     /// # Errors
     /// If the threads cannot be started.
@@ -199,7 +199,7 @@ impl<'a> Recorder<'a> {
                 (Kind::of(&settings), duration, case)
             })
             .collect();
-        // Taken from the end: kind by kind, and the longest passes first, so that threads end at the same time.
+        // Taken from the end: by kind, with the longest passes first, so that all threads finish at about the same time.
         queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
         let count = queue.len();
         let queue = Mutex::new(queue);

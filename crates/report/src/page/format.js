@@ -12,7 +12,7 @@ const PREFIXES = [
   ["n", 1e-9],
 ];
 
-/** The unit, and the factor to it from the SI unit, in which a magnitude is a number from 1 to 1000. */
+/** The unit in which a magnitude is a number from 1 to 1000, and the factor to it from the SI unit. */
 function scaleFor(unit, magnitude) {
   if (!PREFIXED.has(unit) || !(magnitude > 0)) return { unit: unit.replace("^p", "ᵖ"), factor: 1 };
   // Rounding must not turn 1 mm into 1000 µm.
@@ -44,7 +44,7 @@ function withUnit(value, scale, digits) {
   return scale.unit && value !== null ? `${text}\u202f${scale.unit}` : text;
 }
 
-/** An element with attributes and content; a listener is an attribute whose name starts with `on`. */
+/** An element with attributes and content; attributes whose names start with `on` are listeners. */
 function element(name, attributes = {}, ...content) {
   return build(document.createElement(name), attributes, content);
 }
@@ -62,14 +62,14 @@ function build(node, attributes, content) {
   return node;
 }
 
-/** A symbol such as `F_n,w`, of which what follows `_` becomes an index, or an expression such as `max F_n`. */
+/** A symbol such as `F_n,w`, whose part after `_` becomes a subscript, or an expression such as `max F_n`. */
 function symbol(text) {
   if (text.includes(" ")) return element("span", { class: "expression" }, ...rich(text));
   const [base, index] = text.split("_");
   return element("span", { class: "symbol" }, base, index ? element("sub", {}, index) : []);
 }
 
-/** Text in which symbols with an index, and `R`, `ω` and what is before `=` alone, are set as such. */
+/** Text in which symbols are typeset: those with a subscript, `R`, `ω`, and a single letter before `=`. */
 function rich(text) {
   const unbroken = text.replace(/ ([=>]) /g, "\u00a0$1\u00a0");
   return unbroken
@@ -79,12 +79,12 @@ function rich(text) {
     });
 }
 
-/** Text of a drawing, in which the symbol `F_n,w` has its index below the line. */
+/** Text of a drawing, in which symbols such as `F_n,w` have subscripts. */
 function svgText(attributes, text) {
   const parts = text.split(/(\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*)/u).map((part) => {
     if (!part.includes("_")) return part;
     const [base, index] = part.split("_");
-    // The empty part goes back to the line.
+    // The empty part returns to the baseline.
     return [
       svgElement("tspan", { class: "symbol" }, base),
       svgElement("tspan", { dy: 3, "font-size": "75%" }, index),
@@ -94,7 +94,7 @@ function svgText(attributes, text) {
   return svgElement("text", attributes, ...parts);
 }
 
-/** Numbers that a 16-bit word each stands for. */
+/** Unpacks numbers from 16-bit words. */
 function unpack({ least, step, words }) {
   const bytes = Uint8Array.from(atob(words), (character) => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
@@ -112,11 +112,11 @@ function ticks(low, high, count) {
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 }
 
-/** Viridis, in even steps of lightness: ordered also for readers who do not tell its hues apart, and in grey. */
+/** Viridis, in even steps of lightness: its order shows in grey too, and to readers with any colour vision. */
 const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
 const VIRIDIS_PARTS = VIRIDIS.map((color) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16)));
 
-/** The colour of a share from 0 to 1. */
+/** The colour at a part of the range, 0 to 1. */
 function color(share) {
   const place = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
   const below = Math.min(Math.floor(place), VIRIDIS.length - 2);

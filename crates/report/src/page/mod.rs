@@ -1,29 +1,29 @@
-//! `report.html`: a study as one page that needs nothing else, to look through in a browser.
+//! `report.html`: a study as one self-contained page for a browser.
 //!
-//! Enter a study, its results, and the courses of some cases ([`Recorder`]); leaves the text of the page. The data stand in
-//! it as JSON; `script.js` and its neighbours draw them, `style.css` says how they look. The same study gives the same
-//! bytes: no date and no duration is in them.
+//! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page comes out. It contains the
+//! data as JSON, the scripts that draw them, and their style. The same study gives the same bytes: the page contains neither
+//! dates nor durations.
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::model::metrics::{NominalContact, tool_force};
+use bristle::model::metrics::{Metrics, NominalContact, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
+use bristle_study::uncertainty::ForceScatter;
 
 mod course;
-mod legend;
 
 pub use course::{Course, MAX_COURSES, Recorder};
 
-use legend::{QUANTITIES, Quantity, SCATTER, STATISTICS, SettingLegend};
-
-/// The page around the data, with places for what is filled in.
+/// The page with places to be filled in.
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("style.css");
-/// The program of the page, in the order in which its parts build on each other.
+/// The scripts of the page; each builds on those before it.
 const SCRIPT: &str = concat!(
     include_str!("format.js"),
     include_str!("overview.js"),
@@ -31,11 +31,11 @@ const SCRIPT: &str = concat!(
     include_str!("script.js"),
 );
 
-/// Most cases whose figures are in a page; of a larger study it has a selection, so that it stays below 10 MB.
+/// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10 MB.
 pub const MAX_CASES_SHOWN: usize = 20_000;
 
-/// The page of a study. `name` says what the study is called, its input file for one; `results` are those of all cases in
-/// their order.
+/// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
+/// order.
 #[must_use]
 pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> String {
     let data = data(name, study, results, courses).to_string();
@@ -50,7 +50,7 @@ pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course
     )
 }
 
-/// Puts texts into the places of a template, `{{name}}`. What is put in is not looked at again.
+/// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.
 fn fill(template: &str, texts: &[(&str, &str)]) -> String {
     let mut filled = String::new();
     let mut rest = template;
@@ -64,12 +64,13 @@ fn fill(template: &str, texts: &[(&str, &str)]) -> String {
     filled + rest
 }
 
-/// Text as HTML shows it.
+/// Escapes text for HTML.
 fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// JSON that neither ends a `<script>` nor opens a comment in it: `<` stands in strings only, where it may be escaped.
+/// Escapes JSON so that it neither ends a `<script>` nor opens a comment in it. JSON has `<` in strings only, where it may be
+/// escaped.
 fn escape_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
@@ -81,14 +82,14 @@ struct AxisData {
     symbol: &'static str,
     name: &'static str,
     unit: &'static str,
-    /// The values that are shown.
+    /// The values shown.
     values: Vec<f64>,
-    /// Their positions among all values, and how many there are: they tell a case's row in `runs.csv`.
+    /// Their positions among all values, and the number of all values, which give the row of a case in `runs.csv`.
     positions: Vec<usize>,
     count: usize,
 }
 
-/// A figure of all cases in the page.
+/// A metric of all cases in the page.
 #[derive(Serialize)]
 struct QuantityData {
     key: &'static str,
@@ -96,17 +97,18 @@ struct QuantityData {
     unit: &'static str,
     name: &'static str,
     meaning: &'static str,
-    /// None where a case failed, or the figure is not known.
+    /// None if the case failed or the value is unknown.
     values: Vec<Option<f64>>,
 }
 
-fn figures<T>(
-    quantity: &Quantity<T>,
+/// The values of a column in all cases.
+fn quantity<R: Record>(
+    column: &Column<R>,
     summaries: &[Option<CaseSummary>],
-    part: impl Fn(&CaseSummary) -> Option<&T>,
+    record: impl Fn(&CaseSummary) -> Option<&R>,
 ) -> QuantityData {
-    let &Quantity { key, symbol, unit, name, meaning, value } = quantity;
-    let number = |summary: &Option<CaseSummary>| Some(rounded(value(part(summary.as_ref()?)?)));
+    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    let number = |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
     QuantityData { key, symbol, unit, name, meaning, values: summaries.iter().map(number).collect() }
 }
 
@@ -117,12 +119,12 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         .iter()
         .zip(&shown.positions)
         .map(|(axis, positions)| {
-            let SettingLegend { path, symbol, name } = legend::setting(axis.parameter().path);
+            let &Parameter { path, symbol, name, unit, .. } = axis.parameter();
             AxisData {
                 path,
                 symbol,
                 name,
-                unit: axis.parameter().unit,
+                unit,
                 values: positions.iter().map(|&position| axis.values()[position]).collect(),
                 positions: positions.clone(),
                 count: axis.values().len(),
@@ -132,18 +134,17 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let metrics = QUANTITIES.iter().map(|quantity| figures(quantity, &summaries, |summary| Some(&summary.metrics)));
-    let scatter = SCATTER.iter().map(|quantity| figures(quantity, &summaries, |summary| summary.scatter.as_ref()));
-    // Where nothing scatters there is no band, and inputs that do not scatter have no share.
+    let mut metrics: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
+    metrics.sort_by_key(|column| column.display.prominence);
+    let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
+    let scatter =
+        ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
+    // Without scatter there is no band, and inputs that do not scatter have no share.
     let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
     let quantities: Vec<QuantityData> = metrics.chain(scatter.filter(tells)).collect();
-    let statistics: Vec<Value> = STATISTICS
+    let statistics: Vec<QuantityData> = Statistics::COLUMNS
         .iter()
-        .map(|count| {
-            let value = |summary: &Option<CaseSummary>| summary.as_ref().map(|s| (count.value)(&s.statistics));
-            let values: Vec<Option<usize>> = summaries.iter().map(value).collect();
-            json!({ "key": count.key, "name": count.name, "values": values })
-        })
+        .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
         .collect();
     let uncertainties: Vec<Option<f64>> = shown
         .cases
@@ -171,37 +172,44 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     })
 }
 
-/// Uncertainty of the tool's force in N: that of the number of filaments, to which it is proportional,
-/// `ΔF_n,w = p_n ΔN_f ω/(2π)`.
+/// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f ω/(2π)`.
 fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     let rate = NominalContact::of(settings).rate();
     let impulse = summary.metrics.contact_normal_impulse_n_s;
     rounded(tool_force(impulse, settings.tool.filament_count_uncertainty, rate))
 }
 
-/// All settings of the study, those that are swept without a value.
+/// All settings of the study; swept ones have no value.
 fn settings(study: &Study) -> Vec<Value> {
     let base = study.settings(0);
-    let scalars = PARAMETERS.iter().map(|parameter: &Parameter| {
-        let swept = study.sweeps().iter().any(|axis| std::ptr::eq(axis.parameter(), parameter));
-        (parameter.path, parameter.unit, if swept { Value::Null } else { json!(parameter.get(&base)) })
-    });
-    let others = [
-        ("tool.kind", "", json!(base.tool.kind)),
-        ("workpiece.kind", "", json!(base.workpiece.kind)),
-        ("workpiece.normal", "", json!(base.workpiece.normal)),
-        ("process.gravity_m_s2", "m/s²", json!(base.process.gravity_m_s2)),
-        ("uncertainty.hold", "", json!(base.uncertainty.hold)),
-    ];
-    let mut settings: Vec<_> = others.into_iter().chain(scalars).collect();
-    settings.sort_by_key(|(path, ..)| legend::place(path));
-    settings
-        .into_iter()
-        .map(|(path, unit, value)| {
-            let SettingLegend { symbol, name, .. } = legend::setting(path);
-            json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value })
+    let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
+    let mut entries: Vec<(&str, Value)> = PARAMETERS
+        .iter()
+        .map(|parameter| {
+            let &Parameter { path, symbol, name, unit, .. } = parameter;
+            let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
+            let value = if swept { Value::Null } else { json!(parameter.get(&base)) };
+            (path, entry([path, symbol, name, unit], value))
         })
-        .collect()
+        .collect();
+    // Those that are not numbers, each before the number that it precedes in the settings.
+    let hold = "what stays the same for tools of another radius";
+    let others = [
+        ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""], json!(base.tool.kind)),
+        ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(base.workpiece.kind)),
+        ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""], json!(base.workpiece.normal)),
+        (
+            "process.lead_angle_rad",
+            ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
+            json!(base.process.gravity_m_s2),
+        ),
+        ("", ["uncertainty.hold", "", hold, ""], json!(base.uncertainty.hold)),
+    ];
+    for (next, names, value) in others {
+        let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
+        entries.insert(place, (names[0], entry(names, value)));
+    }
+    entries.into_iter().map(|(_, entry)| entry).collect()
 }
 
 /// Six significant digits: one more than the page shows.
@@ -209,12 +217,12 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// Some cases of a study, on a grid of their own.
+/// A selection of the cases of a study, which form a grid.
 #[derive(Debug)]
 struct Selection {
-    /// For each axis, the positions of its values that are taken.
+    /// The positions of the selected values on each axis.
     positions: Vec<Vec<usize>>,
-    /// The cases, in their order.
+    /// The cases in order.
     cases: Vec<usize>,
 }
 
@@ -225,7 +233,7 @@ impl Selection {
         Self::on(study, thinned(all, MAX_CASES_SHOWN))
     }
 
-    /// Of these, the cases whose courses it shows.
+    /// The cases whose courses it shows, from these.
     fn with_course(study: &Study) -> Self {
         Self::on(study, thinned(Self::shown(study).positions, MAX_COURSES))
     }
@@ -241,7 +249,7 @@ impl Selection {
     }
 }
 
-/// Evenly spread entries of each list, so that there are at most `limit` combinations: the longest lists lose entries.
+/// Thins lists out evenly, the longest first, until they have at most `limit` combinations.
 fn thinned(lists: Vec<Vec<usize>>, limit: usize) -> Vec<Vec<usize>> {
     let mut lengths: Vec<usize> = lists.iter().map(Vec::len).collect();
     while lengths.iter().product::<usize>() > limit.max(1) {
@@ -251,7 +259,7 @@ fn thinned(lists: Vec<Vec<usize>>, limit: usize) -> Vec<Vec<usize>> {
     lists.into_iter().zip(lengths).map(thin).collect()
 }
 
-/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if it is one.
+/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if `taken` is one.
 fn spread(count: usize, taken: usize) -> impl Iterator<Item = usize> {
     (0..taken).map(move |i| if taken == 1 { (count - 1) / 2 } else { i * (count - 1) / (taken - 1) })
 }

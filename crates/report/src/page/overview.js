@@ -1,15 +1,15 @@
-// The overview: a map over two swept settings, or a curve over one, and the values of the case that is pointed at.
+// The overview: a map over two swept settings, or a curve over one, and the values of the case under the pointer.
 
 const VELOCITY = "process.brushing_velocity_m_s";
 const DEPTH = "process.penetration_depth_m";
 const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
-/** How the keys of shares in the variance of the tool force begin. */
+/** Prefix of the keys of shares in the variance of the tool force. */
 const SHARE = "sobol_";
-/** How many of the quantities, which come in the order of their importance, the card shows. */
+/** Number of quantities on the card; they come in the order of importance. */
 const ON_CARD = 8;
 
-/** The cases of a study by their places on its axes; the last axis changes fastest. */
+/** The cases of a study by their positions on its axes; the last axis changes fastest. */
 class Grid {
   constructor(study) {
     this.axes = study.axes.map((axis) => {
@@ -53,7 +53,7 @@ class Grid {
     return 1 + this.axes.reduce((row, axis, k) => row * axis.count + axis.positions[places[k]], 0);
   }
 
-  /** What a case is called: the values of what is swept, and of velocity and depth. */
+  /** The name of a case: the values of swept settings, velocity and depth. */
   name(index) {
     const places = this.places(index);
     return this.named
@@ -73,18 +73,18 @@ function findRanges(quantities) {
     quantity.high = known.reduce((a, b) => Math.max(a, b), -Infinity);
     const largest = Math.max(Math.abs(quantity.low), Math.abs(quantity.high));
     quantity.scale = scaleFor(quantity.unit, known.length > 0 ? largest : 0);
-    // A share is seen best on its whole range.
+    // A share is shown on its whole range.
     if (quantity.key === RATIO) [quantity.low, quantity.high] = [0, 1];
   }
 }
 
-/** Text at an axis: what it is, in which unit. */
+/** Label of an axis: quantity and unit. */
 function axisLabel({ name, symbol, scale }) {
   const label = symbol ? `${name} ${symbol}` : name;
   return scale.unit ? `${label} in ${scale.unit}` : label;
 }
 
-/** At most `limit` places of an axis to be labelled: those of round values, if there are some, else evenly spread ones. */
+/** At most `limit` positions of an axis to label: those with round values if there are any, otherwise evenly spread ones. */
 function labelledPlaces({ values, scale }, limit) {
   if (values.length <= limit) return values.keys();
   const scaled = values.map((value) => value * scale.factor);
@@ -98,7 +98,7 @@ function labelledPlaces({ values, scale }, limit) {
   return Array.from({ length: Math.floor(values.length / every) }, (_, k) => (k + 1) * every - 1);
 }
 
-/** Shows the overview; `open` is called with the case that the reader asks for. */
+/** Shows the overview; `open` is called with the case that the reader chooses. */
 function createOverview(study, grid, open) {
   const byId = (id) => document.getElementById(id);
   const long = grid.axes.filter((axis) => axis.values.length > 1);
@@ -117,7 +117,7 @@ function createOverview(study, grid, open) {
 
   const map = byId("map");
   const [canvas, drawing] = [map.querySelector("canvas"), map.querySelector("svg")];
-  /** The place on each axis of the case that is pointed at; also which slice is shown. */
+  /** The position on each axis of the case under the pointer, which also selects the slice. */
   const places = grid.axes.map((axis) => Math.floor((axis.values.length - 1) / 2));
   let quantity = quantities[0];
   let opened = null;
@@ -150,7 +150,7 @@ function createOverview(study, grid, open) {
     byId("choices").addEventListener("submit", (event) => event.preventDefault());
   }
 
-  /** Sizes in pixels, from the width that there is. */
+  /** Sizes in pixels, from the available width. */
   function measure() {
     const width = map.clientWidth;
     const [left, right, top, bottom] = [upward ? 50 : 64, 8, 8, 44];
@@ -343,7 +343,7 @@ function createOverview(study, grid, open) {
     for (const style of ["opened-case", "opened"]) drawing.append(frame(style, open[acrossAt], open[upwardAt]));
   }
 
-  /** A dot on each case whose course is kept, where that is not all of them. */
+  /** A dot on each case with a course, unless all have one. */
   function drawDots() {
     if (!isSelection()) return;
     const radius = Math.max(1, Math.min(3, cellWidth() / 4, cellHeight() / 4));
@@ -378,7 +378,7 @@ function createOverview(study, grid, open) {
     byId("bar").style.background = `linear-gradient(to right, ${VIRIDIS})`;
   }
 
-  /** Explains what is drawn besides colours. */
+  /** Explains the marks other than colours. */
   function drawMarks(hasLine) {
     const key = (...content) => svgElement("svg", { viewBox: "0 0 26 12", "aria-hidden": "true" }, ...content);
     const line = (style) => svgElement("line", { class: style, x1: 1, x2: 25, y1: 6, y2: 6 });
@@ -395,7 +395,7 @@ function createOverview(study, grid, open) {
     byId("marks").replaceChildren(...items.map(([mark, text]) => element("li", {}, mark, ...text)));
   }
 
-  /** Shows the case that is pointed at. */
+  /** Shows the case under the pointer. */
   function point() {
     drawing.querySelector(".pointed")?.remove();
     const [i, j] = [places[acrossAt], upward ? places[upwardAt] : 0];
@@ -489,11 +489,11 @@ function createOverview(study, grid, open) {
   };
 }
 
-/** A metric of a case with its unit, and with its uncertainty where that is known. */
+/** A metric of a case with its unit, and with its uncertainty if known. */
 function valueText(study, quantity, index) {
   const value = quantity.values[index];
   if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale);
-  // Two digits of the uncertainty, and no digits of the value beyond them.
+  // Two digits of the uncertainty, and the value to the same decimal.
   const { factor, unit } = quantity.scale;
   const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));
   const last = uncertainty > 0 ? 10 ** (Math.floor(Math.log10(uncertainty)) - 1) : 1e-4 * value * factor;

@@ -1,4 +1,4 @@
-// Fills the page with the study that stands in it, and joins its parts.
+// Fills the page with its study and connects its parts.
 
 const study = JSON.parse(document.getElementById("data").textContent);
 findRanges(study.quantities);
@@ -104,7 +104,7 @@ function showOrigin() {
 
 const caseView = createCaseView(study, grid);
 const indexOfRow = new Map(study.quantities[0].values.map((_, index) => [grid.row(index), index]));
-/** The case of the address, `#case-37` for row 37 of runs.csv, so that a case can be linked to, and left by going back. */
+/** The case in the address, `#case-37` for row 37 of runs.csv: cases can be linked to, and the back button leaves them. */
 function caseOfAddress() {
   const row = Number(/^#case-(\d+)$/.exec(location.hash)?.[1]);
   return indexOfRow.get(row) ?? null;
@@ -137,7 +137,7 @@ addEventListener("hashchange", () => {
 showHead();
 showSettings();
 showOrigin();
-// Without an address the middle of the study, or a case with a course.
+// Without an address: the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);
 const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
 showCase(caseOfAddress() ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));

@@ -4,10 +4,10 @@
 
 use std::io::{self, Write};
 
-use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::{Column, Record};
+use bristle::simulation::Statistics;
 use bristle::simulation::{Sample, Simulation};
 use serde::Serialize;
 

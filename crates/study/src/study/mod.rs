@@ -18,10 +18,10 @@ mod tests {
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    use bristle::integrate::Statistics;
     use bristle::model::metrics::Metrics;
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::Settings;
+    use bristle::simulation::Statistics;
     use bristle::simulation::{Job, Kind, Simulation};
 
     use super::scheduler::{complete_cases, in_order_of_work};

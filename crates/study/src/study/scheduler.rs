@@ -8,10 +8,10 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::integrate::Statistics;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
 use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
 use tracing::{debug, info, warn};
 

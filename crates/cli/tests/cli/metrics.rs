@@ -1,0 +1,110 @@
+//! One table of metrics: each of its readers shows what it says, so that a new metric is one entry and its computation.
+
+use std::fs;
+
+use bristle::model::metrics::Metrics;
+use bristle::model::record::{Column, Prominence, Record};
+use bristle_report::figures::study_figures;
+use bristle_report::page::page;
+use bristle_report::tables::study_tables;
+use bristle_study::document::Document;
+use bristle_study::results::run_columns;
+use bristle_study::study::run_study;
+use serde_json::Value;
+
+use crate::program::bristle;
+
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-3
+
+[process]
+brushing_velocity_m_s = 20.0
+penetration_depth_m = 1.0e-3
+
+[study]
+brushing_velocity_m_s = [10.0, 20.0]
+penetration_depth_m = [1.0e-3, 2.0e-3]
+";
+
+fn keys<'a>(columns: impl IntoIterator<Item = &'a Column<Metrics>>) -> Vec<&'static str> {
+    columns.into_iter().map(|column| column.key).collect()
+}
+
+fn at_least(prominence: Prominence) -> impl Iterator<Item = &'static Column<Metrics>> {
+    Metrics::COLUMNS.iter().filter(move |column| column.display.prominence <= prominence)
+}
+
+#[test]
+fn every_reader_shows_every_metric() {
+    let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
+    let results = run_study(&study, None, || {}).expect("threads");
+    let all = keys(Metrics::COLUMNS);
+    assert_eq!(all.len(), 12);
+
+    // runs.csv, and with it Parquet, results read back and the journal's JSON.
+    let columns = run_columns(&study);
+    assert_eq!(columns[3..3 + all.len()], all);
+
+    // metrics.json.
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    fs::write(directory.path().join("case.toml"), FILE).expect("the file can be written");
+    bristle(directory.path(), "simulate case.toml --out one").assert().success();
+    let text = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics.json");
+    let metrics: serde_json::Map<String, Value> = serde_json::from_str(&text).expect("an object");
+    assert!(all.iter().all(|key| metrics.contains_key(*key)), "{text}");
+
+    // The page, the most prominent metrics first.
+    let page = page("case.toml", &study, &results, &[]);
+    let (_, data) = page.split_once("id=\"data\">").expect("the data");
+    let (data, _) = data.split_once("</script>").expect("their end");
+    let data: Value = serde_json::from_str(data).expect("JSON");
+    let quantities = data["quantities"].as_array().expect("quantities");
+    let mut prominent: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
+    prominent.sort_by_key(|column| column.display.prominence);
+    assert_eq!(quantities.len(), all.len());
+    for (quantity, column) in quantities.iter().zip(prominent) {
+        let said = ["key", "symbol", "unit", "name", "meaning"].map(|part| quantity[part].as_str().expect(part));
+        assert_eq!(said, [column.key, column.symbol, column.unit, column.name, column.meaning]);
+        assert!(!column.name.is_empty() && !column.meaning.is_empty(), "{}", column.key);
+    }
+
+    // A map for each metric of the figures, a table for each headline.
+    let pictures = study_figures(&study, &results, &[]).pictures;
+    let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
+    let drawn: Vec<&str> = at_least(Prominence::Figure).map(|column| column.display.file_name).collect();
+    assert_eq!(maps, drawn);
+    assert_eq!(drawn.len(), 5);
+    let tables = study_tables(&study, &results);
+    let titles: Vec<&str> = tables
+        .lines()
+        .filter_map(|line| line.split_once(": "))
+        .filter(|(left, _)| !left.starts_with(' '))
+        .map(|(_, name)| name)
+        .collect();
+    let headlines: Vec<&str> = at_least(Prominence::Headline).map(|column| column.name).collect();
+    assert_eq!(titles, headlines);
+    assert_eq!(headlines.len(), 3);
+}
+
+#[test]
+fn the_documents_list_every_metric() {
+    let page = include_str!("../../../../docs/results.md");
+    let (_, section) = page.split_once("\n## Metrics\n").expect("the section");
+    let (section, _) = section.split_once("\n## ").expect("the next section");
+    let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
+    let row = |column: &Column<Metrics>| {
+        let &Column { key, symbol, unit, name, meaning, .. } = column;
+        format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
+    };
+    assert_eq!(rows, Metrics::COLUMNS.iter().map(row).collect::<Vec<_>>());
+}
