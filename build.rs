@@ -1,4 +1,4 @@
-//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`, with the power series that they need in `series.rs`.
+//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`, and the power series that they need to `series.rs`.
 //!
 //! `BRISTLE_DERIVATION` chooses the engine: `built-in` (the default) needs nothing but Rust; `casadi` runs
 //! `derivations/segment_chain.py` with the Python of `BRISTLE_PYTHON` (default `python3`).
@@ -22,14 +22,14 @@ use bristle_codegen::model::kernels::kernels;
 const SCRIPT: &str = "derivations/segment_chain.py";
 /// The packages that it needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
-/// All that its graph depends on, Python itself apart.
+/// Everything that its graph depends on, except Python itself.
 const SOURCES: [&str; 4] = [SCRIPT, "derivations/chain_interface.py", "derivations/graph_format.py", REQUIREMENTS];
 
 fn main() -> ExitCode {
     match generate() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // As Cargo's own errors, without a panic's backtrace.
+            // Like Cargo's own errors, without the backtrace of a panic.
             for line in error.to_string().lines() {
                 println!("cargo::error={line}");
             }
@@ -54,7 +54,7 @@ fn generate() -> Result<(), Box<dyn Error>> {
     fs::write(directory.join("kernels.rs"), &source)?;
     let series = series();
     fs::write(directory.join("series.rs"), &series)?;
-    // What the header says, for `bristle::equations`.
+    // The information in the header, for `bristle::equations`.
     println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", json::fingerprint(&kernels)?);
     println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&[&source, &series])?);
     println!("cargo::rustc-env=BRISTLE_MAKER={}", maker.lines().next().unwrap_or_default());
@@ -75,13 +75,13 @@ fn series() -> String {
     )
 }
 
-/// What this package is made of, as far as it decides results: all of it. Outside of the repository some of it is missing.
+/// The sources of this package that affect results: all of them. Outside of the repository some are missing.
 const SOURCES_OF_RESULTS: [&str; 4] = ["Cargo.lock", "build.rs", "codegen/src", "src"];
 
-/// A hash of the code that turns settings into metrics, by which the journal of a study knows results of another build.
+/// A hash of the code that turns settings into metrics. The journal of a study uses it to detect results of another build.
 ///
-/// The version alone would not do while a change is being made. No list says which files matter: one would be incomplete
-/// some day.
+/// The version alone does not change during development. There is no list of the files that matter, because it could become
+/// incomplete.
 fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
     let present: Vec<&str> = SOURCES_OF_RESULTS.into_iter().filter(|path| Path::new(path).exists()).collect();
     for path in &present {
@@ -98,25 +98,21 @@ fn variable(name: &str) -> Result<Option<String>, String> {
     match env::var(name) {
         Ok(value) => Ok(Some(value)),
         Err(VarError::NotPresent) => Ok(None),
-        Err(VarError::NotUnicode(value)) => Err(format!("{name} is {value:?}, which is no text")),
+        Err(VarError::NotUnicode(value)) => Err(format!("{name} is {value:?}, which is not text")),
     }
 }
 
-/// The kernels as CasADi derives them, and what made them.
+/// The kernels as CasADi derives them, and the name of their generator.
 ///
-/// The graph is kept under a hash of all that it depends on, so that an unchanged derivation is not run again.
+/// The graph is stored under a hash of everything that it depends on, so that an unchanged derivation is not run again.
 fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Error>> {
     for input in SOURCES {
         println!("cargo::rerun-if-changed={input}");
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
     let python = variable("BRISTLE_PYTHON")?.filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
-    let mut inputs = python.clone().into_bytes();
-    for path in SOURCES {
-        inputs.push(0);
-        inputs.extend(fs::read(path).map_err(|error| format!("cannot read {path}: {error}"))?);
-    }
-    let graph = directory.join(format!("casadi-{}.json", digest(&inputs)));
+    let inputs = digest(format!("{python} {}", sources(&SOURCES)?).as_bytes());
+    let graph = directory.join(format!("casadi-{inputs}.json"));
     let cached = fs::read_to_string(&graph).ok().and_then(|text| json::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,
@@ -130,7 +126,7 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
         .map_err(|error| format!("{SCRIPT} derives other kernels than the solver needs: {error}"))?;
     for Deviation { kernel, output, largest, .. } in deviations {
         if largest > TOLERANCE {
-            // Not an error: whoever changes the model in one derivation may want to try it first.
+            // Not an error: after changing the model in one derivation, you may want to try it first.
             println!("cargo::warning={output} of {kernel} deviates by {largest:.1e} from the built-in derivation");
         }
     }

@@ -25,11 +25,11 @@ const FILE: &str = include_str!("../../examples/zirconia.toml");
 #[serde(tag = "measure", rename_all = "snake_case")]
 enum Request {
     /// Accelerations at one state, `calls` times.
-    Accelerations { state: State, calls: u32 },
+    Accelerations { state: Posture, calls: u32 },
     /// Accelerations of all states side by side, `calls` times; the time is per state.
-    Batch { states: Vec<State>, calls: u32 },
+    Batch { states: Vec<Posture>, calls: u32 },
     /// Residual, factorisation and solve of an implicit step, `calls` times.
-    Step { state: State, calls: u32 },
+    Step { state: Posture, calls: u32 },
     /// One contact on one thread.
     Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
     /// The 120 contacts; on all cores if no number of threads is given.
@@ -38,7 +38,7 @@ enum Request {
 
 /// The paper's filament, with one segment per pair of coordinates.
 #[derive(Deserialize)]
-struct State {
+struct Posture {
     base_angle: f64,
     base_rate: f64,
     base_acceleration: f64,
@@ -47,7 +47,7 @@ struct State {
     v: Vec<[f64; 2]>,
 }
 
-impl State {
+impl Posture {
     fn problem(&self, mut settings: Settings) -> (Chain<f64>, Clamp<f64>) {
         settings.filament.segments = self.q.len();
         let radius = settings.tool.body_radius_m;
@@ -88,7 +88,7 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
     })
 }
 
-fn accelerations(state: &State, settings: Settings, calls: u32) -> Value {
+fn accelerations(state: &Posture, settings: Settings, calls: u32) -> Value {
     let (chain, clamp) = state.problem(settings);
     let mut dynamics = Dynamics::new(chain);
     let mut accelerations = vec![[0.0; 2]; state.q.len()];
@@ -100,10 +100,10 @@ fn accelerations(state: &State, settings: Settings, calls: u32) -> Value {
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls), "accelerations": accelerations })
 }
 
-fn batch(states: &[State], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
+fn batch(states: &[Posture], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
     let problems: Vec<_> = states.iter().map(|state| state.problem(settings.clone())).collect();
     let members: Vec<_> = (states.iter().zip(&problems))
-        .map(|(State { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
+        .map(|(Posture { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
         .collect();
     let segments = states[0].q.len();
     let mut batch = Batch::new(segments);
@@ -116,9 +116,9 @@ fn batch(states: &[State], settings: &Settings, calls: u32) -> Result<Value, Box
     Ok(json!({ "seconds": seconds, "accelerations": accelerations }))
 }
 
-fn step(state: &State, settings: Settings, calls: u32) -> Value {
+fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
     let (chain, clamp) = state.problem(settings);
-    let State { q, v, .. } = state;
+    let Posture { q, v, .. } = state;
     let mut dynamics = Dynamics::new(chain);
     let mut accelerations = vec![[0.0; 2]; q.len()];
     dynamics.accelerations(&clamp, q, v, &NoLoads, &mut accelerations);

@@ -1,4 +1,4 @@
-//! Hashes this crate's sources, which decide results too: sampled tools, their bands, and what a case consists of.
+//! Hashes this crate's sources, because they affect results too: sampled tools, their bands, and what a case consists of.
 
 use std::io;
 

@@ -4,8 +4,8 @@
 //! The code is that of [`Dynamics`], run on [`Lanes`], [`LANES`] states at a time, with the widest instructions that the
 //! machine has (AVX-512 or AVX2 on x86-64, NEON on aarch64).
 //!
-//! A state's result is the same to the bit as that of `Dynamics<f64>`, wherever the state is in a batch, whatever its
-//! neighbours, and whichever instructions compute it.
+//! A state's result equals that of `Dynamics<f64>` to the bit, regardless of its position in a batch, its neighbours, and the
+//! instructions that compute it.
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
@@ -36,7 +36,7 @@ pub struct Member<'a> {
     pub v: &'a [[f64; 2]],
 }
 
-/// A member of a batch whose accelerations have no meaning.
+/// A member of a batch whose accelerations are meaningless.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchError {
     /// Its number, counted from 1.
@@ -57,11 +57,11 @@ impl Error for BatchError {
     }
 }
 
-/// The memory in which batches of chains of one number of segments are computed.
+/// Memory for computing batches of chains with the same number of segments.
 ///
 /// ```
-/// use crate::equations::{Batch, Chain, Member};
-/// use crate::tool::{ClampMotion, FixedClamp};
+/// use bristle::equations::{Batch, Chain, Member};
+/// use bristle::tool::{ClampMotion, FixedClamp};
 ///
 /// let chain = Chain {
 ///     segments: 2,
@@ -79,14 +79,14 @@ impl Error for BatchError {
 /// let members = bends.each_ref().map(|q| Member { chain: &chain, clamp: &clamp, q, v: &rates });
 /// let mut accelerations = [[0.0; 2]; 3 * 2];
 /// Batch::new(2).accelerations(&members, &mut accelerations)?;
-/// // The outer segment springs back, the more the more it is bent.
+/// // The outer segment springs back; the larger the bend, the faster.
 /// assert!(accelerations[1][1] < 0.0 && accelerations[5][1] < accelerations[3][1]);
-/// # Ok::<(), crate::equations::BatchError>(())
+/// # Ok::<(), bristle::equations::BatchError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Batch {
     segments: usize,
-    /// Made with the constants of the first group of states, and changed for each further one.
+    /// Made with the constants of the first group of states, then changed for each further group.
     dynamics: Option<Dynamics<Lane>>,
     q: Vec<[Lane; 2]>,
     v: Vec<[Lane; 2]>,
@@ -107,7 +107,7 @@ impl Batch {
     /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the second, and so on.
     ///
     /// # Errors
-    /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. Nothing is computed then.
+    /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. In this case nothing is computed.
     ///
     /// # Panics
     /// If the number of segments of a chain differs from that of the batch, or if a slice is too short.

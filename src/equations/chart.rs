@@ -1,7 +1,7 @@
-//! The charts of a segment's direction: which axis its polar angle is measured from, and where its poles are.
+//! The charts of a segment's direction: the axis from which its polar angle is measured, and its poles.
 //!
-//! Spherical coordinates about one axis are singular along it. Each segment has its own [`PolarAxis`]; about `x` the
-//! same kernels hold with the axes permuted, and a joint between segments of different axes has kernels of its own.
+//! Spherical coordinates about one axis are singular along it. Each segment therefore has its own [`PolarAxis`]. About `x` the
+//! same kernels hold with the axes permuted. A joint between segments of different axes has its own kernels.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -16,7 +16,7 @@ use super::{Real, StepWeights, kernels};
 /// equator, and an acceleration has lost twelve of its sixteen digits.
 pub const POLE: f64 = 1e-6;
 
-/// Below this `|sin φ|` a segment is turned over to its other chart.
+/// Below this `|sin φ|` a segment switches to its other chart.
 ///
 /// There `|sin φ|` is `√(1 − 0.3²) ≈ 0.954` or more, so that a segment that has just changed does not change back.
 pub const NEAR_POLE: f64 = 0.3;
@@ -32,7 +32,7 @@ pub enum PolarAxis {
 }
 
 impl PolarAxis {
-    /// The other one.
+    /// The other axis.
     pub fn other(self) -> Self {
         match self {
             Self::Z => Self::X,
@@ -40,7 +40,7 @@ impl PolarAxis {
         }
     }
 
-    /// Components along `(x, y, z)`, in the chart's order: the polar axis last.
+    /// Converts components along `(x, y, z)` to the chart's order: the polar axis last.
     #[inline(always)]
     pub fn from_frame<V>(self, [x, y, z]: [V; 3]) -> [V; 3] {
         match self {
@@ -49,7 +49,7 @@ impl PolarAxis {
         }
     }
 
-    /// Components in the chart's order, along `(x, y, z)`.
+    /// Converts components in the chart's order to components along `(x, y, z)`.
     #[inline(always)]
     pub fn to_frame<V>(self, [first, second, polar]: [V; 3]) -> [V; 3] {
         match self {
@@ -111,7 +111,7 @@ pub struct PoleError {
     pub segment: usize,
     /// Its polar angle in rad.
     pub polar_angle: f64,
-    /// The axis from which that is measured.
+    /// The axis from which the polar angle is measured.
     pub axis: PolarAxis,
 }
 
@@ -128,17 +128,17 @@ impl fmt::Display for PoleError {
 
 impl Error for PoleError {}
 
-/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: its own `φ` tells.
+/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: a segment's own `φ` decides.
 pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
     q.iter().position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
 }
 
-/// True if a segment with this `φ` is to be turned over to its other chart: `|sin φ| <` [`NEAR_POLE`].
+/// True if a segment with this `φ` should switch to its other chart: `|sin φ| <` [`NEAR_POLE`].
 pub fn near_pole(polar_angle: f64) -> bool {
     sine_is_below(NEAR_POLE, polar_angle)
 }
 
-/// `|sin φ| < limit`, for limits below `cos 1`: within a radian of the equator the sine need not be computed.
+/// `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine need not be computed.
 fn sine_is_below(limit: f64, polar_angle: f64) -> bool {
     (polar_angle - FRAC_PI_2).abs() > 1.0 && polar_angle.sin().abs() < limit
 }
@@ -176,7 +176,7 @@ fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_
     [polar * cos_theta - azimuthal * sin_theta, polar * sin_theta + azimuthal * cos_theta, -(v_phi * sin_phi)]
 }
 
-/// One side of a joint: sines and cosines of the segment's angles, their rates, and the axis that they are about.
+/// One side of a joint: sines and cosines of the segment's angles, their rates, and their axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Side<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
@@ -276,7 +276,7 @@ fn crossed_joint_energy<T: Real>(
     constants: JointConstants<T>,
 ) -> kernels::JointEnergy<T> {
     let JointConstants { stiffness, damping } = constants;
-    // The inner segment takes the part of the clamp.
+    // The inner segment takes the role of the clamp.
     let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
     let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
         inner(direction(*previous.angles)),

@@ -1,22 +1,22 @@
-//! Loops compiled for several sets of instructions, of which the machine's widest is chosen when they are called.
+//! Loops compiled for several instruction sets. A call chooses the widest set of the machine.
 //!
-//! A compiler vectorises a loop with the instructions of the function that holds it, and those of a default build are the
-//! oldest of their kind. On x86-64 each [`Loop`] is therefore inlined, with all that it calls, into one function with
-//! AVX-512 and one with AVX2; NEON belongs to every aarch64. The sets differ in speed only: products and sums are rounded
-//! each, whatever the set.
+//! A compiler vectorises a loop with the instructions allowed in the function that contains it. A default build allows only
+//! the oldest instructions. On x86-64 each [`Loop`] is therefore inlined, with everything that it calls, into one function
+//! with AVX-512 and one with AVX2. Every aarch64 has NEON. The sets differ only in speed: each product and each sum is rounded
+//! in every set.
 
 /// A loop over the segments of chains.
 ///
-/// Its `run`, and all that this calls in turn, must be marked `#[inline(always)]`: what stays a function of its own is
+/// Its `run`, and every function called from it, must be marked `#[inline(always)]`: a function that is not inlined is
 /// compiled for the oldest machine.
 pub(crate) trait Loop {
-    /// What it gives.
+    /// The result.
     type Output;
 
-    /// Numbers that it computes side by side.
+    /// The number of values computed side by side.
     const LANES: usize;
 
-    /// Runs it.
+    /// Runs the loop.
     fn run(self) -> Self::Output;
 }
 
@@ -70,8 +70,7 @@ mod x86_64 {
 
     /// True if the loops are compiled for lanes that this machine has.
     ///
-    /// On x86-64 they need AVX2 (2013): for registers of two numbers they would be the largest part of what a build
-    /// compiles, and gain little.
+    /// On x86-64 this requires AVX2 (2013). For registers of two numbers the loops would dominate the build and gain little.
     pub fn lanes_are_compiled() -> bool {
         Avx2::is_available()
     }
@@ -84,7 +83,7 @@ pub(crate) fn dispatch<L: Loop>(operation: L) -> L::Output {
     operation.run()
 }
 
-/// True if the loops are compiled for lanes that this machine has: on this architecture, always.
+/// True if the loops are compiled for lanes that this machine has. On this architecture it always is.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn lanes_are_compiled() -> bool {
     true

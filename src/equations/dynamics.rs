@@ -1,12 +1,12 @@
 //! O(n) dynamics of a chain by recursion over its segments.
 //!
 //! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside joint `k` is a
-//! body that answers an acceleration with a force; that answer is carried from the tip to the root (the
+//! body that responds to an acceleration with a force. The recursion carries this response from the tip to the root (the
 //! articulated-body recursion of Featherstone 1983, with 3 × 3 blocks because a node only translates). An
-//! implicit step couples neighbours through the joints as well, which widens the block to five: the three
+//! implicit step also couples neighbours through the joints. This widens the block to five: the three
 //! components of the node and the two coordinates of the segment inside it.
 //!
-//! The methods of [`Dynamics`] have the recursions run with the machine's widest instructions ([`super::dispatch`]).
+//! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
 
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
@@ -50,7 +50,7 @@ impl<T: Real> Chain<T> {
 }
 
 impl<T: Lanewise> Chain<T> {
-    /// The constants of several chains of one number of segments, one a lane.
+    /// The constants of several chains with the same number of segments, one chain per lane.
     ///
     /// # Panics
     /// If their numbers of segments differ.
@@ -96,7 +96,7 @@ impl<T: Real> Clamp<T> {
 }
 
 impl<T: Lanewise> Clamp<T> {
-    /// The motion of several clamps, one a lane.
+    /// The motion of several clamps, one per lane.
     pub fn from_lanes(clamp: impl Fn(usize) -> Clamp<f64>) -> Self {
         let none = zero();
         let mut result =
@@ -131,14 +131,14 @@ pub trait NodeLoads<T> {
         false
     }
 
-    /// The force on a node in N, or none.
+    /// The force on a node in N; `None` if there is none.
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]>;
 
-    /// Its derivatives; none where [`NodeLoads::force`] is none.
+    /// Its derivatives; `None` where [`NodeLoads::force`] is `None`.
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>>;
 }
 
-/// A chain that nothing touches.
+/// A chain without loads.
 #[derive(Clone, Copy, Debug)]
 pub struct NoLoads;
 
@@ -185,10 +185,10 @@ pub struct Energies<T> {
 struct Elimination<T> {
     /// Inverse of the 2 × 2 pivot.
     pivot: [[T; 2]; 2],
-    /// What the segment's own `δq̈` does to the force at its inner node and the torque on its inner neighbour.
+    /// Effect of the segment's own `δq̈` on the force at its inner node and the torque on its inner neighbour.
     force: [[T; 2]; 3],
     torque: [[T; 2]; 2],
-    /// What the inner node's `δẍ` and the inner neighbour's `δq̈` do to the segment's own, pivot applied.
+    /// Effect of the inner node's `δẍ` and the inner neighbour's `δq̈` on the segment's own `δq̈`, with the pivot applied.
     from_node: [[T; 3]; 2],
     from_neighbour: [[T; 2]; 2],
     /// `∂ẍ'/∂q̈` along the step.
@@ -196,7 +196,7 @@ struct Elimination<T> {
 }
 
 impl<T: Lanewise> Elimination<T> {
-    /// This one in `lanes`, `other` elsewhere.
+    /// `self` in `lanes`, `other` elsewhere.
     #[inline(always)]
     fn select(&self, lanes: LaneSet, other: &Self) -> Self {
         Self {
@@ -210,23 +210,23 @@ impl<T: Lanewise> Elimination<T> {
     }
 }
 
-/// What elimination from the tip leaves of one segment, for the accelerations.
+/// The elimination's result for one segment, from which the accelerations follow.
 #[derive(Clone, Copy, Debug)]
 struct Response<T> {
     /// `q̈` with the inner node at rest.
     own: [T; 2],
-    /// What the inner node's acceleration does to `q̈`.
+    /// Effect of the inner node's acceleration on `q̈`.
     from_node: [[T; 3]; 2],
     /// `G` and `b` of [`kernels::segment`].
     jacobian: [[T; 2]; 3],
     bias: [T; 3],
 }
 
-/// Equations of motion of one chain, or of one a lane, with the memory that their recursions need.
+/// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
 ///
-/// Arrays are indexed by segment, `0` being the one at the clamp; `q` holds `[φ, θ]` in rad, about the polar axis
-/// that [`Dynamics::charts`] has for the segment (in all lanes). What the outside sees of nodes, loads and clamp is in
-/// the frame.
+/// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[φ, θ]` in rad, about the polar axis
+/// that [`Dynamics::charts`] has for the segment (in all lanes). Nodes, loads and clamp are in the frame in the public
+/// interface.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
@@ -236,11 +236,11 @@ pub struct Dynamics<T> {
     jacobians: Vec<[[T; 2]; 3]>,
     positions: Vec<[T; 3]>,
     velocities: Vec<[T; 3]>,
-    /// Of the inner node of each segment and of the tip, less gravity.
+    /// Acceleration of the inner node of each segment and of the tip, minus gravity.
     base_accelerations: Vec<[T; 3]>,
-    /// What each segment alone needs at its inner node.
+    /// The force that each segment alone requires at its inner node.
     base_forces: Vec<[T; 3]>,
-    /// What the chain outside each segment's outer node needs there.
+    /// The force that the chain outside each segment's outer node requires there.
     outer_forces: Vec<[T; 3]>,
     root_force: [T; 3],
     eliminations: Vec<Elimination<T>>,
@@ -290,7 +290,7 @@ impl<T: Real> Dynamics<T> {
         &self.chain
     }
 
-    /// Other constants from now on, of as many segments.
+    /// Replaces the constants by others with the same number of segments.
     pub(crate) fn set_chain(&mut self, chain: Chain<T>) {
         self.chain = chain;
     }
@@ -300,10 +300,10 @@ impl<T: Real> Dynamics<T> {
         &self.charts
     }
 
-    /// Takes coordinates about `charts` from now on; their conversion is the caller's ([`PolarAxis::coordinates`]).
+    /// Takes coordinates about `charts` from now on. The caller converts them ([`PolarAxis::coordinates`]).
     ///
     /// # Panics
-    /// If there are not as many as segments.
+    /// If the numbers of charts and segments differ.
     pub fn set_charts(&mut self, charts: &[PolarAxis]) {
         self.charts.copy_from_slice(charts);
     }
@@ -363,8 +363,8 @@ impl<T: Real> Dynamics<T> {
     }
 }
 
-/// A chain at one state. The recursions have the constants as values of their own, which the compiler can keep where it
-/// likes: those behind a reference it reads anew after whatever is written.
+/// A chain at one state. The recursions hold the constants by value, so that the compiler can keep them in registers. It would
+/// read constants behind a reference again after every write.
 #[derive(Clone, Copy)]
 struct Posture<'a, T> {
     chain: Chain<T>,
@@ -407,7 +407,7 @@ impl<'a, T: Real> Posture<'a, T> {
         kernels::Joint { previous: zero(), next }
     }
 
-    /// How these torques change with the accelerations of a step.
+    /// Derivatives of these torques with respect to the accelerations of a step.
     #[inline(always)]
     fn inner_joint_tangent(
         &self,
@@ -449,7 +449,7 @@ impl<T: Compiled> Dynamics<T> {
         T::run(self, Task::Place { clamp, q, v });
     }
 
-    /// As [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
+    /// Like [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -467,10 +467,10 @@ impl<T: Compiled> Dynamics<T> {
         result
     }
 
-    /// Moves the nodes to where they are when `correction` (rad/s²) is taken off the `q̈` of the last
-    /// [`Dynamics::residual`], and `weights` of it off `q̇` and `q`.
+    /// Moves the nodes to their positions after `correction` (rad/s²) is subtracted from the `q̈` of the last
+    /// [`Dynamics::residual`], and its products with `weights` from `q̇` and `q`.
     ///
-    /// To first order in it; of the velocities, `w_v |q̇|` is neglected against one.
+    /// This is first order in the correction. In the velocities, `w_v |q̇|` is neglected compared with one.
     ///
     /// # Panics
     /// If the slice is shorter than the chain.
@@ -480,9 +480,9 @@ impl<T: Compiled> Dynamics<T> {
 
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
     ///
-    /// Exact up to rounding: the solution of `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`. Joint torques are exact to one rounding of `c`, so that in a nearly straight filament small
-    /// components are known to some 1e-16 of what a bend of one radian would give.
+    /// Exact up to rounding: solves `M q̈ = f + Q` by elimination from the tip to the root, without
+    /// forming `M`. Joint torques are exact to one rounding of `c`. In a nearly straight filament, small
+    /// components are therefore known to some 1e-16 of the torque at a bend of one radian.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -524,10 +524,10 @@ impl<T: Compiled> Dynamics<T> {
     /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
     /// state of the last [`Dynamics::residual`], which must have been called with the same arguments.
     ///
-    /// Only in `lanes`: the others keep the matrix that they have.
+    /// Only in `lanes`: the others keep their matrix.
     ///
-    /// The matrix is exact but for one approximation: a loaded node is taken to move by `w_q δẍ` (and at
-    /// `w_v δẍ`), which neglects `2 w_v |q̇|` against one. Newton's method converges to the same solution.
+    /// The matrix is exact except for one approximation: a loaded node is assumed to move by `w_q δẍ` (and at
+    /// `w_v δẍ`). This neglects `2 w_v |q̇|` compared with one. Newton's method converges to the same solution.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -545,7 +545,7 @@ impl<T: Compiled> Dynamics<T> {
 }
 
 impl<T: Lanewise> Dynamics<T> {
-    /// Position, velocity and acceleration of a node in one lane, where [`Dynamics::node_acceleration`] holds.
+    /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let gravity = self.chain.gravity.map(|component| component.lane(lane));
         let vectors = [self.positions[node], self.velocities[node], self.base_accelerations[node + 1]];
@@ -557,11 +557,11 @@ impl<T: Lanewise> Dynamics<T> {
 impl Dynamics<f64> {
     /// Refuses coordinates at a pole of their chart, within `|sin φ| <` [`POLE`](super::POLE).
     ///
-    /// The accelerations at a pole are not finite, or have no digit that is right: callers that take a state from
-    /// outside ask here first.
+    /// The accelerations at a pole are not finite, or have no correct digit. Callers that accept a state from outside
+    /// check it here first.
     ///
     /// # Errors
-    /// With the first segment that stands there.
+    /// The first segment at a pole.
     pub fn check_poles(&self, q: &[[f64; 2]]) -> Result<(), PoleError> {
         match find_pole(q) {
             Some(k) => Err(PoleError { segment: k + 1, polar_angle: q[k][0], axis: self.charts[k] }),
@@ -570,7 +570,7 @@ impl Dynamics<f64> {
     }
 }
 
-/// A scalar that the recursions of [`Dynamics`] are compiled for, in this crate and once.
+/// A scalar for which the recursions of [`Dynamics`] are compiled, once, in this crate.
 pub trait Compiled: Lanewise {
     #[doc(hidden)]
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>);
@@ -588,7 +588,7 @@ impl Compiled for Lanes<LANES> {
     }
 }
 
-/// What [`Dynamics`] is asked for: a method of the same name, with its arguments.
+/// A task for [`Dynamics`]: a method of the same name, with its arguments.
 pub enum Task<'a, T> {
     Place {
         clamp: &'a Clamp<T>,
@@ -638,7 +638,7 @@ pub enum Task<'a, T> {
     },
 }
 
-/// A task with the chain that it is for.
+/// A task with its chain.
 struct Recursion<'a, T> {
     dynamics: &'a mut Dynamics<T>,
     task: Task<'a, T>,
@@ -649,8 +649,8 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
 
     const LANES: usize = T::LANES;
 
-    /// The functions below take references as arguments, by which the compiler knows that they do not overlap; of a field
-    /// it does not.
+    /// The functions below take references as arguments, which tells the compiler that they do not overlap. It cannot know
+    /// this of fields.
     #[inline(always)]
     fn run(self) {
         let dynamics = self.dynamics;
@@ -729,7 +729,7 @@ fn accelerations<T: Real>(
     let (positions, velocities) = (&dynamics.positions[..n], &dynamics.velocities[..n]);
     let responses = &mut dynamics.responses[..n];
     let mass = posture.chain.mass;
-    // The outer chain answers ẍ at its inner node with A ẍ + b; A is symmetric.
+    // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix(), zero());
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
@@ -753,7 +753,7 @@ fn accelerations<T: Real>(
         });
         let own = mul(&pivot, torque);
         let correction = product(&coupling, &from_node);
-        // One half is computed and mirrored.
+        // Compute one half and mirror it.
         unrolled!(row < 3, {
             unrolled!(column < 3, {
                 if row <= column {
@@ -798,7 +798,7 @@ fn residual<T: Real>(
 
     let (mut position, mut velocity) = (clamp.position, clamp.velocity);
     let mut base = sub(clamp.acceleration, posture.chain.gravity);
-    // Of the segment before, which lacks the torque of its outer joint.
+    // For the segment before, which still lacks the torque of its outer joint.
     let mut pending = zero();
     for k in 0..n {
         let segment = posture.segment(k, v[k]);
@@ -853,7 +853,7 @@ fn factorise<T: Lanewise>(
     let Chain { length, mass, inertia, .. } = posture.chain;
     let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
 
-    // The outer chain answers δẍ at its inner node and δq̈ of the segment inside it with the force
+    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
     let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
     for k in (0..n).rev() {

@@ -1,19 +1,19 @@
 //! Sine, cosine and the spring's function `S`, without branches, for one number and for lanes of them.
 //!
-//! This is our own code for two reasons: a chain has the same digits alone and in a lane, on every processor; and the
-//! compiler can turn a loop over these functions into vector instructions, which it cannot do with a library's.
+//! This is our own code for two reasons. A chain has the same digits alone and in a lane, on every processor. And the
+//! compiler can vectorise a loop over these functions, which it cannot do with those of a library.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::series::{SERIES, SERIES_LIMIT, TERMS};
 
-/// Below this `|x|` (2²⁰ rad) sine and cosine are those of this module; beyond it those of the standard library.
+/// Below this `|x|` (2²⁰ rad) sine and cosine come from this module, beyond it from the standard library.
 pub const TRIGONOMETRIC_LIMIT: f64 = 1_048_576.0;
 
-/// Sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], and those of the standard library beyond.
+/// Sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], from the standard library beyond.
 #[inline(always)]
 pub fn sin_cos(x: f64) -> (f64, f64) {
-    // Not `<`: NaN goes the other way, too.
+    // Not `<`, so that NaN also takes the other branch.
     if x.abs() <= TRIGONOMETRIC_LIMIT { near_sin_cos(x) } else { far_sin_cos(x) }
 }
 
@@ -25,8 +25,8 @@ fn far_sin_cos(x: f64) -> (f64, f64) {
 
 /// The power series of the derivative of order `ORDER` of `S`, for `|u| ≤` [`SERIES_LIMIT`].
 ///
-/// In pairs of terms, and pairs of these (Estrin): a third of the time of Horner's form, whose operations wait for each
-/// other.
+/// Terms are summed in pairs, and pairs of pairs (Estrin). This takes a third of the time of Horner's form, whose operations
+/// depend on each other.
 #[inline(always)]
 pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
     let c = &SERIES[ORDER as usize];
@@ -39,23 +39,23 @@ pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
 
 const _: () = assert!(TERMS == 14, "the series is written out for its terms");
 
-/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as that of [`bristle_codegen::ir::special`].
+/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in `bristle_codegen::ir::special`.
 #[inline(always)]
 pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
     if u.abs() <= SERIES_LIMIT { half_angle_series::<ORDER>(u) } else { half_angle_closed::<ORDER>(u) }
 }
 
-/// π/2 in parts of 33 bits, whose products with integers up to 2²⁰ are exact, and the rest.
+/// π/2 in parts of 33 bits and a remainder. Products of the parts with integers up to 2²⁰ are exact.
 #[allow(clippy::excessive_precision, reason = "FDLIBM's digits, to be found again")]
 const HALF_PI: [f64; 4] =
     [1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624871116645580e-21, 8.47842766036889956997e-32];
 
-/// Added to a small number, it rounds that number to an integer, which is then in the last bits.
+/// Adding this to a small number rounds the number to an integer in the last bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Sine and cosine for `|x| ≤` [`TRIGONOMETRIC_LIMIT`], without branches.
 ///
-/// The multiple of π/2 is taken off exactly but for 2⁻⁸⁰ or so (Cody and Waite); the polynomials of the rest, at most
+/// The multiple of π/2 is subtracted with an error of about 2⁻⁸⁰ (Cody and Waite). The polynomials of the rest, at most
 /// π/4, are those of FDLIBM's `__kernel_sin` and `__kernel_cos`.
 #[allow(clippy::excessive_precision, reason = "FDLIBM's digits, to be found again")]
 #[inline(always)]
@@ -65,7 +65,7 @@ pub fn near_sin_cos(angle: f64) -> (f64, f64) {
     let quadrant = shifted.to_bits();
     let (rest, error) = two_sum(angle - multiple * HALF_PI[0], -(multiple * HALF_PI[1]));
     let (rest, next_error) = two_sum(rest, -(multiple * HALF_PI[2]));
-    // Subtracted, not added, so that −0 stays what it is.
+    // Subtracted, not added, so that −0 stays −0.
     let excess = multiple * HALF_PI[3] - (error + next_error);
     let x = rest - excess;
     let tail = (rest - x) - excess;
@@ -141,7 +141,7 @@ mod tests {
 
     use super::*;
 
-    /// A value and what is left of it, some 106 bits.
+    /// A value and its remainder, some 106 bits.
     #[derive(Clone, Copy)]
     struct Double(f64, f64);
 
@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// Sine and cosine by power series in doubled precision, of `x` less a multiple of π/2 with 159 bits.
+    /// Sine and cosine by power series in doubled precision, of `x` minus a multiple of π/2 with 159 bits.
     fn reference(x: f64) -> [Double; 2] {
         const PARTS: [f64; 3] = [FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591833e-33];
         let multiple = (x * FRAC_2_PI).round();
@@ -209,7 +209,7 @@ mod tests {
         for _ in 0..40_000 {
             points.push(10.0 * rng.f64());
             points.push(TRIGONOMETRIC_LIMIT * rng.f64());
-            // All exponents alike, down to the smallest denormal.
+            // All exponents equally often, down to the smallest denormal.
             points.push(f64::from_bits(rng.u64(..TRIGONOMETRIC_LIMIT.to_bits())));
         }
         // Next to multiples of π/2, where the reduction cancels, and between two, where the quadrant changes.
@@ -229,7 +229,7 @@ mod tests {
             worst = worst.max(error);
             assert_eq!((sine.to_bits(), cosine), ((-sine_of_negative).to_bits(), cosine_of_negative), "at {x:e}");
         }
-        // The polynomials alone have some 0.6 ulp, and the result is rounded; less would mean that nothing is measured.
+        // The polynomials alone have an error of some 0.6 ulp, and the result is rounded. Less would mean that nothing is measured.
         assert!(worst > 0.5, "{worst}");
         println!("largest error: {worst} ulp");
     }

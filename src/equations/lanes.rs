@@ -1,7 +1,7 @@
 //! Several real numbers side by side, for the vector units of a machine.
 //!
 //! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and `N` chains. Each operation is a
-//! loop over the lanes that the compiler turns into the vector instructions of the function into which it is inlined.
+//! loop over the lanes, which the compiler turns into the vector instructions of the function into which it is inlined.
 //! All operations are therefore always inlined, into the functions of [`super::dispatch`].
 //!
 //! A lane's value depends neither on its neighbours nor on the instructions: each product and each sum is rounded (no
@@ -15,7 +15,7 @@ use super::elementary::{self, TRIGONOMETRIC_LIMIT};
 use super::real::larger;
 use super::{LaneSet, Lanewise, Real};
 
-/// `N` real numbers; each operation gives in each lane what it gives for `f64`, to the bit.
+/// `N` real numbers. In each lane, each operation gives the result of `f64` to the bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<const N: usize>(pub [f64; N]);
@@ -194,7 +194,7 @@ mod tests {
 
     use super::*;
 
-    /// What an operation is for numbers.
+    /// The same operation on single numbers.
     type Scalar = fn(f64, f64) -> f64;
 
     /// Numbers of any sign and size, arguments of sines, and some that are not numbers.

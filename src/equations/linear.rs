@@ -6,8 +6,8 @@ use super::{LaneSet, Lanewise, Real};
 
 /// `body` for `index` = 0, 1, 2 below `end`, written out.
 ///
-/// As a loop it would be unrolled too late, if at all: with a scalar of many lanes its body is long, and the compiler then
-/// vectorises over rows, by gathering, instead of over lanes.
+/// A loop would be unrolled too late, if at all. With a scalar of many lanes its body is long, and the compiler then
+/// vectorises over rows, with gathers, instead of over lanes.
 macro_rules! unrolled {
     ($index:ident < $end:expr, $body:block) => {
         if 0 < $end {
@@ -176,7 +176,7 @@ pub fn select<T: Lanewise, const R: usize, const C: usize>(
     result
 }
 
-/// `M⁻¹` of a 2 × 2 matrix; not finite if it is singular.
+/// `M⁻¹` of a 2 × 2 matrix; not finite if `M` is singular.
 #[inline(always)]
 pub fn invert<T: Real>(matrix: &[[T; 2]; 2]) -> [[T; 2]; 2] {
     let [[a, b], [c, d]] = *matrix;

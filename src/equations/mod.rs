@@ -3,8 +3,8 @@
 //! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
 //! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
 //! of an implicit step, each in time proportional to the number of segments. [`PolarAxis`] names the two sets of
-//! coordinates that a segment can have, so that none stands at its poles for long. [`Batch`] has the accelerations of
-//! many chains side by side, by the same loops on [`Lanes`].
+//! coordinates that a segment can have, so that no segment stays near its poles. [`Batch`] computes the accelerations of
+//! many chains side by side, with the same loops on [`Lanes`].
 
 mod batch;
 mod chart;
@@ -26,7 +26,7 @@ pub use real::{LaneSet, Lanewise, Real};
 /// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.
 pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 
-/// What has derived [`kernels`], and from what.
+/// The generator of [`kernels`] and its source.
 pub const MAKER: &str = env!("BRISTLE_MAKER");
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.

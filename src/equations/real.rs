@@ -1,4 +1,4 @@
-//! The scalar that the generated equations compute with.
+//! The scalar type of the generated equations.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -27,7 +27,7 @@ pub trait Real:
     /// Sine and cosine, argument in rad.
     fn sin_cos(self) -> (Self, Self);
 
-    /// `sin φ, cos φ, sin θ, cos θ` of as many segments as both slices have.
+    /// `sin φ, cos φ, sin θ, cos θ` of the segments that both slices have.
     #[inline(always)]
     fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
         for (q, angles) in q.iter().zip(angles) {
@@ -43,7 +43,7 @@ pub trait Real:
     fn less_than(self, other: Self) -> Self;
 
     /// The derivative of order `ORDER` (0 to 3) of `S(u) = ½ arccos²(1 − u)` at `u`, see
-    /// [`bristle_codegen::ir::special`].
+    /// `bristle_codegen::ir::special`.
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self;
 }
 
@@ -102,9 +102,9 @@ impl Real for f64 {
     }
 }
 
-/// A [`Real`] whose lanes can be told apart, and may go different ways.
+/// A [`Real`] whose lanes can be accessed individually and may take different branches.
 pub trait Lanewise: Real {
-    /// How many.
+    /// The number of lanes.
     const LANES: usize;
 
     /// The number in one lane.
@@ -122,7 +122,7 @@ pub trait Lanewise: Real {
     /// `self` in `lanes`, `other` elsewhere.
     fn select(self, lanes: LaneSet, other: Self) -> Self;
 
-    /// What `value` gives for each lane.
+    /// The results of `value` for each lane.
     #[inline(always)]
     fn from_lanes(value: impl Fn(usize) -> f64) -> Self {
         let mut result = Self::from_f64(0.0);
@@ -162,7 +162,7 @@ impl Lanewise for f64 {
     }
 }
 
-/// One comparison, as a vector unit has it; `f64::max` has a rule for NaN on either side.
+/// A single comparison, as in a vector unit. `f64::max` also has a rule for NaN on either side.
 #[inline(always)]
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
@@ -178,24 +178,24 @@ impl LaneSet {
         Self(if count >= 64 { u64::MAX } else { (1 << count) - 1 })
     }
 
-    /// True if there is none.
+    /// True if the set is empty.
     #[inline(always)]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// True if `lane` is one of them.
+    /// True if the set contains `lane`.
     #[inline(always)]
     pub fn contains(self, lane: usize) -> bool {
         self.0 >> lane & 1 == 1
     }
 
-    /// Takes `lane` in.
+    /// Adds `lane`.
     pub fn insert(&mut self, lane: usize) {
         self.0 |= 1 << lane;
     }
 
-    /// Leaves `lane` out.
+    /// Removes `lane`.
     pub fn remove(&mut self, lane: usize) {
         self.0 &= !(1 << lane);
     }

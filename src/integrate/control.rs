@@ -4,11 +4,11 @@ use super::stepper::AttemptError;
 use super::tableau::Tableau;
 use super::{IntegrationError, RejectionCause, Work};
 
-/// Bounds on the change of the step, and the margin below the step that would just be accepted.
+/// Limits on the change of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
 const MAX_FACTOR: f64 = 5.0;
 const SAFETY: f64 = 0.9;
-/// After an attempt that gave no state.
+/// The step factor after an attempt without a state.
 const FAILURE_FACTOR: f64 = 0.3;
 /// A step below this many roundings of the time cannot advance it.
 const MIN_STEP_ROUNDINGS: f64 = 8.0;
@@ -22,7 +22,7 @@ pub struct Proposal {
     pub step: f64,
     /// The step reaches the end: take the end time itself, not a sum.
     pub limited: bool,
-    /// What was left before it, in s.
+    /// The time left before it, in s.
     pub remaining: f64,
 }
 
@@ -72,7 +72,7 @@ impl StepControl {
         Proposal { step, limited, remaining }
     }
 
-    /// Takes the outcome of an attempt at `proposal` from `time`; true if the step is accepted.
+    /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is accepted.
     ///
     /// # Errors
     /// If the next step would be too short to advance the time.
@@ -87,7 +87,7 @@ impl StepControl {
             Ok(error) if error <= 1.0 => {
                 self.work.steps += 1;
                 let proposed = step * self.factor(error);
-                // A step cut short by the end is no evidence against a longer one.
+                // A step cut short by the end is not evidence against a longer one.
                 self.step = if limited { self.step.max(proposed) } else { proposed };
                 self.previous_error = error.max(1e-4);
                 return Ok(true);
@@ -106,10 +106,10 @@ impl StepControl {
         Ok(false)
     }
 
-    /// Discards a step of the length `step` (s) from `time` whose repetition failed: the next one is shorter.
+    /// Discards a step of the length `step` (s) from `time` whose repetition failed. The next step is shorter.
     ///
     /// # Errors
-    /// If it would be too short to advance the time.
+    /// If the next step would be too short to advance the time.
     pub fn retreat<R>(&mut self, time: f64, step: f64, cause: RejectionCause<R>) -> Result<(), IntegrationError<R>> {
         self.count_failure(&cause);
         self.step = FAILURE_FACTOR * step;

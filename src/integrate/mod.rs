@@ -4,9 +4,9 @@
 //! several side by side; each stage is solved for `q̈` with the system's own factorised tangent. [`StepControl`] chooses
 //! the steps of one integration, and [`Integrator`] joins the two.
 //!
-//! Coordinates come in blocks of `D`, as the elimination of a chain has them. A state can also say in which charts its
-//! coordinates are; only the system knows what that means. Events, and with them changes of the system, lie between steps
-//! and are the caller's.
+//! Coordinates come in blocks of `D`, as in the elimination of a chain. A state can also record the charts of its coordinates;
+//! only the system knows their meaning. Events, and with them changes of the system, lie between steps. The caller handles
+//! them.
 
 use std::error::Error;
 use std::fmt;
@@ -26,7 +26,7 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
-    /// What a state says of its coordinates apart from their values; `()` if they always mean the same.
+    /// The charts that give a state's coordinates their meaning; `()` if they always mean the same.
     type Charts: Clone + Default;
 
     /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it always can.
@@ -41,8 +41,8 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// `M q̈ − f` at `(t, q, q̇, q̈)`.
     fn residual(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], residual: &mut [[T; D]]);
 
-    /// Prepares [`SecondOrderSystem::solve`] at the point of the last residual, for steps of the given weights, in
-    /// `lanes`; the others keep what they have.
+    /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for steps of the given weights.
+    /// The other lanes keep their factorisation.
     fn factorise(&mut self, time: T, v: &[[T; D]], accelerations: &[[T; D]], weights: StepWeights<T>, lanes: LaneSet);
 
     /// Solves the factorised system in place.
@@ -52,8 +52,8 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// the caller may next ask the system about that point.
     fn rates(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]]) -> [T; Q];
 
-    /// The same at a stage inside a step, which `correction`, by `weights`, has moved from the point of the last
-    /// residual. First order in the correction is enough, as the stage itself is solved to that.
+    /// The same at a stage inside a step, which `correction` with `weights` has moved from the point of the last
+    /// residual. First order in the correction suffices, because the stage itself is solved to first order.
     fn stage_rates(
         &mut self,
         time: T,
@@ -67,7 +67,7 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         self.rates(time, q, v, accelerations)
     }
 
-    /// The charts that the system takes coordinates in.
+    /// The charts in which the system takes coordinates.
     fn charts(&self) -> Self::Charts {
         Self::Charts::default()
     }
@@ -89,7 +89,7 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
 pub struct State<C, const D: usize, const Q: usize> {
     /// Time in s.
     pub time: f64,
-    /// The charts that the coordinates are in.
+    /// The charts of the coordinates.
     pub charts: C,
     /// Coordinates.
     pub q: Vec<[f64; D]>,
@@ -104,7 +104,7 @@ pub struct State<C, const D: usize, const Q: usize> {
 }
 
 impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
-    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates that it gives there.
+    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates from `system`.
     pub fn new(
         system: &mut impl SecondOrderSystem<f64, D, Q, Charts = C>,
         time: f64,
@@ -134,8 +134,8 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
         Ok(())
     }
 
-    /// Becomes what the last attempt of `stepper` made of `start` in `lane`, with the step `step` (s); the estimated
-    /// error, in tolerances.
+    /// Becomes the state that the last attempt of `stepper` reached from `start` in `lane`, with the step `step` (s). Returns
+    /// the estimated error, in tolerances.
     ///
     /// # Errors
     /// If the attempt gave no state, or one that the system refuses.
@@ -162,7 +162,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
 pub struct Work {
     /// Accepted steps.
     pub steps: usize,
-    /// Steps repeated because the error estimate was too large, or the system refused where they ended.
+    /// Steps repeated because the error estimate was too large, or the system refused their final state.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.
     pub newton_iterations: usize,
@@ -172,7 +172,7 @@ pub struct Work {
     pub factorisations: usize,
 }
 
-/// What an error in the solution is measured against.
+/// The scales against which errors in the solution are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// Relative tolerance.
@@ -207,7 +207,7 @@ impl<R: fmt::Display> fmt::Display for RejectionCause<R> {
     }
 }
 
-/// Why an integration cannot go on; `R` is why the system refuses a state.
+/// Why an integration cannot continue; `R` is why the system refuses a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError<R> {
     /// The step became too small to advance the time.
@@ -216,7 +216,7 @@ pub enum IntegrationError<R> {
         time: f64,
         /// Step in s.
         step: f64,
-        /// What kept the step from being accepted.
+        /// The reason why the step was not accepted.
         cause: RejectionCause<R>,
     },
     /// The state at the start of a step has no finite accelerations.

@@ -16,7 +16,7 @@ pub struct Integrator<const D: usize, const Q: usize> {
 }
 
 impl<const D: usize, const Q: usize> Integrator<D, Q> {
-    /// An integrator for systems of so many `blocks` of coordinates that starts with `step` (s).
+    /// An integrator for systems of `blocks` blocks of coordinates. Its first step is `step` (s).
     pub fn new(
         tableau: &'static Tableau,
         solution: StageSolution,
@@ -58,7 +58,7 @@ impl<const D: usize, const Q: usize> Integrator<D, Q> {
         }
     }
 
-    /// Takes one step of the length `step` (s), whatever its error. Returns that error, in tolerances.
+    /// Takes one step of the length `step` (s), regardless of its error. Returns that error, in tolerances.
     ///
     /// # Errors
     /// If the step gives no state, or one that the system refuses.

@@ -9,35 +9,35 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 /// Stages of the longest method.
 const MAX_STAGES: usize = 8;
 
-/// Newton's method stops when its error is this fraction of what a step may err.
+/// Newton's method stops when its error is this fraction of the error allowed for a step.
 const NEWTON_TOLERANCE: f64 = 0.02;
 /// With [`StageSolution::Predicted`] it stops after the first iteration if the correction is below this, in tolerances.
 ///
-/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, as the error estimate
-/// sees what a stage leaves unsolved.
+/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, because the error estimate
+/// includes the unsolved part of a stage.
 const TRUSTED_CORRECTION: f64 = 1000.0;
 /// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the largest error.
 const TRUSTED_TOLERANCE: f64 = 1e-6;
 /// Above that limit, and above this share of the corrected value, the step is abandoned: it is too long for the
-/// prediction, and would be rejected later. At tight tolerances there is room between the two, and Newton's method goes on.
+/// prediction and would be rejected later. Between the two, at tight tolerances, Newton's method continues.
 const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
-/// Above this ratio of successive corrections the matrix is made anew, or the step abandoned.
+/// Above this ratio of successive corrections the matrix is computed again, or the step abandoned.
 const MAX_CONTRACTION: f64 = 0.5;
-/// The estimate of the contraction falls by no more than this at a time, as in CVODE: with a new matrix one ratio of
+/// The estimate of the contraction falls by no more than this factor at a time, as in CVODE: with a new matrix one ratio of
 /// corrections can be near zero, although the stages that share the matrix converge much more slowly.
 const SLOWEST_DECLINE: f64 = 0.3;
 
 /// How the equations of a stage are solved by Newton's method (docs/integrators.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
-    /// From an extrapolation of the stages before, trusting one iteration: for smooth systems, where more gain nothing.
+    /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where more iterations gain nothing.
     Predicted,
-    /// From `q̈` of the stage before, to a small part of the tolerance: for equations as sharp as those of dry friction.
+    /// From `q̈` of the previous stage, to a small part of the tolerance. For equations as sharp as those of dry friction.
     Converged,
 }
 
-/// Why an attempt did not give a state.
+/// Why an attempt did not produce a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttemptError {
     /// Newton's method does not converge.
@@ -46,18 +46,18 @@ pub enum AttemptError {
     NotFinite,
 }
 
-/// The memory and the arithmetic of a step: a stage is predicted from earlier ones and corrected by Newton's method,
-/// whose matrix is made at the first stage. No lane's result depends on another's.
+/// The memory and the arithmetic of a step. Each stage is predicted from earlier ones and corrected by Newton's method with a
+/// matrix from the first stage. The result of a lane does not depend on other lanes.
 #[derive(Clone, Debug)]
 pub struct Stepper<T, const D: usize, const Q: usize> {
     tableau: &'static Tableau,
     solution: StageSolution,
     /// Weights of earlier stages in the prediction of each stage's `q̈`.
     predictors: Vec<Vec<f64>>,
-    /// Weights of the step less those of the embedded method.
+    /// Weights of the step minus those of the embedded method.
     error_weights: Vec<f64>,
     tolerances: LaneTolerances<T>,
-    /// Where the step starts.
+    /// The start of the step.
     time: T,
     start_q: Vec<[T; D]>,
     start_integrals: [T; Q],
@@ -87,11 +87,11 @@ struct Newton {
     failed: bool,
 }
 
-/// What [`Newton::judge`] finds.
+/// The verdict of [`Newton::judge`].
 enum Progress {
     Converged,
     Continues,
-    /// With a matrix made at the present point.
+    /// Repeat with a matrix from the present point.
     NeedsMatrix,
     Failed,
 }
@@ -140,7 +140,7 @@ struct LaneTolerances<T> {
 }
 
 impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
-    /// Memory for systems of so many `blocks` of coordinates.
+    /// Memory for systems of `blocks` blocks of coordinates.
     pub fn new(tableau: &'static Tableau, solution: StageSolution, blocks: usize) -> Self {
         let none = T::from_f64(0.0);
         let one = T::from_f64(1.0);
@@ -169,7 +169,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
     }
 
-    /// What errors in `lane` are measured against.
+    /// Sets the scales against which errors in `lane` are measured.
     ///
     /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
@@ -180,10 +180,10 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
     }
 
-    /// The state from which the steps of `lane` start.
+    /// Sets the state from which the steps of `lane` start.
     ///
     /// # Panics
-    /// If it has another number of coordinates.
+    /// If it has a different number of coordinates.
     pub fn set_start(&mut self, lane: usize, start: &State<impl Clone, D, Q>) {
         self.time.set_lane(lane, start.time);
         scatter(lane, &start.q, &mut self.start_q);
@@ -222,10 +222,10 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         self.error = self.estimate(step);
     }
 
-    /// The error of the last attempt in `lane`, in tolerances, and the state that it gave, into `end`.
+    /// The error of the last attempt in `lane`, in tolerances. Writes the resulting state to `end`.
     ///
     /// # Errors
-    /// If it gave no state.
+    /// If the attempt produced no state.
     pub fn outcome(&self, lane: usize, end: &mut State<impl Clone, D, Q>) -> Result<f64, AttemptError> {
         let last = self.tableau.stages() - 1;
         gather(lane, &self.q, &mut end.q);
@@ -244,7 +244,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         if self.newton[lane].failed { Err(AttemptError::Newton) } else { Ok(error) }
     }
 
-    /// Newton's method at a stage that has been predicted.
+    /// Newton's method at a predicted stage.
     fn solve_stage(
         &mut self,
         system: &mut impl SecondOrderSystem<T, D, Q>,
@@ -311,7 +311,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         (self.newton[lane].iterations, self.newton[lane].factorisations)
     }
 
-    /// Places a stage where it is extrapolated from earlier stages.
+    /// Sets a stage to its extrapolation from earlier stages.
     fn predict(&mut self, stage: usize, step: T, diagonal: T) {
         let split = stage * self.start_q.len();
         let (earlier_v, v) = self.stage_v.split_at_mut(split);
@@ -326,7 +326,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         dispatch(Predict { place, earlier, weights: &weights[..stage], predictor: &predictor[..stage], diagonal });
     }
 
-    /// Applies the correction that was solved for; its size in tolerances.
+    /// Applies the solved correction and returns its size in tolerances.
     fn correct(&mut self, stage: usize, weights: StepWeights<T>) -> T {
         let start = stage * self.start_q.len();
         let place = Placement {
@@ -359,7 +359,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 const PREDICTOR_POINTS: usize = 2;
 
 /// Weights of the earlier stages in the prediction of a stage: those of the Lagrange polynomial through the nearest ones
-/// that do not lie too close together; or the stage before alone.
+/// that are not too close together, or the previous stage alone.
 fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f64> {
     const LEAST_DISTANCE: f64 = 0.05;
     if stage > 0 && solution == StageSolution::Converged {
@@ -398,7 +398,7 @@ fn gather<T: Lanewise, const D: usize>(lane: usize, lanes: &[[T; D]], values: &m
     }
 }
 
-/// Sets the values in all lanes but `lanes` to zero.
+/// Sets the values in all lanes except `lanes` to zero.
 fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
     let none = T::from_f64(0.0);
     for value in values {
@@ -457,7 +457,7 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
     }
 }
 
-/// Takes `correction` off `a`; the largest part of the tolerance that it takes up, NaN if it is not finite.
+/// Subtracts `correction` from `a`. Returns the correction's largest component in tolerances, NaN if it is not finite.
 struct Correct<'a, T, const D: usize> {
     place: Placement<'a, T, D>,
     correction: &'a [[T; D]],

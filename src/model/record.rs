@@ -170,6 +170,7 @@ impl Scalar for u32 {
 /// ```
 /// bristle::record! {
 ///     /// A measurement with a ruler. Each entry has a symbol, unit, name and meaning.
+///     #[derive(Default)]
 ///     pub struct Measured {
 ///         length_m: f64 = ["l", "m", "length", "from one end to the other"],
 ///         marks: usize = ["", "", "number of marks", "marks between the ends"],

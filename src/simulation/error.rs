@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::integrate::{self, RejectionCause};
 
-/// A segment at a pole of its coordinates, where no step starts or ends.
+/// A segment at a pole of its coordinates, where a step can neither start nor end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtPole {
     /// Number of the segment, counted from 1.
@@ -18,12 +18,12 @@ impl fmt::Display for AtPole {
     }
 }
 
-/// Why the integration of a filament cannot go on.
+/// Why the integration of a filament cannot continue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError {
     /// No step can be taken.
     Step(integrate::IntegrationError<AtPole>),
-    /// More steps than any sensible case takes.
+    /// The pass takes more steps than any sensible case.
     TooManySteps {
         /// Steps taken.
         steps: usize,
@@ -98,7 +98,7 @@ impl From<IntegrationError> for SimulationError {
     }
 }
 
-/// The undeformed tool and the workpiece have no contact that a pass could begin before and end after.
+/// The undeformed tool and the workpiece have no contact that could lie between the start and the end of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoContactArc;
 

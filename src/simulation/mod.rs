@@ -1,8 +1,8 @@
 //! One filament's pass over the workpiece: integration through located contact events.
 //!
-//! [`simulate`] goes from settings to metrics. A [`Pass`] is what it integrates: [`Pass::new`] takes tool and workpiece from the
-//! settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] does the same for many passes,
-//! in the lanes of the machine's vector units.
+//! [`simulate`] computes metrics from settings. It integrates a [`Pass`]: [`Pass::new`] takes the tool and the workpiece from
+//! the settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] simulates many passes in
+//! the lanes of the machine's vector units.
 
 use crate::contact::ContactLaw;
 use crate::equations::linear::{add, scale};
@@ -33,7 +33,7 @@ use observers::Sampler;
 /// The method of every pass (docs/integrators.md).
 const METHOD: &Tableau = &ESDIRK54;
 
-/// SHA-256 of all code between settings and metrics, in hexadecimal digits: builds that differ here may differ in a result.
+/// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds that differ here may differ in results.
 pub const SOLVER_FINGERPRINT: &str = env!("BRISTLE_SOLVER");
 
 /// The result of a pass.
@@ -43,9 +43,9 @@ pub struct Simulation {
     pub metrics: Metrics,
     /// Work done.
     pub statistics: Statistics,
-    /// Equally spaced samples, if they were asked for.
+    /// Equally spaced samples, if requested.
     pub history: Vec<Sample>,
-    /// The filament at equally spaced times, if that was asked for.
+    /// The filament at equally spaced times, if requested.
     pub shapes: Vec<Shape>,
 }
 
@@ -68,14 +68,14 @@ crate::record! {
         contact_events: usize = ["", "", "contact events located", "openings and closings of the contact"],
     }
     with {
-        /// Segments turned over to their other chart. Not written to files: it tells of the coordinates, not of the work.
+        /// Segments switched to their other chart. Not written to files: it describes the coordinates, not the work.
         #[cfg_attr(feature = "serde", serde(skip))]
         pub chart_changes: usize,
     }
 }
 
 impl Statistics {
-    /// The `work` of the integrator, and what a simulation counts itself.
+    /// The `work` of the integrator, and the counts of the simulation itself.
     fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
         let Work { steps, rejected_steps, newton_iterations, newton_failures, factorisations } = *work;
         Self {
@@ -93,34 +93,34 @@ impl Statistics {
 /// Simulates one pass and reduces it to its metrics.
 ///
 /// # Errors
-/// If the integration cannot go on; nothing is returned that is not finite.
+/// If the integration cannot continue. All numbers returned are finite.
 pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
     simulate_with(settings, Sampling::default())
 }
 
-/// Simulates one pass and samples it at `samples` equally spaced times, the first and the last instant included.
+/// Simulates one pass and samples it at `samples` equally spaced times, including the first and the last instant.
 ///
-/// The metrics are those of [`simulate`], to the tolerance: the samples are interpolated between steps and change
-/// nothing.
+/// The metrics are those of [`simulate`], to the tolerance. The samples are interpolated within steps and do not affect
+/// the integration.
 ///
 /// # Errors
-/// As [`simulate`].
+/// As for [`simulate`].
 pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simulation, SimulationError> {
     simulate_with(settings, Sampling { samples, ..Sampling::default() })
 }
 
-/// Simulates one pass and reads off its steps what `sampling` asks for; see [`simulate_with_history`].
+/// Simulates one pass and takes the samples that `sampling` requests; see [`simulate_with_history`].
 ///
 /// # Errors
-/// As [`simulate`].
+/// As for [`simulate`].
 pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
     Pass::new(settings).simulate(sampling)
 }
 
-/// One pass of a filament over a workpiece: what [`simulate`] integrates.
+/// One pass of a filament over a workpiece, as integrated by [`simulate`].
 ///
-/// It starts with the filament straight and turning rigidly with the tool, at the lead angle before nominal entry, and ends
-/// at the tail angle past nominal exit.
+/// It starts with a straight filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
+/// tail angle after nominal exit.
 #[derive(Clone, Debug)]
 pub struct Pass<T = RoundTool, W = Plane> {
     filament: Filament<Turning<T>, W>,
@@ -143,10 +143,10 @@ impl Pass {
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
-    /// The pass of `tool` over `workpiece`; `settings` state all else.
+    /// The pass of `tool` over `workpiece`. `settings` state everything else.
     ///
-    /// The tool turns at `ω = v_b/R`, with `v_b` of the settings and the tool's own radius. What the settings say of the
-    /// body's radius, the workpiece and the penetration depth is not used.
+    /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The settings of the body's
+    /// radius, the workpiece and the penetration depth are not used.
     ///
     /// # Errors
     /// If the undeformed tips have no [contact arc](Workpiece::contact_arc) on the workpiece.
@@ -168,7 +168,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     fn assemble(settings: &Settings, tool: T, workpiece: W, nominal: NominalContact) -> Self {
         let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _ } = settings;
         let ContactArc { middle, angle } = nominal.arc;
-        // A rate that is small for a vibrating filament, so that a slow tool does not ask for absurd digits.
+        // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         Self {
             filament: Filament {
@@ -199,22 +199,22 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         &self.filament.workpiece
     }
 
-    /// The tool and how it turns.
+    /// The tool and its rotation.
     pub fn tool(&self) -> &Turning<T> {
         &self.filament.motion
     }
 
-    /// The filament and what it meets.
+    /// The filament, its contact law and the workpiece.
     pub fn filament(&self) -> &Filament<Turning<T>, W> {
         &self.filament
     }
 
-    /// The undeformed tool and how it passes the workpiece.
+    /// The undeformed tool's passage over the workpiece.
     pub fn nominal(&self) -> &NominalContact {
         &self.nominal
     }
 
-    /// What passes must have in common with this one to be simulated side by side.
+    /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
         Kind::of_filament(&self.filament)
     }
@@ -224,12 +224,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         FilamentSystem::side_by_side(vec![self.filament.clone()], tracks_energy)
     }
 
-    /// The filament and what it meets, with the integrals that `sampling` needs.
+    /// The system of this pass, with the integrals that `sampling` needs.
     fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
         self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
     }
 
-    /// The start: straight, turning rigidly with the body, at time zero.
+    /// The start at time zero: straight, and turning rigidly with the body.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
         let n = self.filament.chain.segments;
         let Turning { tool, rate, initial_angle } = &self.filament.motion;
@@ -257,21 +257,21 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         integrate(system, start, end_time, METHOD, self.tolerances, observe)
     }
 
-    /// Reduces the steps of this pass to what its metrics need.
+    /// An observer that reduces the steps of this pass to the data for its metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
         let [entry, exit, _] = self.times();
         ContactObserver::new(self.filament.clone(), self.filament_length, [entry, exit])
     }
 
-    /// The metrics of what an observer of this pass has recorded.
+    /// The metrics from the record of this pass's observer.
     pub fn metrics(&self, record: &ContactRecord) -> Metrics {
         Metrics::new(&self.nominal, record, self.filament_count)
     }
 
-    /// Simulates the pass, and reads off its steps what `sampling` asks for.
+    /// Simulates the pass and takes the samples that `sampling` requests.
     ///
     /// # Errors
-    /// If the integration cannot go on; nothing is returned that is not finite.
+    /// If the integration cannot continue. All numbers returned are finite.
     pub fn simulate(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
         let mut system = self.system_for(sampling);
         let start = self.start(&mut system);

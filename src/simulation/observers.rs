@@ -1,4 +1,4 @@
-//! What is kept of the steps of a pass: the record of its contact, and a time history.
+//! Observers of the steps of a pass: they keep the record of its contact, and a time history.
 
 use super::search::maximum_in_step;
 use super::system::{Filament, integral};
@@ -11,7 +11,7 @@ use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
 
-/// Reduces the steps of a pass to what the metrics need.
+/// Reduces the steps of a pass to the data for the metrics.
 #[derive(Clone, Debug)]
 pub struct ContactObserver<M, W> {
     filament: Filament<M, W>,
@@ -26,8 +26,8 @@ pub struct ContactObserver<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
-    /// An observer of `filament` with the free length `filament_length` (m) that has seen nothing yet; nominal entry and exit
-    /// are at `nominal_times` (s).
+    /// An observer of `filament` with the free length `filament_length` (m), before any step. Nominal entry and exit are at
+    /// `nominal_times` (s).
     pub fn new(filament: Filament<M, W>, filament_length: f64, nominal_times: [f64; 2]) -> Self {
         let [nominal_entry, nominal_exit] = nominal_times;
         Self {
@@ -42,7 +42,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
     }
 
-    /// What it has seen so far.
+    /// The record of the steps so far.
     pub fn record(&self) -> &ContactRecord {
         &self.record
     }
@@ -58,7 +58,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
         self.was_closed = closed;
-        // The sum of a touch whose force underflows can be less than zero.
+        // The sum of a contact whose force underflows can be less than zero.
         self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
         let start = if step.start.time == self.seen_until { self.deflection_there } else { self.deflection(step, 0.0) };
         let end = self.deflection(step, 1.0);
@@ -101,8 +101,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.filament.law.pressing_force(&self.filament.approach(position, velocity, step.time(s)))
     }
 
-    /// The most that the tip and the undeformed filament can move towards or away from each other in a step, in m, by
-    /// their speeds at its ends.
+    /// Upper bound on the relative motion of the tip and the undeformed filament in a step, in m, from their speeds at its
+    /// ends.
     fn reach(&self, step: &Step<'_>) -> f64 {
         let size = |vector: [f64; 3]| dot(vector, vector).sqrt();
         let speed = |knots: &[Knot<3>], time| {
@@ -148,18 +148,18 @@ crate::record! {
     }
 }
 
-/// What is read off the steps of a pass in addition to its metrics: by default nothing, which costs nothing.
+/// The samples taken of a pass in addition to its metrics. The default is none, which costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sampling {
-    /// Number of samples at equally spaced times, the first and the last instant included.
+    /// Number of samples at equally spaced times, including the first and the last instant.
     pub samples: usize,
-    /// Number of shapes of the filament at equally spaced times, the first and the last instant included.
+    /// Number of shapes of the filament at equally spaced times, including the first and the last instant.
     pub shapes: usize,
     /// Whether the shapes have velocities and contact forces, too.
     pub loads: bool,
-    /// Whether metrics and statistics must have the bits that they have without samples. The impulse and the dissipated
-    /// energies of the samples are then integrated less exactly, far below the tolerance, and samples that are not finite
-    /// are left out, all of them, where the metrics are finite.
+    /// Whether metrics and statistics must equal those without samples to the bit. The impulse and the dissipated energies of
+    /// the samples are then integrated less exactly, with an error far below the tolerance. If the metrics are finite but a
+    /// sample is not, all samples are left out.
     pub alongside: bool,
 }
 
@@ -200,7 +200,7 @@ impl Shape {
 
 /// Collects equally spaced samples and shapes from the steps of a pass.
 pub(super) struct Sampler {
-    /// For the energies; made only if samples are asked for.
+    /// For the energies; made only if samples are requested.
     dynamics: Option<Dynamics<f64>>,
     pub sampling: Sampling,
     end_time: f64,
@@ -313,6 +313,6 @@ fn sample<T: Tool, W: Workpiece>(
 /// The time in s of the next of `count` equally spaced samples, after `taken` of them.
 fn due(taken: usize, count: usize, end_time: f64) -> Option<f64> {
     let intervals = count.saturating_sub(1).max(1);
-    // The fraction is exactly one at the last sample, which must not lie past the end.
+    // The fraction is exactly one at the last sample, because that sample must not lie past the end.
     (taken < count).then(|| end_time * (taken as f64 / intervals as f64))
 }

@@ -31,8 +31,8 @@ pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     middle
 }
 
-/// Where `f` is largest between `low` and `high`, and its value there, to a relative width of some 1e-6 (Brent 1973,
-/// chapter 5: parabolas through the best three points, golden sections where they lead nowhere).
+/// The maximum of `f` between `low` and `high`: its place, to a relative width of some 1e-6, and its value (Brent 1973,
+/// chapter 5: parabolas through the best three points, and golden sections where parabolas make no progress).
 pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
     const WIDTH: f64 = 1e-6;
     const MAX_ITERATIONS: usize = 60;
@@ -99,7 +99,7 @@ pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
     let samples: [f64; 5] = std::array::from_fn(|i| f(i as f64 / 4.0));
     let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
     let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    // Between samples a parabola rises by no more than the samples differ.
+    // Between samples a parabola rises by no more than the difference of the samples.
     if value + (value - smallest) <= least {
         return least;
     }
@@ -107,7 +107,7 @@ pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
         0 => f(NEAR) < value,
         4 => f(1.0 - NEAR) < value,
         _ => {
-            // The vertex of the parabola through it and its neighbours, with a margin for what is not a parabola.
+            // The vertex of the parabola through it and its neighbours, with a margin for deviations from a parabola.
             let (before, after) = (samples[best - 1], samples[best + 1]);
             let rise = (after - before).powi(2) / (8.0 * (2.0 * value - before - after));
             value + 4.0 * rise <= least

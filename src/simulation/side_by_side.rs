@@ -12,12 +12,12 @@ use crate::workpiece::{Plane, Workpiece};
 
 type Lane = Lanes<LANES>;
 
-/// A pass to simulate, with the number that it is reported under.
+/// A pass to simulate, with the number under which it is reported.
 #[derive(Clone, Debug)]
 pub struct Job<T = RoundTool, W = Plane> {
     /// The number.
     pub number: usize,
-    /// What to simulate.
+    /// The pass.
     pub pass: Pass<T, W>,
 }
 
@@ -28,10 +28,10 @@ impl Job {
     }
 }
 
-/// Simulates the jobs that `take` gives, [`LANES`] at a time, and reports each to `done`.
+/// Simulates the jobs that `take` returns, [`LANES`] at a time, and reports each to `done`.
 ///
-/// `take` is asked for a job of the given kind, or of any kind, whenever a lane is free; each lane goes at its own pace.
-/// A result is that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
+/// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane goes at its own pace.
+/// A result equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
 pub fn simulate_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
     done: impl FnMut(usize, Result<Simulation, SimulationError>),
@@ -39,7 +39,7 @@ pub fn simulate_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sample_side_by_side(Sampling::default(), take, done);
 }
 
-/// [`simulate_side_by_side`], with what `sampling` asks for.
+/// [`simulate_side_by_side`], with the samples that `sampling` requests.
 pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     mut take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
@@ -57,7 +57,7 @@ pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     }
 }
 
-/// What passes must have in common to be simulated side by side.
+/// The properties that passes must share to be simulated side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Kind {
     segments: usize,
@@ -65,7 +65,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// That of the pass that `settings` state.
+    /// The kind of the pass that `settings` state.
     pub fn of(settings: &Settings) -> Self {
         Pass::new(settings).kind()
     }
@@ -75,7 +75,7 @@ impl Kind {
     }
 }
 
-/// A job that is being simulated.
+/// A job being simulated.
 struct Run<T, W> {
     number: usize,
     pass: Pass<T, W>,
@@ -91,7 +91,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
     }
 }
 
-/// Lanes for passes of one number of segments.
+/// Lanes for passes with the same number of segments.
 struct Batch<T, W> {
     system: FilamentSystem<Turning<T>, W, Lane>,
     stepper: Stepper<Lane, COORDINATES, { super::integral::COUNT }>,
@@ -158,11 +158,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory });
     }
 
-    /// Prepares the next step of a lane; false if the lane is free, or its pass has just ended.
+    /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just ended.
     fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
         let Some(mut run) = self.runs[lane].take() else { return false };
         if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
-            // All lanes share their charts: a filament that leaves those about z goes on alone.
+            // All lanes share their charts: a filament that leaves those about z continues alone.
             self.finish_alone(run, done);
             return false;
         }

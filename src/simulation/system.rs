@@ -12,7 +12,7 @@ use crate::integrate::{SecondOrderSystem, StageSolution, State};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// What is integrated along the motion, by index into [`State::integrals`].
+/// Quantities integrated along the motion, by index into [`State::integrals`].
 pub mod integral {
     /// Contact normal impulse `∫ F_n dt` in N s.
     pub const NORMAL_IMPULSE: usize = 0;
@@ -22,7 +22,7 @@ pub mod integral {
     pub const CONTACT_DISSIPATION: usize = 2;
     /// Work put in by the clamp and by a moving workpiece in J.
     pub const WORK: usize = 3;
-    /// How many there are.
+    /// The number of integrals.
     pub const COUNT: usize = 4;
 }
 
@@ -53,9 +53,9 @@ impl FilamentState {
         self.charts[segment] = axis;
     }
 
-    /// Turns the segments that are near a pole of their coordinates over to their other chart; how many.
+    /// Switches segments near a pole of their coordinates to their other chart, and returns their number.
     ///
-    /// For between steps. A segment that has just changed is far from the poles of its new chart.
+    /// Call this between steps. A segment that has just switched is far from the poles of its new chart.
     pub fn leave_poles(&mut self) -> usize {
         let mut changes = 0;
         for segment in 0..self.charts.len() {
@@ -89,15 +89,15 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 
     /// How to solve the stages of its steps.
     ///
-    /// A single correction leaves a little energy in each stage. Any damping of the filament removes it again; without
-    /// dampers it adds up: over twenty swings of a chain, to sixty times the error of converged stages.
+    /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
+    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.root_damping > 0.0 || self.chain.joint_damping > 0.0;
         if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
     }
 
-    /// How deep a node may be past its event where a step ends, in m: `1e-4 × relative tolerance × l_f`, or less where
-    /// the contact is so stiff that this would be a force above `relative tolerance × E I/l_f²`.
+    /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance × l_f`, or less if
+    /// the contact is so stiff that this depth would cause a force above `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments as f64;
@@ -110,7 +110,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 }
 
-/// The equations of a filament in contact, or of one per lane of `T`, and which of its nodes are closed.
+/// The equations of a filament in contact, or of one per lane of `T`, and the state of its nodes: open or closed.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
     dynamics: Dynamics<T>,
@@ -128,16 +128,16 @@ pub struct FilamentSystem<M, W, T = f64> {
 impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
     ///
-    /// With `tracks_energy` all of [`integral`] is integrated, otherwise only the impulse.
+    /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise only the impulse.
     pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
         Self::side_by_side(vec![Filament { chain, motion, law, workpiece }], tracks_energy)
     }
 
-    /// The state at `time` with the coordinates `q` about `z` and the rates `v`; nodes that press on the workpiece
-    /// there are closed.
+    /// The state at `time` with the coordinates `q` about `z` and the rates `v`. Nodes that press on the workpiece
+    /// in this state are closed.
     ///
-    /// Segments near the poles of `z` are turned over to their other chart, as the returned state says. At a pole itself
-    /// `θ` is that of the plane in which `φ` moves, and `θ̇` has no meaning.
+    /// Segments near the poles of `z` are switched to their other chart, as stated in the returned state. At a pole itself,
+    /// `θ` is that of the plane in which `φ` moves, and `θ̇` is meaningless.
     pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
         let mut charts = vec![PolarAxis::Z; q.len()];
         for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
@@ -196,7 +196,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// Filaments with the same number of segments, one per lane; see [`FilamentSystem::new`].
     ///
     /// # Panics
-    /// If their number is not that of the lanes, or if their numbers of segments differ.
+    /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
         let n = filaments[0].chain.segments;
@@ -212,8 +212,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// Integrates the dissipated energies too, where it is asked for, and leaves the impulse as it is without them, to the
-    /// bit: stages count with the angles before their last correction, which is far below the tolerance.
+    /// Also integrates the dissipated energies, if requested, and leaves the impulse unchanged to the bit. For these energies,
+    /// stages count with the angles before their last correction. That correction is far below the tolerance.
     #[must_use]
     pub(super) fn tracking_dissipation(self, tracks_dissipation: bool) -> Self {
         Self { tracks_dissipation: self.tracks_energy || tracks_dissipation, ..self }
@@ -266,7 +266,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// The clamps at `time`.
     fn clamp(&mut self, time: T) -> &Clamp<T> {
-        // NaN, which no time equals, means that they must be evaluated again.
+        // NaN means that they must be evaluated again: it does not equal any time.
         if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
             self.clamp = (time, Clamp::from_lanes(|lane| self.filaments[lane].motion.at(time.lane(lane))));
         }
@@ -295,7 +295,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
-                // The smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
+                // Use the smooth law even where it pulls: stages of a step that ends on an opening can lie past it.
                 let force = filament.law.force(&approach);
                 add(integral::NORMAL_IMPULSE, force.normal);
                 if self.tracks_dissipation {
@@ -316,7 +316,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
-    /// Rates of the other integrals; leaves the dynamics placed, with the accelerations of the nodes.
+    /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of the nodes.
     fn energy_rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
         let mut scratch = std::mem::take(&mut self.scratch);
         self.residual(time, q, v, accelerations, &mut scratch);

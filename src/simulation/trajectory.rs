@@ -15,15 +15,15 @@ use crate::workpiece::Workpiece;
 /// An accepted step, as observers see it.
 #[derive(Debug)]
 pub struct Step<'a> {
-    /// Where it starts.
+    /// Its start.
     pub start: &'a FilamentState,
-    /// Where it ends.
+    /// Its end.
     pub end: &'a FilamentState,
     /// The nodes at its start.
     pub start_nodes: &'a [Knot<3>],
     /// The nodes at its end.
     pub end_nodes: &'a [Knot<3>],
-    /// Which nodes are closed throughout.
+    /// The nodes that are closed throughout.
     pub closed: &'a [bool],
 }
 
@@ -74,18 +74,19 @@ impl Step<'_> {
 
 /// More steps than this in one pass count as a failure.
 const MAX_STEPS: usize = 300_000;
-/// Repetitions of a step until its end lies on an event: some by Newton's method, then by bisection to rounding.
+/// Largest number of repetitions of a step until its end lies on an event: first by Newton's method, then by bisection to
+/// rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
 const MAX_LANDINGS: usize = 60;
-/// Points inside a step at which a node that may touch and leave again is looked at.
+/// Points inside a step at which a node that may touch and leave again is checked.
 const INNER_POINTS: usize = 8;
 
 /// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
 ///
 /// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
 ///
-/// Between steps, segments that come near a pole of their coordinates are turned over to their other chart. States say
-/// which chart they are in ([`FilamentState::charts`]); nodes and energies do not depend on it.
+/// Between steps, segments near a pole of their coordinates switch to their other chart. A state records its charts
+/// ([`FilamentState::charts`]). Nodes and energies do not depend on them.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -111,7 +112,7 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
 pub struct Trajectory {
     end_time: f64,
     tolerances: Tolerances,
-    /// How deep a node may be past its event where a step ends, in m.
+    /// How deep a node may be past its event at the end of a step, in m.
     location: f64,
     control: StepControl,
     contact_events: usize,
@@ -133,8 +134,8 @@ enum Phase {
     Land(Landing),
 }
 
-/// The search for the step that ends on an event: within half of the tolerance, or at the first instant after the event
-/// where rounding does not allow that.
+/// The search for the step that ends on an event: within half of the tolerance or, if rounding prevents that, at the first
+/// instant after the event.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     crossing: Crossing,
@@ -147,7 +148,7 @@ struct Landing {
 }
 
 impl Trajectory {
-    /// From `start` to `end_time` (s), with the nodes closed that are closed in `system`.
+    /// A trajectory from `start` to `end_time` (s). The nodes closed in `system` are closed at its start.
     pub fn new<M: ClampMotion, W: Workpiece>(
         system: &mut FilamentSystem<M, W>,
         mut start: FilamentState,
@@ -182,19 +183,19 @@ impl Trajectory {
         &self.start
     }
 
-    /// Closes the nodes in `lane` of `system` that are closed there.
+    /// Closes in `lane` of `system` the nodes that are closed in this trajectory.
     pub fn enter<M: ClampMotion, W: Workpiece, T: Compiled>(&self, lane: usize, system: &mut FilamentSystem<M, W, T>) {
         for (node, &closed) in self.closed.iter().enumerate() {
             system.set_closed(lane, node, closed);
         }
     }
 
-    /// What errors are measured against.
+    /// The scales against which errors are measured.
     pub fn tolerances(&self) -> Tolerances {
         self.tolerances
     }
 
-    /// The state in which it has ended, and the work done.
+    /// The final state, and the work done.
     pub fn into_end(self) -> (FilamentState, Statistics) {
         let statistics = self.statistics();
         (self.start, statistics)
@@ -205,7 +206,7 @@ impl Trajectory {
         Statistics::new(self.control.work(), self.contact_events, self.chart_changes)
     }
 
-    /// The length in s of the step to attempt next; none at the end.
+    /// The length in s of the step to attempt next; `None` at the end.
     ///
     /// # Errors
     /// If no further step is possible.
@@ -234,7 +235,7 @@ impl Trajectory {
     /// `system`. Accepted steps are shown to `observe`.
     ///
     /// # Errors
-    /// If the integration cannot go on.
+    /// If the integration cannot continue.
     pub fn conclude<M: ClampMotion, W: Workpiece, T: Compiled>(
         &mut self,
         lane: usize,
@@ -268,7 +269,7 @@ impl Trajectory {
                 crossing
             }
             Phase::Land(landing) => {
-                // Whatever comes of the landing, the next proposal starts anew.
+                // Whatever the result of the landing, the next proposal starts anew.
                 if let Err(cause) = outcome {
                     self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
                     self.control.retreat(self.start.time, landing.crossing.after, cause)?;
@@ -328,7 +329,7 @@ impl Trajectory {
         }
     }
 
-    /// The next landing after the attempt of `landing`; none if that was near enough to the event.
+    /// The next landing after the attempt of `landing`; `None` if that was close enough to the event.
     fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
         let Landing { crossing, mut low, mut high, length, attempts } = landing;
         let (node, location) = (crossing.node, self.location);
@@ -360,7 +361,7 @@ impl Trajectory {
     }
 }
 
-/// Where a node closes or opens inside a step.
+/// A node's closing or opening inside a step.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     node: usize,
@@ -385,8 +386,8 @@ fn excess<M: ClampMotion, W: Workpiece>(
     (if closed { -pressing } else { pressing }) - location
 }
 
-/// How far a node may move along the normal of the workpiece in a step of the length `length` (s), in m, by its motion at
-/// `knot`.
+/// Upper bound on a node's motion along the normal of the workpiece in a step of the length `length` (s), in m, from its
+/// motion at `knot`.
 fn normal_reach<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     knot: &Knot<3>,
@@ -419,8 +420,8 @@ fn first_crossing<M: ClampMotion, W: Workpiece>(
         } else if after > 0.0 {
             1.0
         } else {
-            // The node may cross and come back. Search for that only if it can move that far within the step: first by its
-            // speed, then by the part along the normal. (With contact damping its speed alone can make it cross.)
+            // The node may cross and return. Search for this only if it can move that far within the step: check first by its
+            // speed, then by the component along the normal. (With contact damping its speed alone can make it cross.)
             let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
             let gap = -before.max(after);
             let undamped = filament.law.damping == 0.0;

@@ -133,7 +133,7 @@ test("another quantity is another map", async () => {
   }
   assert.equal(seen.size, 7);
   await page.selectOption("#quantity", "tool_contact_normal_force_n");
-  assert.match(await page.textContent("#map-title"), /Tool contact normal force Fn,w in N/);
+  assert.match(await page.textContent("#map-title"), /Contact normal force of the tool Fn,w in N/);
   await page.mouse.move(...(await cell(page, 0, 0)));
   assert.match(await page.textContent("#readout"), /Fn,w\s=\s[\d.]+\s?N/);
   assert.ok((await page.getAttribute("#map .contour", "d")).length > 100, "the line at ε_tc = ½ is drawn");

@@ -1,6 +1,5 @@
 //! The command line: commands, shared argument parsing, and the help text.
 
-use bristle::model::parameters::Parameter;
 use clap::{Parser, Subcommand};
 
 use crate::commands::advise::AdviseArgs;
@@ -57,13 +56,4 @@ pub enum Command {
     /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks
     /// input files as you type.
     Schema,
-}
-
-/// Parses a whole number within the range of the setting at `path`.
-pub fn parse_count(text: &str, path: &str) -> Result<usize, String> {
-    let parameter = Parameter::find(path).ok_or("no such setting")?;
-    let allowed = || format!("must be {}", parameter.allowed());
-    let count: usize = text.parse().map_err(|_| allowed())?;
-    parameter.check(count as f64).map_err(|_| allowed())?;
-    Ok(count)
 }

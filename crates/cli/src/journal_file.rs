@@ -72,13 +72,13 @@ pub struct JournalFile {
 struct Shared {
     path: PathBuf,
     file: File,
-    state: Mutex<State>,
+    state: Mutex<Written>,
     /// Signals that there are lines to sync, or that the journal is closing.
     changed: Condvar,
 }
 
 #[derive(Debug)]
-struct State {
+struct Written {
     /// Length of the complete lines in bytes.
     length: u64,
     cases: usize,
@@ -127,7 +127,7 @@ impl JournalFile {
         }
         debug!(path = %path.display(), cases, "journal opened");
 
-        let mut state = State { length: intact, cases, fresh: false, closing: false, error: None };
+        let mut state = Written { length: intact, cases, fresh: false, closing: false, error: None };
         let begun = if intact > 0 { state.cut(&file) } else { state.begin(&file, journal.header(), directory) };
         begun.map_err(|error| FileError::new("write", &path, error))?;
         let shared = Arc::new(Shared { path, file, state: Mutex::new(state), changed: Condvar::new() });
@@ -198,7 +198,7 @@ fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileErr
 }
 
 impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, Written> {
         self.state.lock().expect(UNBROKEN)
     }
 
@@ -222,7 +222,7 @@ impl Shared {
     }
 }
 
-impl State {
+impl Written {
     /// Writes the header. The file and its name are on disk before any case is simulated.
     fn begin(&mut self, mut file: &File, header: &str, directory: &Path) -> io::Result<()> {
         self.cut(file)?;

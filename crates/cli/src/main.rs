@@ -10,6 +10,7 @@ mod pictures;
 mod progress;
 mod saved;
 mod terminal;
+mod values;
 mod vtk_files;
 
 use std::process::ExitCode;

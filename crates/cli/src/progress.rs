@@ -51,7 +51,7 @@ pub struct Progress {
     total: usize,
     resumed: usize,
     begun: Instant,
-    state: Mutex<State>,
+    state: Mutex<Tally>,
     output: Output,
 }
 
@@ -60,7 +60,7 @@ enum Output {
     Json,
 }
 
-struct State {
+struct Tally {
     done: usize,
     failures: usize,
     pace: Pace,
@@ -79,7 +79,7 @@ impl Progress {
             terminal::keep_below(&bar);
             Output::Bar(bar)
         };
-        let state = State { done: resumed, failures, pace: Pace::new(), told: begun };
+        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun };
         let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
         progress.tell(&progress.state());
         progress
@@ -115,12 +115,12 @@ impl Progress {
     /// Writes the last object, if the output is JSON.
     pub fn summarise(&self, seconds: f64, files: &[PathBuf]) {
         if let Output::Json = self.output {
-            let State { done, failures, .. } = *self.state();
+            let Tally { done, failures, .. } = *self.state();
             print_event(&Event::Summary { cases: done, failures, resumed: self.resumed, seconds, files });
         }
     }
 
-    fn tell(&self, state: &State) {
+    fn tell(&self, state: &Tally) {
         let rate = state.pace.rate();
         let seconds_left = rate.map(|rate| (self.total - state.done) as f64 / rate);
         match &self.output {
@@ -135,7 +135,7 @@ impl Progress {
         }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, Tally> {
         self.state.lock().expect("nothing panics while holding the progress")
     }
 }

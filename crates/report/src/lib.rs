@@ -1,8 +1,8 @@
-//! Results of Bristle in the forms that people and programs read.
+//! Results of Bristle in formats for people and programs.
 //!
-//! [`parquet`] writes tables, [`vtk`] the filament's motion for ParaView, [`tables`] text for a terminal,
-//! [`figures`] pictures (drawn by [`drawing`]), [`page`] a study as one page to look through in a browser. All return text or
-//! bytes; files are the program's.
+//! `parquet` writes tables (with the feature of that name), [`vtk`] the filament's motion for ParaView, [`tables`] text for a terminal,
+//! [`figures`] figures (drawn by [`drawing`]), and [`page`] a study as one page to explore in a browser. All return text or
+//! bytes. The program handles the files.
 
 pub mod drawing;
 pub mod figures;
@@ -12,7 +12,7 @@ pub mod parquet;
 pub mod tables;
 pub mod vtk;
 
-/// The input files of tests, those of the study crate: a test module is no part of a library.
+/// The input files of the study crate's tests, included by path because a test module is not part of a library.
 #[cfg(test)]
 #[path = "../../study/src/testing.rs"]
 mod testing;

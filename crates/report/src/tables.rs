@@ -8,26 +8,26 @@ use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
 use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
 
-/// Most columns of numbers that fit beside the row's heading.
+/// Largest number of columns that fit next to the row's heading.
 const MAX_COLUMNS: usize = 12;
-/// Most rows of a table.
+/// Largest number of rows in a table.
 const MAX_ROWS: usize = 20;
-/// Most rows of a list.
+/// Largest number of rows in a list.
 const MAX_LISTED: usize = 40;
 /// Width of a row's heading.
 const ROW_HEADING: usize = 10;
 /// Width of a number's column.
 const CELL: usize = 7;
 
-/// The results of a study for people: a table for each quantity where velocity and depth alone are swept, else a list.
+/// The results of a study for people: a table for each quantity if only velocity and depth are swept, otherwise a list.
 ///
-/// Where filaments scatter, the band of the tool force is among them, and a line says what the scatter comes from.
+/// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
 pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     let band = study.scatters().then(Quantity::band);
     let columns: Vec<Readable> =
         Quantity::headlines().chain(band).map(|quantity| Readable::new(quantity, results)).collect();
-    let is_grid = study.sweeps().iter().all(|axis| [VELOCITY, DEPTH].contains(&axis.parameter().path));
+    let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
     let mut text = if is_grid {
         columns.iter().map(|column| table(study, column)).collect::<Vec<_>>().join("\n")
     } else {
@@ -39,7 +39,7 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     text
 }
 
-/// What the scatter of the tool force comes from, and which tools are left out.
+/// The origin of the tool force's scatter, and the number of tools left out.
 fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
     let mut text = String::new();
     let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
@@ -51,7 +51,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
         let mut shares: Vec<(&str, f64)> = shares.filter(|(_, mean)| *mean > 0.0).collect();
         shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
         let rest = 1.0 - shares.iter().map(|(_, share)| share).sum::<f64>();
-        let rest = (rest >= 0.005).then_some(("not attributed to one of them", rest));
+        let rest = (rest >= 0.005).then_some(("not attributed to one input", rest));
         let shares: Vec<String> =
             shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
         let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
@@ -59,7 +59,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
     }
     let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
     if failed > 0 {
-        text.push_str(&format!("{failed} sampled tools are left out, as their simulations failed\n"));
+        text.push_str(&format!("{failed} sampled tools are left out because their simulations failed\n"));
     }
     let without = |(case, result): &(usize, &CaseResult)| {
         result.as_ref().is_ok_and(|summary| summary.scatter.is_none()) && scatters(&study.settings(*case))
@@ -67,9 +67,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
     let without = results.iter().enumerate().filter(without).count();
     if without > 0 {
         let cases = if without == 1 { "case has" } else { "cases have" };
-        text.push_str(&format!(
-            "{without} {cases} no band, as the simulations of most of their sampled tools failed\n"
-        ));
+        text.push_str(&format!("{without} {cases} no band because the simulations of most sampled tools failed\n"));
     }
     text
 }
@@ -107,11 +105,11 @@ fn table(study: &Study, column: &Readable) -> String {
     text
 }
 
-/// All quantities, a row a case.
+/// All quantities, one row per case.
 fn list(study: &Study, columns: &[Readable]) -> String {
-    let (axis_headings, factors): (Vec<&str>, Vec<f64>) = study.sweeps().iter().map(axis_heading).unzip();
-    let axis_headings = axis_headings.into_iter().map(str::to_owned);
-    let headings = axis_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
+    let (sweep_headings, factors): (Vec<&str>, Vec<f64>) = study.sweeps().iter().map(sweep_heading).unzip();
+    let sweep_headings = sweep_headings.into_iter().map(str::to_owned);
+    let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
     let mut rows: Vec<Vec<String>> = vec![headings.collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
@@ -127,22 +125,22 @@ fn list(study: &Study, columns: &[Readable]) -> String {
     text
 }
 
-/// A swept setting's heading, and the factor that turns its values into the unit of the heading.
+/// A swept setting's heading, and the factor that converts its values to the unit of the heading.
 ///
-/// Velocity and depth go by their symbols, other settings by their keys, which contain the unit.
-fn axis_heading(axis: &Sweep) -> (&'static str, f64) {
-    match axis.parameter().path {
+/// Velocity and depth have their symbols as headings, other settings their keys, which contain the unit.
+fn sweep_heading(sweep: &Sweep) -> (&'static str, f64) {
+    match sweep.parameter().path {
         VELOCITY => ("v_b in m/s", 1.0),
         DEPTH => ("a_e in mm", 1e3),
-        _ => (axis.parameter().key(), 1.0),
+        _ => (sweep.parameter().key(), 1.0),
     }
 }
 
 /// The values of a swept setting, or the only value of one that is not swept.
 fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
-    let axis = study.sweeps().iter().find(|axis| axis.parameter().path == path);
-    match axis {
-        Some(axis) => axis.values().to_vec(),
+    let sweep = study.sweeps().iter().find(|sweep| sweep.parameter().path == path);
+    match sweep {
+        Some(sweep) => sweep.values().to_vec(),
         None => Parameter::find(path).map(|parameter| parameter.get(&study.settings(0))).into_iter().collect(),
     }
 }

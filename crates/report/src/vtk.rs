@@ -1,7 +1,7 @@
-//! The filament of one pass for ParaView: a file of points for each time, the workpiece, and the list of both.
+//! The filament of one pass for ParaView: one file of points per time, the workpiece, and a list of both.
 //!
-//! Shapes enter, files of VTK's XML formats leave: PolyData (`.vtp`) and a collection (`.pvd`). Numbers stand in them in base 64,
-//! so that they are read back to the bit, in two thirds of the bytes that their digits take.
+//! Writes shapes in VTK's XML formats: PolyData (`.vtp`) and a collection (`.pvd`). Numbers are in base 64, so that they are
+//! read back to the bit. They take two thirds of the bytes of their digits.
 
 use std::fmt::Write;
 use std::iter;
@@ -15,20 +15,20 @@ use bristle::simulation::{Pass, Shape};
 use bristle::tool::ClampMotion;
 use bristle::workpiece::Workpiece;
 
-/// Most shapes of a pass: their numbers in names of files have four digits.
+/// The largest number of shapes in a pass: their numbers in file names have four digits.
 pub const MAX_SHAPES: usize = 10_000;
 
 const COLLECTION: &str = "contact.pvd";
 const WORKPIECE: &str = "workpiece.vtp";
 
-/// What all files begin with; the header of a block of numbers is its length in bytes.
+/// The start of every file. The header of a block of numbers is its length in bytes.
 const HEADING: &str = "<?xml version=\"1.0\"?>\n";
 const ATTRIBUTES: &str = "version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"";
 
 /// The attribute of numbers at points and cells.
 const COMPONENTS: &str = "NumberOfComponents";
 
-/// How far the drawn part of the workpiece goes beyond the filament, as a share of what it spans.
+/// How far the drawn part of the workpiece extends beyond the filament, as a fraction of the filament's range.
 const MARGIN: f64 = 0.1;
 
 /// Names of the files for `shapes` shapes.
@@ -36,7 +36,7 @@ pub fn file_names(shapes: usize) -> impl Iterator<Item = String> {
     (0..shapes).map(filament_name).chain([WORKPIECE.to_owned(), COLLECTION.to_owned()])
 }
 
-/// Whether a file of this name may belong to a run, of whatever number of shapes.
+/// Whether a file of this name may belong to a run with any number of shapes.
 pub fn is_file_name(name: &str) -> bool {
     let number = name.strip_prefix("filament_").and_then(|name| name.strip_suffix(".vtp"));
     number.is_some_and(|number| number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit()))
@@ -47,7 +47,7 @@ fn filament_name(shape: usize) -> String {
     format!("filament_{shape:04}.vtp")
 }
 
-/// Names and texts of the files, the collection last; `shapes` are those of the pass that `settings` state, with their loads.
+/// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings` state and have loads.
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
     let pass = Pass::new(settings);
     let plane = workpiece(&pass, shapes, settings.tool.width_m);
@@ -70,7 +70,7 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     let forces: Vec<[f64; 3]> = iter::zip(&shape.forces, surfaces)
         .map(|(force, surface)| add(scale(force.normal, surface.normal), force.tangential))
         .collect();
-    // The joint at the root is that with the clamp; at the tip there is none.
+    // The joint at the root connects to the clamp. The tip has no joint.
     let clamp = pass.tool().at(shape.time_s).direction;
     let directions: Vec<[f64; 3]> =
         iter::once(clamp).chain(nodes.windows(2).map(|pair| sub(pair[1], pair[0]))).collect();
@@ -96,14 +96,14 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(normal, normal).sqrt().atan2(dot(a, b))
 }
 
-/// The part of the workpiece's plane below the filament's way, as wide as the tool: a rectangle.
+/// The part of the workpiece's plane below the filament's path: a rectangle as wide as the tool.
 ///
-/// What the plane feeds, it feeds along itself, so that it is the same at all times.
+/// The plane's feed is parallel to the plane, so the plane is the same at all times.
 fn workpiece(pass: &Pass, shapes: &[Shape], width: f64) -> String {
     let surface = pass.workpiece().surface([0.0; 3], 0.0);
     let [x, y, _] = surface.normal;
     let steepness = x.hypot(y);
-    // At z = 0, where the filament is until it touches.
+    // At z = 0, where the filament stays until contact.
     let below_axis = scale(-surface.gap / steepness.powi(2), [x, y, 0.0]);
     let along = scale(1.0 / steepness, [y, -x, 0.0]);
     let across = cross(surface.normal, along);
@@ -115,7 +115,7 @@ fn workpiece(pass: &Pass, shapes: &[Shape], width: f64) -> String {
     poly_data(&[corner(low, -side), corner(high, -side), corner(high, side), corner(low, side)], "Polys", "", "")
 }
 
-/// Points in m, one cell of all of them, `data` at the points and `fields` of the whole.
+/// Points in m, one cell of all points, `data` at the points, and `fields` of the whole.
 fn poly_data(points: &[[f64; 3]], cell: &str, data: &str, fields: &str) -> String {
     let count = points.len();
     let counts: String = ["Verts", "Lines", "Strips", "Polys"]
@@ -135,7 +135,7 @@ fn reals(name: &str, size: &str, number: usize, values: &[f64]) -> String {
     array("Float64", name, size, number, values.iter().flat_map(|value| value.to_le_bytes()))
 }
 
-/// Numbers in base 64, behind their length in bytes; `size` is the attribute that says how many belong together.
+/// Numbers in base 64, preceded by their length in bytes. `size` is the attribute that states how many belong together.
 fn array(kind: &str, name: &str, size: &str, number: usize, bytes: impl IntoIterator<Item = u8>) -> String {
     let bytes: Vec<u8> = bytes.into_iter().collect();
     let block = STANDARD.encode([&(bytes.len() as u64).to_le_bytes(), bytes.as_slice()].concat());
@@ -209,7 +209,7 @@ mod tests {
             // Rounding of sine and cosine.
             assert!(length(sub(nodes[0], scale(settings.tool.body_radius_m, [cos, sin, 0.0]))) < 1e-15);
             for pair in nodes.windows(2) {
-                // Nodes are interpolated each for itself; that error is below the solver's tolerance of 1e-6.
+                // Each node is interpolated separately. The error is below the solver's tolerance of 1e-6.
                 assert!((length(sub(pair[1], pair[0])) / segment - 1.0).abs() < 1e-6);
             }
             let normal_forces = numbers(&text, "contact_normal_force_n");

@@ -1,7 +1,7 @@
 //! What a study advises: where the tool force is high, and at what velocity, depth and contact time ratio.
 //!
-//! The results of a study enter; sentences leave, each with the cases that it comes from, by their rows in `runs.csv`, so that
-//! it can be checked. Nothing is interpolated: what is advised has been simulated.
+//! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by their rows in `runs.csv`,
+//! so that it can be checked. Nothing is interpolated: every case that advice cites has been simulated.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
@@ -17,16 +17,16 @@ use crate::text::layout::{aligned, wrap};
 use crate::text::number::{labels, short};
 use crate::text::quantity::Readable;
 
-/// Contact time ratio `ε_tc` above which a filament sweeps, and up to which it strikes.
+/// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
 const TIER: f64 = 0.5;
-/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53; other, lower ones at
-/// 0.75 and more, and in a finer grid at 0.24, where filaments strike.
+/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53. Lower maxima lie at
+/// 0.75 and above and, in a finer grid, at 0.24, where filaments strike.
 const ALONG_TIER: Range<f64> = 0.3..0.6;
 
-/// By how much, relatively, the force must fall behind a local maximum: less is within what the number of segments changes.
+/// Smallest relative fall of the force after a local maximum. The number of segments alone can cause smaller falls.
 const LEAST_FALL: f64 = 0.005;
 
-/// What the results have to keep to.
+/// Limits on the cases that advice considers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Limits {
     /// Highest brushing velocity `v_b` in m/s.
@@ -42,11 +42,11 @@ pub struct Limits {
 pub enum AdviceError {
     /// There is nothing to compare.
     #[error(
-        "the study has one brushing velocity and one penetration depth, and advice compares forces over these\n   = help: \
-         sweep one of them below [study]"
+        "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   = help: \
+         sweep one of them under [study]"
     )]
     NothingVaries,
-    /// No contact time ratio keeps to the limits.
+    /// No contact time ratio satisfies both limits.
     #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
     Ratios {
         /// The lower limit.
@@ -59,22 +59,22 @@ pub enum AdviceError {
 /// Advice from a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Advice {
-    /// What was asked for.
+    /// The limits requested.
     pub limits: Limits,
-    /// One for each combination of what is swept beside velocity and depth.
+    /// One section for each combination of the settings swept in addition to velocity and depth.
     pub sections: Vec<Section>,
     #[serde(skip)]
     forces: Readable,
 }
 
-/// Advice from the cases that differ in velocity and depth only.
+/// Advice from cases that differ only in velocity and depth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Section {
-    /// Path and value of what else is swept.
+    /// Path and value of each further swept setting.
     pub settings: BTreeMap<&'static str, f64>,
     /// The advice, topic by topic.
     pub advice: Vec<Sentence>,
-    /// What there is no advice on, and why.
+    /// What the advice leaves out, and why.
     pub notes: Vec<String>,
     #[serde(skip)]
     slice: Slice,
@@ -83,18 +83,18 @@ pub struct Section {
 /// One piece of advice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sentence {
-    /// What it is about.
+    /// Its topic.
     pub topic: Topic,
-    /// The case that it is about.
+    /// The case that it describes.
     #[serde(flatten)]
     pub cell: Cited,
-    /// What it says.
+    /// The sentence itself.
     pub sentence: String,
-    /// Rows of the other cases that it speaks of.
+    /// Rows of the other cases that it mentions.
     pub other_rows: Vec<usize>,
 }
 
-/// What a piece of advice is about.
+/// The topic of a piece of advice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
@@ -127,7 +127,7 @@ pub struct Cited {
     pub tool_contact_normal_force_n: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
-    /// Lower end of the band of `F_n,w` in N that 95 % of the sampled tools lie in, where filaments scatter.
+    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where filaments scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool_force_lower_95_n: Option<f64>,
     /// Upper end of the band.
@@ -140,10 +140,10 @@ pub struct Cited {
     position: [usize; 2],
 }
 
-/// What the results of a study advise. Of equal forces the first counts, at the lowest depth and then velocity.
+/// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at the lowest velocity.
 ///
 /// # Errors
-/// If the study has one velocity and one depth, or the limits contradict each other.
+/// If the study has only one velocity and one depth, or the limits contradict each other.
 pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<Advice, AdviceError> {
     if let (Some(min_ratio), Some(max_ratio)) = (limits.min_ratio, limits.max_ratio)
         && min_ratio > max_ratio
@@ -165,7 +165,7 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     Ok(Advice { limits, sections, forces })
 }
 
-/// The cases of a slice, by depth and then by velocity; none where a case failed.
+/// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
 fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
     let relative = relative_uncertainty(study, slice.case(0, 0));
     let cell = |x: usize, y: usize| {
@@ -186,7 +186,7 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
     (0..slice.y.values.len()).map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect()).collect()
 }
 
-/// What the sentences of a section are made from.
+/// The data from which the sentences of a section are made.
 struct Adviser<'a> {
     slice: &'a Slice,
     forces: &'a Readable,
@@ -262,20 +262,20 @@ impl Adviser<'_> {
         (advice, notes)
     }
 
-    /// The highest force of some cases beside the least; none where there is nothing to compare, or no force.
+    /// Compares the highest force of some cases with the lowest. `None` if there is nothing to compare, or no force.
     fn best(&self, topic: Topic, cells: &[&Cited]) -> Option<Sentence> {
         let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
         let least = highest(cells, |cell| -force(cell))?;
         if force(least) == force(top) {
-            return Some(about(topic, top, format!("It {}; all others have the same.", motion(top)), &[]));
+            return Some(about(topic, top, format!("It {}; all others have the same force.", motion(top)), &[]));
         }
         let place = if topic == Topic::AtVelocity { depth(least) } else { velocity(least) };
         let sentence =
-            format!("It {}; the least is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
+            format!("It {}; the lowest is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
         Some(about(topic, top, sentence, &[least]))
     }
 
-    /// The local maximum of the force over the velocity that lies along the tier: of several the one nearest to it.
+    /// The local maximum of the force over the velocity along the tier. If there are several, the one nearest to the tier.
     fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
         let distance = |cell: &Cited| (cell.contact_time_ratio - TIER).abs();
         let peaks = row.windows(3).filter_map(|cells| match cells {
@@ -291,23 +291,28 @@ impl Adviser<'_> {
         let solved: Vec<&Cited> = faster.iter().flatten().collect();
         let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
         let least = highest(&solved[..below], |cell| -force(cell))?;
-        let falls = format!("Faster, it falls to {} at {} (row {})", self.newtons(least), velocity(least), least.row);
+        let falls = format!(
+            "Above this velocity it falls to {} at {} (row {})",
+            self.newtons(least),
+            velocity(least),
+            least.row
+        );
         Some(match solved.get(below) {
             Some(more) => {
-                let sentence = format!("{falls}, and is higher again at {} (row {}).", velocity(more), more.row);
+                let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", velocity(more), more.row);
                 about(Topic::Tier, peak, sentence, &[least, more])
             }
             None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
-            None => about(Topic::Tier, peak, format!("{falls}; no faster case has more."), &[least]),
+            None => about(Topic::Tier, peak, format!("{falls}; no faster case exceeds the maximum."), &[least]),
         })
     }
 
-    /// The force of a case, as it stands in the tables.
+    /// The force of a case, as the tables show it.
     fn newtons(&self, cell: &Cited) -> String {
         format!("{} {}", self.forces.text(cell.row - 1), self.forces.unit())
     }
 
-    /// The force of a case over something.
+    /// The force of a case, divided by `divisor`.
     fn share(&self, cell: &Cited, divisor: f64) -> String {
         format!("{} {}", short(self.forces.factor() * force(cell) / divisor), self.forces.unit())
     }
@@ -336,7 +341,7 @@ fn depth(cell: &Cited) -> String {
     format!("{} mm", short(1e3 * cell.penetration_depth_m))
 }
 
-/// The first of the cells at which a value is highest.
+/// The first of the cells with the highest value.
 fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a Cited> {
     cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
 }
@@ -385,7 +390,7 @@ impl Topic {
 }
 
 impl Advice {
-    /// The advice for a terminal 100 columns wide: a table, with a sentence each.
+    /// The advice for a terminal 100 columns wide: a table with one sentence per row.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -394,17 +399,16 @@ impl Advice {
             text.push('\n');
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
-        let mut legend = "Rows are those of runs.csv below its heading.".to_owned();
+        let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
         if cells().any(|cell| cell.band().is_none() && cell.uncertainty_n > 0.0) {
-            legend
-                .push_str(" ± comes from the uncertainty of the number of filaments, which changes all forces alike.");
+            legend.push_str(" ± is the uncertainty from the number of filaments, which scales all forces alike.");
         }
         if cells().any(|cell| cell.band().is_some()) {
-            legend.push_str(" In brackets stands the band that 95 % of the sampled tools lie in.");
+            legend.push_str(" Brackets give the band that contains 95 % of the sampled tools.");
         }
         legend.push_str(
-            " * marks an end of the study, beyond which there may be more. A filament sweeps where ε_tc is above ½, and \
-             strikes elsewhere.",
+            " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
+             and strikes elsewhere.",
         );
         wrap(&mut text, "", &legend);
         text
@@ -466,7 +470,7 @@ mod tests {
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 
-    /// Results with these forces in N and contact time ratios; none is a case that has failed.
+    /// Results with these forces in N and contact time ratios. `None` is a case that failed.
     fn results(study: &Study, cases: &[Option<(f64, f64)>]) -> Vec<CaseResult> {
         let nominal = NominalContact::of(&study.settings(0));
         let result = |case: &Option<(f64, f64)>| {
@@ -482,7 +486,7 @@ mod tests {
         cases.iter().map(result).collect()
     }
 
-    /// Two depths and four velocities, none in ascending order. Along the tier there is a maximum at 1 mm and 10 m/s.
+    /// Two depths and four velocities, neither in ascending order. There is a maximum along the tier at 1 mm and 10 m/s.
     const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
     const CASES: [Option<(f64, f64)>; 8] = [
         Some((290.0, 0.7)),
@@ -517,7 +521,7 @@ mod tests {
         assert_eq!(section.notes, ["At a_e = 2 mm no local maximum lies along the tier, between ε_tc = 0.3 and 0.6."]);
         let cell = &section.advice[0].cell;
         assert_eq!((cell.brushing_velocity_m_s, cell.penetration_depth_m), (20.0, 1e-3));
-        assert!((cell.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, as that of the filaments");
+        assert!((cell.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
     }
 
     #[test]
@@ -554,18 +558,24 @@ mod tests {
         let row = |fast: &[(f64, f64)]| slow.iter().chain(fast).copied().map(Some).collect::<Vec<_>>();
         let (velocity, sentence, others) = tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
         assert_eq!(velocity, 4.0);
-        assert_eq!(sentence, "Faster, it falls to 130.0 N at 6 m/s (row 6), and is higher again at 7 m/s (row 7).");
+        assert_eq!(
+            sentence,
+            "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7)."
+        );
         assert_eq!(others, [6, 7]);
         let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
-        assert_eq!(sentence, "Faster, it falls to 140.0 N at 5 m/s (row 5); no faster case has more.");
+        assert_eq!(
+            sentence,
+            "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum."
+        );
         assert_eq!(others, [5]);
-        // Of two the one nearer to the line, though the other one is higher.
+        // Of two maxima, the one nearer to the line counts, although the other is higher.
         let two = tier(&row(&[(140.0, 0.4), (160.0, 0.35), (155.0, 0.3)])).expect("a maximum");
         assert_eq!(two.0, 4.0);
-        // Far from the line, at an end, or level, there is none.
+        // There is none far from the line, at an end, or where the force is level.
         assert_eq!(tier(&row(&[])), None);
         assert_eq!(tier(&row(&[(150.0, 0.4), (120.0, 0.3)])), None);
-        // Beside a case that failed nobody knows.
+        // Next to a case that failed, a maximum cannot be told.
         let mut failed = row(&[(140.0, 0.4), (130.0, 0.3)]);
         failed[4] = None;
         assert_eq!(tier(&failed), None);

@@ -1,4 +1,4 @@
-//! SHA-256, by which results and journals know what they belong to.
+//! SHA-256, which ties results and journals to what they belong to.
 
 use sha2::{Digest, Sha256};
 

@@ -1,6 +1,6 @@
 //! Reads an input file: TOML text in, checked [`Settings`] and [`Study`] out.
 //!
-//! The TOML tree keeps the place of every key and value, so that each error can point at what it speaks of.
+//! The TOML tree keeps the place of every key and value, so that each error can point at its cause.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,16 +17,16 @@ use bristle::model::settings::Settings;
 
 /// The section that states the sweeps.
 const STUDY: &str = "study";
-/// The section that names measured forces; all others are sections of [`Settings`].
+/// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
-/// Its one key, and what that may be.
+/// Its only key, and the values allowed.
 const FILE: &str = "file";
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
-/// What an entry of `[study]` may be.
+/// The values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
 
-/// An input file whose TOML and whose sweeps are read.
+/// An input file whose TOML and sweeps have been read.
 #[derive(Debug)]
 pub struct Document<'t> {
     source: Source<'t>,
@@ -42,17 +42,17 @@ pub struct Document<'t> {
 /// One entry of `[study]`.
 #[derive(Debug)]
 struct LocatedSweep {
-    axis: Sweep,
+    sweep: Sweep,
     /// Place of the entry's value.
     span: Range<usize>,
 }
 
-/// A value to put in place of what the file states.
+/// A value that replaces the one in the file.
 struct Override<'a> {
     parameter: &'static Parameter,
     /// The value as TOML.
     text: &'a str,
-    /// The place that an error about the value points at.
+    /// The place to which an error about the value points.
     span: Range<usize>,
 }
 
@@ -66,7 +66,7 @@ struct SweepRange {
 }
 
 impl<'t> Document<'t> {
-    /// Reads a file's text. The name is the one that errors call the file by.
+    /// Reads a file's text. Errors use `name` for the file.
     pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
         let mut document = Self {
             source: Source { name, text },
@@ -101,14 +101,14 @@ impl<'t> Document<'t> {
         Ok(document)
     }
 
-    /// The settings that the file states, whatever it sweeps.
+    /// The settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
         self.build(&[]).map(|(settings, _)| settings)
     }
 
-    /// The settings for evaluating a state without contact, for which the file need not state velocity and depth.
+    /// The settings for evaluating a state without contact. The file need not state velocity and depth.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
-        // Nothing that is evaluated depends on the two: any value will do that no check refuses.
+        // The evaluation does not depend on the two: any value that passes the checks will do.
         const ANY: &str = "1e-300";
         let absent = |path| Parameter::find(path).filter(|parameter| find(&self.table, parameter.path).is_none());
         let overrides: Vec<Override<'_>> = [VELOCITY, DEPTH]
@@ -119,34 +119,34 @@ impl<'t> Document<'t> {
         self.build(&overrides).map(|(settings, _)| settings)
     }
 
-    /// The file of measured forces that the file names, as it names it: relative to its own directory.
+    /// The path of the measured forces as the file states it, relative to the file's directory.
     #[must_use]
     pub fn measured_file(&self) -> Option<&str> {
         self.measured_file.as_deref()
     }
 
-    /// The study that the file states, all of whose cases are checked.
+    /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
         if self.sweeps.is_empty() {
             let problem = Problem::Missing {
                 key: STUDY.to_owned(),
                 allowed: "a section that sweeps at least one setting".to_owned(),
             };
-            let advice = "add for example `[study]` and below it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
+            let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
             return Err(self.error(problem, self.study_span.clone(), advice));
         }
-        // The first value of each sweep fills in what the file leaves to the study.
+        // The first value of each sweep fills in the settings that the file leaves to the study.
         let first_values: Vec<String> =
-            self.sweeps.iter().map(|LocatedSweep { axis, .. }| axis.parameter().format(axis.values()[0])).collect();
+            self.sweeps.iter().map(|LocatedSweep { sweep, .. }| sweep.parameter().format(sweep.values()[0])).collect();
         let overrides: Vec<Override<'_>> = self
             .sweeps
             .iter()
             .zip(&first_values)
-            .map(|(sweep, text)| Override { parameter: sweep.axis.parameter(), text, span: sweep.span.clone() })
+            .map(|(located, text)| Override { parameter: located.sweep.parameter(), text, span: located.span.clone() })
             .collect();
         let (base, table) = self.build(&overrides)?;
-        let axes = self.sweeps.iter().map(|sweep| sweep.axis.clone()).collect();
-        Study::new(base, axes).map_err(|error| {
+        let sweeps = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
+        Study::new(base, sweeps).map_err(|error| {
             let span = match &error {
                 StudyError::SweptTwice { path } => place(&table, path),
                 StudyError::Case { violation, .. } => place(&table, violation.path),
@@ -156,7 +156,7 @@ impl<'t> Document<'t> {
         })
     }
 
-    /// Reads and checks the settings with some values replaced. The tree that comes with them has the place of each.
+    /// Reads and checks the settings with some values replaced. The returned tree has the place of each setting.
     fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<(Settings, DeTable<'a>), InputError> {
         let mut table: DeTable<'a> = self.table.clone();
         for Override { parameter, text, span } in overrides {
@@ -165,7 +165,7 @@ impl<'t> Document<'t> {
                 .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
                 .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
             if let DeValue::Table(section) = section.get_mut() {
-                // Replaced as a whole: an insertion alone would keep the old key's place.
+                // Remove the entry first: an insertion alone would keep the old key's place.
                 section.remove(parameter.key());
                 section.insert(
                     Spanned::new(span.clone(), Cow::Borrowed(parameter.key())),
@@ -185,20 +185,20 @@ impl<'t> Document<'t> {
         Ok((settings, table))
     }
 
-    /// Reads the entries of `[study]` in the file's order.
+    /// Reads the entries of `[study]` in the order of the file.
     fn read_sweeps(&self, entries: &DeTable<'_>) -> Result<Vec<LocatedSweep>, InputError> {
         let mut entries: Vec<_> = entries.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         entries
             .into_iter()
             .map(|(key, value)| {
-                let axis = self.read_axis(key, value)?;
-                Ok(LocatedSweep { axis, span: value.span() })
+                let sweep = self.read_sweep(key, value)?;
+                Ok(LocatedSweep { sweep, span: value.span() })
             })
             .collect()
     }
 
-    /// Reads the entries of `[measured]`, whose heading stands at `span`.
+    /// Reads the entries of `[measured]`, whose heading is at `span`.
     fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<String, InputError> {
         if let Some((key, _)) = entries.iter().find(|(key, _)| key.get_ref() != FILE) {
             let name = key.get_ref();
@@ -208,7 +208,7 @@ impl<'t> Document<'t> {
         let key = format!("{MEASURED}.{FILE}");
         let allowed = MEASURED_FILE.to_owned();
         let Some(value) = entries.get(FILE) else {
-            let advice = format!("add `{FILE} = \"forces.csv\"` below [{MEASURED}]");
+            let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
             return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
         };
         match value.get_ref() {
@@ -220,7 +220,7 @@ impl<'t> Document<'t> {
         }
     }
 
-    fn read_axis(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
+    fn read_sweep(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
         let name = key.get_ref().as_ref();
         let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
         let study_key = format!("{STUDY}.{name}");
@@ -241,13 +241,13 @@ impl<'t> Document<'t> {
             };
             self.error(problem, span, "")
         };
-        let axis = if value.get_ref().is_array() {
+        let sweep = if value.get_ref().is_array() {
             Sweep::list(parameter, read(value).map_err(unreadable)?)
         } else {
             let SweepRange { start, stop, step } = read(value).map_err(unreadable)?;
             Sweep::range(parameter, start, stop, step)
         };
-        axis.map_err(|error| {
+        sweep.map_err(|error| {
             let span = match (&error, value.get_ref()) {
                 (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
                 _ => value.span(),
@@ -257,24 +257,24 @@ impl<'t> Document<'t> {
         })
     }
 
-    /// The error about a top-level entry that is no section.
+    /// The error about a top-level entry that is not a section.
     fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
         let key = name.get_ref().to_string();
         if is_section(&key) || key == STUDY || key == MEASURED {
             let problem = Problem::NotAllowed {
                 value: self.source.quote(value.span()),
-                allowed: format!("a section, begun by a line [{key}]"),
+                allowed: format!("a section that starts with a line [{key}]"),
                 key,
             };
             self.error(problem, value.span(), "")
         } else {
-            let advice = "put it below the heading of its section, such as [filament]";
-            let problem = Problem::UnknownKey { key, expected: "sections only outside of sections".to_owned() };
+            let advice = "put it under the heading of its section, such as [filament]";
+            let problem = Problem::UnknownKey { key, expected: "a section at the top level of the file".to_owned() };
             self.error(problem, name.span(), advice)
         }
     }
 
-    /// The error about a tree that does not make settings: an unknown key, a value of a wrong type, or a missing key.
+    /// The error about a tree that cannot become settings: an unknown key, a value of the wrong type, or a missing key.
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
         let span = error.span().unwrap_or(self.end());
         let unknown = |key: String, advice: String| {
@@ -298,7 +298,7 @@ impl<'t> Document<'t> {
                 }
                 if value.span().start <= span.start && span.end <= value.span().end {
                     let allowed = Parameter::find(&path)
-                        .map_or_else(|| format!("of another form ({})", error.message()), Parameter::allowed);
+                        .map_or_else(|| format!("of another type ({})", error.message()), Parameter::allowed);
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
                     return self.error(problem, span, "");
                 }
@@ -310,7 +310,7 @@ impl<'t> Document<'t> {
             return self.error(Problem::Unreadable { message }, span, "");
         };
         let problem = Problem::Missing { key: missing.path.to_owned(), allowed: missing.allowed() };
-        let mut advice = format!("add `{} = …` below [{}]", missing.key(), missing.section());
+        let mut advice = format!("add `{} = …` under [{}]", missing.key(), missing.section());
         if missing.section() == "process" {
             advice.push_str(", or let [study] sweep it and run `bristle study`");
         }
@@ -325,7 +325,7 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The place of what is not there: the end of the text.
+    /// The place of something missing: the end of the text.
     fn end(&self) -> Range<usize> {
         let end = self.source.text.trim_end().len();
         end..end
@@ -347,21 +347,21 @@ fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValu
     table.get(section)?.get_ref().as_table()?.get(key)
 }
 
-/// The place of the value at a dotted path, or else of its section's heading.
+/// The place of the value at a dotted path, or otherwise of its section's heading.
 fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
     let heading = || table.get(path.split_once('.')?.0);
     find(table, path).or_else(heading).map(Spanned::span)
 }
 
-/// A hint at the path whose last part is closest to that of what was written, empty if none is close.
+/// A hint at the path whose last part is most similar to that of `written`. Empty if none is close.
 ///
-/// Comparing last parts also finds keys that stand in a wrong section.
+/// Comparing last parts also finds keys that are in the wrong section.
 fn did_you_mean<'c>(written: &str, paths: impl Iterator<Item = &'c str>) -> String {
-    /// Similarity (Jaro and Winkler, 0 to 1) from which a name may be a misspelling of another.
+    /// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
     const CLOSE: f64 = 0.85;
     let last_part = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let written = last_part(written);
-    // A section is no misspelling: it was written without quotes around a dotted path.
+    // The name of a section is not a misspelling: the quotes around a dotted path are missing.
     if PARAMETERS.iter().any(|parameter| parameter.section() == written) {
         return format!("a dotted path needs quotes, as in \"{written}.…\"");
     }

@@ -1,4 +1,4 @@
-//! Errors of an input file, each with the place in the file that it speaks of.
+//! Errors in an input file, each with its place in the file.
 
 use std::fmt::{self, Display};
 use std::ops::Range;
@@ -12,7 +12,7 @@ const LONGEST_LINE: usize = 100;
 
 /// What is wrong with an input file, where, and what to do about it.
 ///
-/// Prints as several lines: the problem, then file, line and column with the line itself, then the advice.
+/// Prints several lines: the problem, the file, line and column with the line itself, and the advice.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{problem}\n{location}{}", advice_line(.advice))]
 pub struct InputError {
@@ -20,7 +20,7 @@ pub struct InputError {
     pub problem: Box<Problem>,
     /// Where it is wrong.
     pub location: Box<Location>,
-    /// What to do, empty where the problem says it all.
+    /// What to do; empty if the problem says it all.
     pub advice: String,
 }
 
@@ -31,39 +31,39 @@ fn advice_line(advice: &str) -> String {
 /// The ways in which an input file can be wrong.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Problem {
-    /// The text is no TOML, or cannot be made sense of.
+    /// The text is not TOML, or cannot be interpreted.
     #[error("cannot be read: {message}")]
     Unreadable {
-        /// What the parser says.
+        /// The parser's message.
         message: String,
     },
-    /// A key that no setting has.
+    /// A key that does not name a setting.
     #[error("unknown key `{key}`: expected {expected}")]
     UnknownKey {
         /// Dotted path of the key.
         key: String,
-        /// What would be known here.
+        /// What is expected here.
         expected: String,
     },
-    /// A key without which there is no simulation.
+    /// A required key that is missing.
     #[error("`{key}` is missing: it must be {allowed}")]
     Missing {
         /// Dotted path of the key.
         key: String,
-        /// What the key may be.
+        /// The values allowed.
         allowed: String,
     },
-    /// A value that the key cannot have.
+    /// A value that is not allowed for the key.
     #[error("`{key}` is {value}, but must be {allowed}")]
     NotAllowed {
         /// Dotted path of the key.
         key: String,
         /// The value found.
         value: String,
-        /// What the key may be.
+        /// The values allowed.
         allowed: String,
     },
-    /// A sweep that has no values, or wrong ones.
+    /// A sweep without values, or with wrong ones.
     #[error("`{key}`: {error}")]
     Sweep {
         /// Dotted path of the key.
@@ -71,7 +71,7 @@ pub enum Problem {
         /// What is wrong with the values.
         error: SweepError,
     },
-    /// Sweeps that do not make a study.
+    /// Sweeps that do not form a study.
     #[error(transparent)]
     Study(#[from] StudyError),
 }
@@ -104,7 +104,7 @@ impl Display for Location {
     }
 }
 
-/// An input file's name and text, from which places are made.
+/// An input file's name and text, in which errors are located.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'t> {
     pub(crate) name: &'t str,
@@ -112,7 +112,7 @@ pub(crate) struct Source<'t> {
 }
 
 impl Source<'_> {
-    /// The place at a range of bytes. A range outside the text counts as its end.
+    /// The place of a range of bytes. A range outside the text counts as the text's end.
     pub(crate) fn location(&self, span: Range<usize>) -> Location {
         let start = self.char_boundary(span.start);
         let end = self.char_boundary(span.end).max(start);
@@ -121,7 +121,7 @@ impl Source<'_> {
         let columns_before = self.text[line_start..start].chars().count();
         let columns_marked = self.text[start..end.min(line_end).max(start)].chars().count();
 
-        // A long line is shown from a little before the place.
+        // The excerpt of a long line starts a little before the place.
         let skipped = columns_before.saturating_sub(LONGEST_LINE / 2);
         let excerpt: String = self.text[line_start..line_end]
             .trim_end_matches('\r')
@@ -141,7 +141,7 @@ impl Source<'_> {
         }
     }
 
-    /// The last start of a character, or end of the text, at or before a byte.
+    /// The last character boundary at or before a byte.
     fn char_boundary(&self, byte: usize) -> usize {
         let mut byte = byte.min(self.text.len());
         while !self.text.is_char_boundary(byte) {
@@ -150,7 +150,7 @@ impl Source<'_> {
         byte
     }
 
-    /// The text at a range of bytes, cut if long, to be quoted in a message.
+    /// The text at a range of bytes, cut if long, for quoting in a message.
     pub(crate) fn quote(&self, span: Range<usize>) -> String {
         const LONGEST: usize = 40;
         let text = self.text.get(span).unwrap_or_default();

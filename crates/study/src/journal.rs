@@ -1,9 +1,9 @@
-//! The journal of a study: the results so far as lines of text, from which a study that was stopped goes on.
+//! The journal of a study: its results so far as lines of text, from which a stopped study resumes.
 //!
-//! A study and its results enter, one by one as they come; lines leave, and the other way round. Whoever keeps the lines
-//! appends each as its case is done; nothing is ever changed in place, so that all that a crash can damage is the end.
+//! This module turns results into lines and lines into results. The caller stores the lines and appends each when its case is
+//! done. Nothing is ever changed in place, so a crash can damage only the end.
 //!
-//! Every line is a JSON object. The first is the header: what made the results and of which settings they are. Each of the
+//! Every line is a JSON object. The first is the header, which states the program and the settings of the results. Each of the
 //! others is a case, numbered from 1:
 //!
 //! ```json
@@ -11,10 +11,10 @@
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
-//! Where filaments scatter, `scatter` has the distribution of the tool force, beside `metrics`. `check` has the first 16
-//! digits of the SHA-256 of the header's check and of the line up to it, so that a line that is damaged, or belongs to
-//! another journal, is recognised. Numbers are written with the digits that read back as the same
-//! `f64`: a study that goes on ends with the bits of one that was never stopped.
+//! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to `metrics`. `check` has the first
+//! 16 digits of the SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged or
+//! belongs to another journal. Numbers are written with digits that read back as the same `f64`: the results of a resumed
+//! study equal those of an uninterrupted one to the bit.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead};
@@ -35,7 +35,7 @@ use bristle::simulation::Statistics;
 /// The version of the format.
 pub const FORMAT: u32 = 1;
 
-/// SHA-256 of all code that decides results: the core's, and that of this crate.
+/// SHA-256 of all code that affects results: the core's and that of this crate.
 static SOLVER: LazyLock<String> =
     LazyLock::new(|| digest([SOLVER_FINGERPRINT, env!("BRISTLE_STUDY_SOURCES")].concat().as_bytes()));
 
@@ -43,30 +43,30 @@ static SOLVER: LazyLock<String> =
 const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
 /// Digits of a check: 64 bits let one damaged line in 10¹⁹ pass.
 const CHECK_DIGITS: usize = 16;
-/// A longer line is none that was written here.
+/// A longer line was not written by this program.
 const MAX_LINE_BYTES: usize = 64 << 20;
-/// Most differences of settings that an error lists.
+/// The largest number of differences that an error lists.
 const MAX_DIFFERENCES: usize = 6;
 
 /// What can be wrong with a journal.
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// It has no header.
-    #[error("it is no journal of a study")]
+    #[error("it is not the journal of a study")]
     Foreign,
-    /// Its header is of another version of the format.
-    #[error("it is of another version of Bristle, in format {found}; this one has format {FORMAT}")]
+    /// Its header has another version of the format.
+    #[error("it comes from another version of Bristle and has format {found}; this version writes format {FORMAT}")]
     Format {
         /// The format's number.
         found: u64,
     },
-    /// Its results would not be those of this study.
+    /// Its results do not belong to this study.
     #[error("it holds results of another study or program:{}", listed(.differences))]
     Other {
-        /// What is different, a sentence each.
+        /// The differences, one sentence each.
         differences: Vec<String>,
     },
-    /// A line is damaged that cannot be one whose writing was interrupted, as others were written after it.
+    /// A line is damaged, and not because its writing was interrupted: valid lines follow it.
     #[error("line {line} is damaged")]
     Damaged {
         /// Number of the line, counted from 1.
@@ -85,16 +85,16 @@ fn listed(differences: &[String]) -> String {
     text
 }
 
-/// What a journal holds.
+/// The contents of a journal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
-    /// The result of each case, none where it is not in the journal.
+    /// The result of each case; `None` if it is not in the journal.
     pub results: Vec<Option<CaseResult>>,
-    /// Length in bytes of what is whole: after a crash, a journal is cut to it before lines are appended.
+    /// Length in bytes of the intact part. After a crash, the journal is cut to this length before lines are appended.
     ///
     /// Zero if there is no header yet.
     pub intact: u64,
-    /// Length in bytes of the rest, whose writing was interrupted.
+    /// Length in bytes of the rest. Its writing was interrupted.
     pub torn: u64,
 }
 
@@ -102,7 +102,7 @@ pub struct Contents {
 #[derive(Clone, Debug)]
 pub struct Journal {
     header: String,
-    /// The header's check, which goes into that of every line.
+    /// The header's check, which enters the check of every line.
     seed: String,
     case_count: usize,
 }
@@ -118,7 +118,7 @@ struct Header<S> {
     equations: String,
     /// SHA-256 of the code that solves them.
     solver: String,
-    /// The settings that are not swept; of those that are, the first value.
+    /// The settings. Those that are swept have their first value.
     settings: S,
     sweeps: Vec<SweepText>,
 }
@@ -138,7 +138,7 @@ enum Outcome {
     Simulated {
         metrics: Metrics,
         statistics: Statistics,
-        /// The one number of [`Statistics`] that is in no other file.
+        /// The only number of [`Statistics`] that is in no other file.
         chart_changes: usize,
         /// Where filaments scatter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -167,13 +167,13 @@ impl Journal {
         Self { header, seed, case_count: study.case_count() }
     }
 
-    /// The first line, with its end.
+    /// The first line, with its newline.
     #[must_use]
     pub fn header(&self) -> &str {
         &self.header
     }
 
-    /// The line of a case, counted from 0, with its end.
+    /// The line of a case, counted from 0, with its newline.
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
@@ -190,17 +190,17 @@ impl Journal {
 
     /// Reads a journal of the study from its beginning.
     ///
-    /// An end that is damaged was being written when the program or the machine stopped. It is left out, and its length
-    /// told.
+    /// A damaged end was being written when the program or the machine stopped. It is left out, and [`Contents::torn`] has
+    /// its length.
     ///
     /// # Errors
-    /// If it is no journal, is one of another study or of another build, or is damaged before its end.
+    /// If it is not a journal, belongs to another study or another build, or is damaged before its end.
     pub fn read(&self, study: &Study, mut input: impl BufRead) -> Result<Contents, JournalError> {
         let mut contents = Contents { results: vec![None; self.case_count], intact: 0, torn: 0 };
         let mut line = Vec::new();
         let length = read_line(&mut input, &mut line)?;
         if line != self.header.as_bytes() {
-            // What stands here if the program stopped while it wrote the header; nothing at all if before.
+            // A part of the header, or nothing, remains if the program stopped before it had written the header.
             if !self.header.as_bytes().starts_with(&line) && line.iter().any(|&byte| byte != 0) {
                 return Err(unlike(study, &line));
             }
@@ -229,7 +229,7 @@ impl Journal {
         Ok(contents)
     }
 
-    /// The case of a line and its result, unless the line is damaged.
+    /// The case of a line and its result; `None` if the line is damaged.
     fn decode(&self, line: &[u8]) -> Option<(usize, CaseResult)> {
         let line = str::from_utf8(line).ok()?;
         let Entry { case, outcome } = unsealed(&self.seed, line)?;
@@ -255,7 +255,7 @@ fn sealed(seed: &str, object: &impl Serialize) -> String {
     line + r#","check":""# + &check + "\"}\n"
 }
 
-/// The object of a line, unless its check is wrong.
+/// The object of a line; `None` if its check is wrong.
 fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
     let (object, check_here) = line.strip_suffix("\"}\n")?.rsplit_once(r#","check":""#)?;
     if check_here != check(seed, object) {
@@ -276,7 +276,7 @@ fn check_of(line: &str) -> &str {
     &line[end - CHECK_DIGITS..end]
 }
 
-/// Reads up to and including the next line's end, and returns its length. Of a line that is too long the beginning is kept.
+/// Reads a line with its newline and returns its length. If the line is too long, only its beginning is kept.
 fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     line.clear();
     let mut length = 0;
@@ -297,12 +297,12 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     }
 }
 
-/// Why a first line is not the header that `study` has.
+/// The reason why a first line is not the header of `study`.
 fn unlike(study: &Study, line: &[u8]) -> JournalError {
     let Some(rest) = str::from_utf8(line).ok().and_then(|line| line.strip_prefix(BEGINNING)) else {
         return JournalError::Foreign;
     };
-    // Before all else, as another format may have another check.
+    // The format comes first, because another format may have another check.
     let digits = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
     match rest[..digits].parse() {
         Ok(found) if found != u64::from(FORMAT) => return JournalError::Format { found },
@@ -315,7 +315,7 @@ fn unlike(study: &Study, line: &[u8]) -> JournalError {
     }
 }
 
-/// In what a journal's header differs from that of `study`, as sentences.
+/// The differences of a journal's header from that of `study`, as sentences.
 fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let mut differences = Vec::new();
     let programs = [
@@ -336,7 +336,7 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
     let settings_here = leaves(&serde_json::to_value(study.base()).unwrap_or_default());
     each_difference(&leaves(&there.settings), &settings_here, |path, there, here| {
-        // Of what is swept on both sides the base has only the first value.
+        // The base has only the first value of a setting that is swept on both sides.
         if !(sweeps_there.contains_key(path) && sweeps_here.contains_key(path)) {
             let text = |value: Option<&Value>| value.map_or("not stated".to_owned(), Value::to_string);
             differences.push(format!("{path}: {} there, {} here", text(there), text(here)));
@@ -351,16 +351,16 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
                 format!("{} values from {first:?} to {last:?}", values.map_or(0, Vec::len))
             }
         });
-        let among = if there == here { ", others between" } else { "" };
+        let among = if there == here { ", with others in between" } else { "" };
         differences.push(format!("sweep of {path}: {there} there, {here} here{among}"));
     });
     if differences.is_empty() {
-        differences.push("the sweeps come in another order".to_owned());
+        differences.push("the sweeps are in another order".to_owned());
     }
     differences
 }
 
-/// Calls `different` for each key whose values are not the same.
+/// Calls `different` for each key whose values differ.
 fn each_difference<V: PartialEq>(
     there: &BTreeMap<String, V>,
     here: &BTreeMap<String, V>,
@@ -431,7 +431,7 @@ mod tests {
         let study = study(FILE);
         let journal = Journal::new(&study);
         let mut results = results(&study);
-        // Numbers that are easily lost on the way.
+        // Numbers that are easily lost in conversion.
         if let Ok(summary) = &mut results[0] {
             summary.statistics.chart_changes = 7;
             summary.metrics.contact_time_s = 0.1 + 0.2;
@@ -493,7 +493,7 @@ mod tests {
         assert_eq!((contents.intact, contents.torn), (0, 5000));
     }
 
-    /// Any damage but at the end is an error with the line's number, and damage of the last line costs that line.
+    /// Damage before the last line is an error with the line's number. Damage to the last line loses only that line.
     #[test]
     fn every_changed_byte_is_noticed() {
         let study = study(FILE);
@@ -506,7 +506,7 @@ mod tests {
             let line = whole[..at].matches('\n').count() as u64 + 1;
             match journal.read(&study, bytes.as_slice()) {
                 Ok(contents) => {
-                    // The end of the line before joins the two to one.
+                    // Without the newline before it, the last line merges with the one before.
                     let lost = if at == last - 1 { 2 } else { 1 };
                     assert!(at >= last - 1, "{at}");
                     assert_eq!(contents.results.iter().flatten().count(), 4 - lost);
@@ -539,7 +539,7 @@ mod tests {
         let mixed = journal.header().to_owned() + &entry;
         let contents = journal.read(&here, mixed.as_bytes()).expect("the end is left out");
         assert_eq!(contents.torn, entry.len() as u64);
-        // A number that the study does not have, with a right check.
+        // The number of a case that the study does not have, with a correct check.
         let beyond = journal.header().to_owned() + &journal.entry(6, &Err("there is no seventh case".to_owned()));
         let contents = journal.read(&here, beyond.as_bytes()).expect("the end is left out");
         assert!(contents.torn > 0 && contents.results.iter().all(Option::is_none));
@@ -559,7 +559,7 @@ mod tests {
         assert_eq!(
             differences(&FILE.replace("[5.0, 10.0, 20.0]", "[5.0, 11.0, 20.0]")),
             "sweep of process.brushing_velocity_m_s: 3 values from 5.0 to 20.0 there, 3 values from 5.0 to 20.0 here, \
-             others between"
+             with others in between"
         );
         assert_eq!(
             differences(&FILE.replace("[1.0e-3]", "[1.0e-3, 2.0e-3]")),
@@ -587,7 +587,7 @@ mod tests {
         for (what, value) in [("version", "\"9.9.9\""), ("equations", "\"abc\""), ("solver", "\"µµµµµµµµ\"")] {
             let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
             header[what] = serde_json::from_str(value).expect("JSON");
-            // As a header is written, in whatever order.
+            // Through the structure, so that the keys are in the order of a header.
             let typed: Header<Value> = serde_json::from_value(header).expect("a header");
             let error = journal.read(&here, sealed("", &typed).as_bytes()).expect_err("another build");
             assert!(error.to_string().contains(what), "{error}");

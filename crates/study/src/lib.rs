@@ -1,15 +1,15 @@
 //! Studies: many simulations of Bristle over a grid of settings, read from an input file and run to saved results.
 //!
-//! The modules, in the order in which the data passes them:
+//! The modules, in the order of the data flow:
 //!
 //! 1. [`document`], [`schema`], [`input_error`]: an input file, read and checked;
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
-//! 3. [`uncertainty`]: sampled tools of a case, and the band that their forces fill;
-//! 4. [`journal`]: results as they come, from which a study that was stopped goes on;
+//! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
+//! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
 //! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
 //! 6. [`slices`], [`advice`]: what a study shows and advises.
 //!
-//! Nothing here touches a file or a terminal: text enters and text leaves.
+//! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
 pub mod digest;
@@ -25,3 +25,8 @@ pub mod study;
 mod testing;
 pub mod text;
 pub mod uncertainty;
+
+/// Compiles the code examples of the library's page.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/library.md")]
+struct Library;

@@ -1,7 +1,7 @@
-//! Measured tool forces beside simulated ones: a table of the user's in, deviations out.
+//! Compares measured tool forces with simulated ones: the user's table in, deviations out.
 //!
-//! A force is compared where it was measured. Between the cases of a study the simulated force is interpolated, linearly in
-//! velocity and depth; outside of them there is none, and nothing is extrapolated.
+//! A force is compared where it was measured. Between the cases of a study the simulated force is interpolated linearly in
+//! velocity and depth. Outside of them it is not extrapolated.
 
 use std::io::{self, Write};
 
@@ -10,18 +10,18 @@ use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, Study};
 use crate::text::number::short;
 
-/// Columns of the table; others are skipped.
+/// Columns of the table. Other columns are ignored.
 pub const COLUMNS: [&str; 4] = ["brushing_velocity_m_s", "penetration_depth_m", "force_n", "std_n"];
 
 /// What to do about a table that cannot be used.
 const ADVICE: &str = "the table has the columns brushing_velocity_m_s,penetration_depth_m,force_n,std_n, \
-    separated by commas, with decimal points, and a row a point";
+    separated by commas, with decimal points, and one row per point";
 
-/// Most slices of further sweeps that are compared.
+/// The largest number of slices that are compared.
 const MAX_SLICES: usize = 1000;
-/// Most slices, and points of each, that are printed.
+/// The largest numbers of slices, and of points in each, that are printed.
 const MAX_PRINTED: (usize, usize) = (4, 40);
-/// Values nearer than this, relatively, are the same: a file may round otherwise than a sweep.
+/// Relative difference up to which values are the same: a file may round differently from a sweep.
 const SAME: f64 = 1e-9;
 
 /// A measured force.
@@ -37,10 +37,10 @@ pub struct Measurement {
     pub std_n: f64,
 }
 
-/// Reads a table of measured forces as CSV; `name` is what errors call it.
+/// Reads a table of measured forces as CSV. Errors use `name` for the table.
 ///
 /// # Errors
-/// If a column is missing, a cell is no number that it may be, a point stands there twice, or there is none.
+/// If a column is missing, a cell is not an allowed number, a point occurs twice, or there is no point.
 pub fn read_measured(text: &str, name: &str) -> Result<Vec<Measurement>, DataError> {
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
     let table = source.table(ADVICE)?;
@@ -82,7 +82,7 @@ pub fn read_measured(text: &str, name: &str) -> Result<Vec<Measurement>, DataErr
     Ok(points.into_iter().map(|(_, point)| point).collect())
 }
 
-/// Whether two values are the same but for rounding.
+/// Whether two values are the same except for rounding.
 pub fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
@@ -94,16 +94,16 @@ pub struct Simulated {
     pub force_n: f64,
     /// Its uncertainty in N, from that of the number of filaments.
     pub uncertainty_n: f64,
-    /// The band in N that 95 % of the tools lie in, where filaments scatter.
+    /// The band in N that contains 95 % of the tools, where filaments scatter.
     pub band_n: Option<[f64; 2]>,
 }
 
 /// Why there is no simulated force at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// The study does not reach there.
+    /// The point lies outside the study.
     Outside,
-    /// A simulation that it takes has failed.
+    /// A simulation that the force depends on failed.
     Failed,
 }
 
@@ -118,17 +118,17 @@ impl Missing {
     }
 }
 
-/// A measured force beside the simulated one.
+/// A measured force and the simulated one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// What was measured.
+    /// The measured force.
     pub measured: Measurement,
-    /// What is simulated there.
+    /// The simulated force at this point.
     pub simulated: Result<Simulated, Missing>,
 }
 
 impl Point {
-    /// Simulated minus measured force in N, where there is one.
+    /// Simulated minus measured force in N, where there is a simulated force.
     #[must_use]
     pub fn difference_n(&self) -> Option<f64> {
         self.simulated.ok().map(|simulated| simulated.force_n - self.measured.force_n)
@@ -141,27 +141,27 @@ impl Point {
     }
 }
 
-/// How far simulated forces are off measured ones.
+/// How far simulated forces deviate from measured ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Number of points compared.
     pub count: usize,
     /// Mean of simulated minus measured, in N.
     pub bias_n: f64,
-    /// Root of the mean square of simulated minus measured, in N.
+    /// Root mean square of simulated minus measured, in N.
     pub rmse_n: f64,
     /// Number of points at which the simulated force lies within one standard deviation of the measured one.
     pub within: usize,
 }
 
-/// Measured points beside the study, for one value each of the further sweeps.
+/// Measured points compared with the study, at one value of each further sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Path and value of the further sweeps.
+    /// Path and value of each further sweep.
     pub fixed: Vec<(&'static str, f64)>,
-    /// What tells this comparison from the others; empty if it is the only one.
+    /// The values that distinguish this comparison from the others; empty if it is the only one.
     pub condition: String,
-    /// In the order of the file.
+    /// The points in the order of the file.
     pub points: Vec<Point>,
 }
 
@@ -171,7 +171,7 @@ impl Comparison {
         self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.band_n.is_some())
     }
 
-    /// Bias, RMSE and share inside; none if no point can be compared.
+    /// Bias, RMSE and number of points within one standard deviation. `None` if no point can be compared.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
         let differences: Vec<f64> = self.points.iter().filter_map(Point::difference_n).collect();
@@ -189,8 +189,8 @@ impl Comparison {
     }
 }
 
-/// Holds measured forces beside those of a study: once for each combination of the settings that are swept beside velocity
-/// and depth, but not for more than 1000 of them, evenly spread.
+/// Compares measured forces with those of a study: once for each combination of the settings swept in addition to velocity
+/// and depth. Of more than 1000 combinations, 1000 are compared, evenly spread.
 #[must_use]
 pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
     let slices = process_slices(study, MAX_SLICES).chosen.into_iter();
@@ -235,7 +235,7 @@ pub fn tool_force(
     })
 }
 
-/// A value of the cases of a slice, linear between them along each side.
+/// A value of the cases of a slice, interpolated linearly along each side.
 fn interpolate(
     results: &[CaseResult],
     slice: &Slice,
@@ -254,7 +254,7 @@ fn interpolate(
     Ok(sum)
 }
 
-/// Positions of the two values around `at`, with their parts; none outside.
+/// Positions of the two values around `at`, with their weights. `None` outside.
 fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
     let values = &side.values;
     if let Some(position) = values.iter().position(|&value| same(value, at)) {
@@ -266,18 +266,18 @@ fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
     Some([(below, 1.0 - part), (above, part)])
 }
 
-/// The deviations for people.
+/// The deviations as a table for people.
 #[must_use]
 pub fn comparison_table(comparisons: &[Comparison]) -> String {
     let mut text = String::new();
     for comparison in comparisons.iter().take(MAX_PRINTED.0) {
-        text.push_str("F_n,w in N: simulated beside measured");
+        text.push_str("F_n,w in N: simulated and measured");
         if !comparison.condition.is_empty() {
             text.push_str(&format!(", {}", comparison.condition));
         }
-        let beside = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
+        let heading = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
         text.push_str(&format!(
-            "\n  v_b in m/s  a_e in mm      measured ± std  {beside:>18}  difference  within std\n"
+            "\n  v_b in m/s  a_e in mm      measured ± std  {heading:>18}  difference  within std\n"
         ));
         for point @ Point { measured, simulated } in comparison.points.iter().take(MAX_PRINTED.1) {
             let pair = |value: f64, spread: f64| format!("{value:.1} ± {spread:.1}");
@@ -315,7 +315,7 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
     text
 }
 
-/// Writes `measured_comparison.csv`: a heading, then a row a point.
+/// Writes `measured_comparison.csv`: a heading, then one row per point.
 pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     let further = comparisons.first().map_or(&[][..], |comparison| &comparison.fixed);
@@ -373,7 +373,7 @@ mod tests {
         Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 
-    /// A force of 10 N s/m · v_b + 10⁵ N/m · a_e; the case `failed` has failed.
+    /// A force of 10 N s/m · v_b + 10⁵ N/m · a_e. The case `failed` is one that failed.
     fn results(study: &Study, failed: Option<usize>) -> Vec<CaseResult> {
         let case = |case: usize| {
             let process = study.settings(case).process;
@@ -394,7 +394,7 @@ mod tests {
     #[test]
     fn forces_are_interpolated_within_the_study_only() {
         let study = study();
-        assert_eq!(study.sweeps().iter().map(|axis| axis.parameter().path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
+        assert_eq!(study.sweeps().iter().map(|sweep| sweep.parameter().path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
         let force = |velocity, depth, failed| {
             let comparison = compare(&study, &results(&study, failed), &[point(velocity, depth, 0.0, 0.0)]);
             comparison[0].points[0].simulated.map(|simulated| simulated.force_n)
@@ -404,13 +404,13 @@ mod tests {
         };
         near(force(10.0, 1e-3, None), 200.0);
         near(force(20.0, 4e-3, None), 600.0);
-        // A linear function is what bilinear interpolation has.
+        // Bilinear interpolation reproduces a linear function.
         near(force(12.5, 3e-3, None), 425.0);
         near(force(10.0 * (1.0 + 1e-12), 1e-3, None), 200.0);
         for (velocity, depth) in [(9.9, 2e-3), (20.1, 2e-3), (15.0, 0.9e-3), (15.0, 4.1e-3)] {
             assert_eq!(force(velocity, depth, None), Err(Missing::Outside));
         }
-        // Case 0 is at 20 m/s and 1 mm: it counts only where it has a weight.
+        // Case 0 is at 20 m/s and 1 mm. It counts only where it has a weight.
         assert_eq!(force(15.0, 1e-3, Some(0)), Err(Missing::Failed));
         near(force(10.0, 1e-3, Some(0)), 200.0);
         near(force(15.0, 3e-3, Some(0)), 450.0);
@@ -419,7 +419,7 @@ mod tests {
     #[test]
     fn deviations_are_those_computed_by_hand() {
         let study = study();
-        // Simulated are 200, 300, 400: differences −10, +20, +5; the last point is outside.
+        // The simulated forces are 200, 300 and 400, the differences −10, +20 and +5. The last point is outside.
         let measured = [
             point(10.0, 1e-3, 210.0, 10.0),
             point(20.0, 1e-3, 280.0, 19.0),
@@ -433,7 +433,7 @@ mod tests {
         assert!((deviation.bias_n - 5.0).abs() < 1e-9);
         assert!((deviation.rmse_n - 175.0_f64.sqrt()).abs() < 1e-9);
         let uncertainty = comparisons[0].points[0].simulated.expect("a force").uncertainty_n;
-        assert!((uncertainty - 20.0).abs() < 1e-9, "a tenth, as that of the filaments");
+        assert!((uncertainty - 20.0).abs() < 1e-9, "a tenth, like that of the filaments");
         let table = comparison_table(&comparisons);
         assert!(table.contains("3 of 4 points compared: bias +5.0 N, RMSE 13.2 N, within ± std 2 (67 %)"), "{table}");
 

@@ -21,7 +21,7 @@ pub fn input_schema() -> String {
             state_limits(number, parameter);
         }
     }
-    // Velocity and depth may be left to [study], a condition between sections that only the program checks.
+    // Velocity and depth may come from [study] instead. Only the program checks this condition between sections.
     schema["required"] = json!(["tool", "filament"]);
     if let Value::Object(process) = &mut schema["properties"]["process"] {
         process.remove("required");
@@ -31,7 +31,7 @@ pub fn input_schema() -> String {
     format!("{schema:#}\n")
 }
 
-/// The schema as it follows from the structures alone.
+/// The schema that follows from the structures alone.
 fn settings_schema() -> Value {
     SchemaSettings::draft2020_12()
         .with(|settings| settings.inline_subschemas = true)
@@ -109,7 +109,7 @@ fn measured_schema() -> Value {
 mod tests {
     use super::*;
 
-    /// The table of parameters and the structures of settings name, type and require the same numbers.
+    /// The table of parameters and the settings structures agree on names, types and required numbers.
     #[test]
     fn the_table_of_parameters_is_complete() {
         let schema = settings_schema();

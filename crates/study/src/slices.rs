@@ -1,6 +1,6 @@
 //! Slices through the grid of a study: two settings vary, the others have one value each.
 //!
-//! Pictures and comparisons look at a study slice by slice.
+//! Figures and comparisons show a study slice by slice.
 
 use crate::study::{DEPTH, Study, VELOCITY};
 use crate::text::number::short;
@@ -11,20 +11,20 @@ use bristle::model::parameters::Parameter;
 pub struct Side {
     /// The setting.
     pub parameter: &'static Parameter,
-    /// The values in SI units, ascending, each once; at least one.
+    /// The distinct values in SI units, ascending. There is at least one.
     pub values: Vec<f64>,
-    /// Step in case numbers from each value to the first of its sweep.
+    /// Offset in case numbers of each value from the first value of its sweep.
     offsets: Vec<usize>,
 }
 
 /// A slice.
 #[derive(Clone, Debug)]
 pub struct Slice {
-    /// The setting across.
+    /// The horizontal setting.
     pub x: Side,
-    /// The setting upwards.
+    /// The vertical setting.
     pub y: Side,
-    /// The swept settings that have one value here and another one in other slices.
+    /// The swept settings that have one value in this slice and other values in other slices.
     pub fixed: Vec<(&'static Parameter, f64)>,
     /// Number of the case at the first value of both sides.
     origin: usize,
@@ -67,7 +67,7 @@ impl Side {
         }
     }
 
-    /// The whole name with its unit, for an axis.
+    /// The full name with its unit, for an axis.
     pub fn label(&self) -> String {
         match self.parameter.path {
             VELOCITY => "brushing velocity v_b in m/s".to_owned(),
@@ -110,17 +110,17 @@ pub fn equation(parameter: &'static Parameter, value: f64) -> String {
 }
 
 impl Slice {
-    /// The number of the case at these positions of the sides' values.
+    /// The number of the case at these positions along the sides.
     pub fn case(&self, x: usize, y: usize) -> usize {
         self.origin + self.x.offsets[x] + self.y.offsets[y]
     }
 
-    /// What tells this slice from the others, as text; empty if there is one slice only.
+    /// The values that distinguish this slice from the others, as text. Empty if there is only one slice.
     pub fn condition(&self) -> String {
         self.fixed.iter().map(|&(parameter, value)| equation(parameter, value)).collect::<Vec<_>>().join(", ")
     }
 
-    /// What tells this slice from the others, as the end of a file's name.
+    /// The values that distinguish this slice from the others, as a suffix for file names.
     pub fn suffix(&self) -> String {
         self.fixed.iter().map(|(parameter, value)| format!("_{}_{}", parameter.key(), short(*value))).collect()
     }
@@ -128,9 +128,9 @@ impl Slice {
 
 /// Some or all of the slices of a study.
 pub struct Slices {
-    /// At most as many as were asked for, evenly spread.
+    /// At most the number requested, evenly spread.
     pub chosen: Vec<Slice>,
-    /// How many there are.
+    /// The number of all slices.
     pub total: usize,
 }
 
@@ -140,8 +140,8 @@ pub fn process_slices(study: &Study, limit: usize) -> Slices {
     slices(study, velocity, depth, limit)
 }
 
-/// At most `limit` slices of the two settings that tell most: those of velocity, depth and the further sweeps, the fastest
-/// first, that vary. None in a study of one case.
+/// At most `limit` slices of the two most informative settings: the first two that vary among velocity, depth and the further
+/// sweeps, fastest first. A study of one case has none.
 pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     let [velocity, depth] = process_parameters();
     let further = study.sweeps().iter().rev().map(|sweep| sweep.parameter());
@@ -151,7 +151,7 @@ pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     if varying.is_empty() {
         return Slices { chosen: Vec::new(), total: 0 };
     }
-    // The other of the two says what its one value is.
+    // If only one setting varies, the other side shows the single value of depth or velocity.
     varying.extend([depth, velocity].into_iter().filter(|parameter| !Side::new(study, parameter).varies()));
     slices(study, varying[0], varying[1], limit)
 }

@@ -1,6 +1,6 @@
-//! What the unit tests of several modules share.
+//! Helpers shared by the unit tests of several modules.
 
-/// Brush and filament of an input file, with a number of segments, as a literal: what a test adds follows in `concat!`.
+/// Brush and filament of an input file with a number of segments, as a literal. Tests append to it with `concat!`.
 macro_rules! brush {
     ($segments:literal) => {
         concat!(

@@ -1,8 +1,8 @@
 //! `bristle validate`: compares the simulator with exact solutions, other codes and the paper.
 //!
-//! A reference is a formula ([`exact`]), a number from the literature ([`sources`]), an exact property such as symmetry, or
+//! A reference is a formula (`exact`), a number from the literature (`sources`), an exact property such as symmetry, or
 //! a trajectory of another code that is committed with the script that made it. It is never a result of the solver under
-//! test. [`tolerances`] has all tolerances with their reasons. The trials use the public interface of the libraries only.
+//! test. `tolerances` has all tolerances with their reasons. The trials use the public interface of the libraries only.
 
 mod chains;
 mod contact;

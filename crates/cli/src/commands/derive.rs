@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use bristle_inspect::derive::{DeriveFormat, Equations, derive};
 use clap::{Args, ValueEnum};
 
-use crate::args::parse_count;
 use crate::error::CliError;
 use crate::files::StagedFile;
 use crate::terminal::{print, say_written};
+use crate::values::parse_count;
 
 /// Show the equations of motion of a filament
 ///

@@ -11,12 +11,12 @@ use bristle_study::document::Document;
 use bristle_study::results::{case_text, write_history, write_metrics};
 use clap::Args;
 
-use crate::args::parse_count;
 use crate::error::CliError;
 use crate::files::{StagedFile, prepare_directory, read_text, remove};
 use crate::pictures::{draw_history, say_drawn};
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET};
 use crate::terminal::say_written;
+use crate::values::parse_count;
 use crate::vtk_files::{commit_vtk, prepare_vtk, stage_vtk};
 
 /// Name of the metrics file.

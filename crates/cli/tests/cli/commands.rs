@@ -390,7 +390,7 @@ fn results_of_two_studies_are_not_drawn_as_one() {
     workspace.bristle("study case.toml --out results --restart").assert().success();
     workspace.write("results/study.json", settings);
     let message = workspace.refuse("plot results");
-    assert!(message.contains("runs.csv:1: these are not the results that study.json belongs to"), "{message}");
+    assert!(message.contains("runs.csv:1: study.json does not belong to these results"), "{message}");
     assert!(message.contains("help: run the command that made the results again"), "{message}");
     // That suffices, as the journal has the results.
     workspace.bristle("study case.toml --out results").assert().success();
@@ -460,7 +460,7 @@ fn bad_measured_forces_are_refused_with_their_place() {
         ("0.00075", "0", "forces.csv:4, column penetration_depth_m"),
         (", 0.0\n", ", -1.0\n", "forces.csv:3, column std_n"),
         ("20, 1.0e-3", "10, 1.0e-3", "the same velocity and depth as in line 2"),
-        (", 10.0\n", "\n", "forces.csv:4: 3 cells where the heading has 4"),
+        (", 10.0\n", "\n", "forces.csv:4: 3 cells, but the heading has 4"),
         (", ", ";", "forces.csv:"),
     ];
     let workspace = Workspace::new();
@@ -488,7 +488,7 @@ fn bad_measured_forces_are_refused_with_their_place() {
         assert!(message.contains(key), "{message}");
     }
     workspace.write("case.toml", format!("measured = 3\n{FILE}"));
-    assert!(workspace.refuse("study case.toml --out results").contains("a section, begun by a line [measured]"));
+    assert!(workspace.refuse("study case.toml --out results").contains("a section that starts with a line [measured]"));
 }
 
 #[test]

@@ -332,7 +332,7 @@ fn a_file_that_is_not_a_journal_is_left_alone() {
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
         let message = workspace.is_refused(options);
-        assert!(message.contains("no journal") && message.contains("move the file away"), "{message}");
+        assert!(message.contains("not the journal of a study") && message.contains("move the file away"), "{message}");
     }
 }
 
@@ -432,9 +432,12 @@ fn the_log_is_written_on_request() {
         error_text(&output)
     };
     let debug = log("debug");
-    assert_eq!(debug.matches("DEBUG bristle_study::study: case done case=").count(), CASES - FAILURES);
-    assert_eq!(debug.matches("WARN bristle_study::study: case failed case=").count(), FAILURES);
-    assert!(debug.contains("INFO bristle_study::study: study started cases=180 to_simulate=180 threads="), "{debug}");
+    assert_eq!(debug.matches("DEBUG bristle_study::study::scheduler: case done case=").count(), CASES - FAILURES);
+    assert_eq!(debug.matches("WARN bristle_study::study::scheduler: case failed case=").count(), FAILURES);
+    assert!(
+        debug.contains("INFO bristle_study::study::scheduler: study started cases=180 to_simulate=180 threads="),
+        "{debug}"
+    );
     assert!(debug.contains("DEBUG bristle::journal_file: journal opened"), "{debug}");
     let warnings = log("bristle=warn");
     assert!(warnings.contains("WARN bristle_study::study") && !warnings.contains("INFO"), "{warnings}");
@@ -555,7 +558,7 @@ mod unix {
         let said = String::from_utf8(output.stdout).expect("UTF-8");
         assert_eq!(said, format!("status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n", RESULTS.join("\n")), "{message}");
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
-        assert!(message.contains("cases are in the journal: once there is room"), "{message}");
+        assert!(message.contains("cases are in the journal; once there is room"), "{message}");
         workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
         let contents = workspace.contents().expect("the journal is whole");
         let done = contents.results.iter().flatten().count();

@@ -1,12 +1,10 @@
-//! Text that is read back, and errors that say where it is wrong.
+//! Reads saved text back, with errors that state where it is wrong.
 
 use bristle::model::record::Record;
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::tables::parse;
-
-/// Number of the form of `study.json` and `case.json`; another form has another number.
+/// Version of the format of `study.json` and `case.json`.
 pub(super) const FORMAT: u32 = 2;
 
 /// What to do about results that do not belong together.
@@ -20,7 +18,7 @@ pub struct DataError {
     pub file: String,
     /// Line, counted from 1.
     pub line: u64,
-    /// Name of a table's column, or number of a character in the line.
+    /// Name of a table's column, or number of the character in the line.
     pub column: Option<String>,
     /// What is wrong.
     pub problem: String,
@@ -34,7 +32,7 @@ fn column_text(column: &Option<String>) -> String {
 
 /// A file's name and text.
 pub struct Source<'t> {
-    /// What errors call it.
+    /// The name used in errors.
     pub name: &'t str,
     /// All of it.
     pub text: &'t str,
@@ -53,13 +51,13 @@ impl Source<'_> {
         DataError { file: self.name.to_owned(), line, column, problem: problem.into(), advice }
     }
 
-    /// The error about a text that is no JSON, or JSON of something else.
+    /// The error about text that is not JSON, or is JSON of something else.
     fn json(&self, error: &serde_json::Error) -> DataError {
         let column = (error.column() > 0).then(|| error.column().to_string());
         self.error(error.line() as u64, column, error.to_string(), AGAIN)
     }
 
-    /// Reads a JSON object, of which the number of its form comes first.
+    /// Reads a JSON object after checking the version of its format.
     pub(super) fn object<T: serde::de::DeserializeOwned>(&self) -> Result<T, DataError> {
         #[derive(Deserialize)]
         struct Form {
@@ -67,13 +65,13 @@ impl Source<'_> {
         }
         let Form { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
         if format != FORMAT {
-            let problem = format!("the form of the file is {format}, and this program reads {FORMAT}");
+            let problem = format!("the file has format {format}, but this program reads format {FORMAT}");
             return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));
         }
         serde_json::from_str(self.text).map_err(|error| self.json(&error))
     }
 
-    /// The text as a table with a heading; `advice` is what to do about one that is wrong.
+    /// The text as a table with a heading. Errors give `advice` on what to do.
     ///
     /// # Errors
     /// If it is not CSV, or empty.
@@ -86,7 +84,7 @@ impl Source<'_> {
                 let line = error.position().map_or(1, csv::Position::line);
                 let problem = match error.kind() {
                     csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                        format!("{len} cells where the heading has {expected_len}")
+                        format!("{len} cells, but the heading has {expected_len}")
                     }
                     _ => error.to_string(),
                 };
@@ -116,7 +114,7 @@ impl Table<'_> {
         &self.rows
     }
 
-    /// Where a column stands.
+    /// The position of a column.
     pub(super) fn column(&self, name: &str) -> Result<usize, DataError> {
         self.heading
             .iter()
@@ -132,7 +130,7 @@ impl Table<'_> {
         names.iter().map(|name| self.column(name)).collect()
     }
 
-    /// The line that a row begins in.
+    /// The line on which a row starts.
     pub fn line(&self, row: &csv::StringRecord) -> u64 {
         row.position().map_or(1, csv::Position::line)
     }
@@ -147,7 +145,21 @@ impl Table<'_> {
         parse(|position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
             let column = columns[position];
             let cell = row.get(column).unwrap_or_default();
-            self.wrong(row, column, format!("`{cell}` is not a number that can stand here"))
+            self.wrong(row, column, format!("`{cell}` is not a valid number for this column"))
         })
     }
+}
+
+/// A record from the texts of its columns by position, or the position of a wrong one.
+fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
+    let mut record = R::default();
+    for (position, column) in R::COLUMNS.iter().enumerate() {
+        let text = cell(position);
+        let value = match column.whole {
+            true => text.parse::<usize>().ok().map(|count| count as f64),
+            false => text.parse().ok().filter(|number: &f64| number.is_finite()),
+        };
+        column.set(&mut record, value.ok_or(position)?);
+    }
+    Ok(record)
 }

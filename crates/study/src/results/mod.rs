@@ -1,7 +1,7 @@
 //! Saved results that describe themselves: `study.json` with `runs.csv`, `case.json` with `history.csv`.
 //!
-//! Studies, settings and tables become text here, and text becomes what was written: the same numbers to the bit, or an error
-//! that says where the text is wrong. Files are the program's matter.
+//! This module writes studies, settings and tables as text and reads them back: the same numbers to the bit, or an error that
+//! states where the text is wrong. The program handles the files.
 
 mod data;
 mod saved;
@@ -59,19 +59,19 @@ mod tests {
             assert_eq!(read.study.settings(case), study.settings(case));
         }
         assert!(results[..8].iter().all(Result::is_err) && results[8..].iter().all(Result::is_ok));
-        // Not written, see there.
+        // This number is not written to files.
         results.iter_mut().flatten().for_each(|summary| summary.statistics.chart_changes = 0);
         assert_eq!(read_runs(&runs, "runs.csv", &read), Ok(results));
     }
 
-    /// As the same values are swept, no row tells; a crash between writing the two files leaves such a pair.
+    /// The sweeps are the same, so no row reveals it. A crash between writing the two files leaves such a pair.
     #[test]
     fn rows_of_other_settings_are_refused() {
         let (_, _, saved, _) = texts(FILE);
         let (_, _, _, runs) = texts(&FILE.replace("length_m = 0.040", "length_m = 0.041"));
         let study = read_study(&saved, "study.json").expect("a study");
         let error = read_runs(&runs, "runs.csv", &study).expect_err("rows of another study").to_string();
-        let expected = "runs.csv:1: these are not the results that study.json belongs to\n   = help: ";
+        let expected = "runs.csv:1: study.json does not belong to these results\n   = help: ";
         assert_eq!(error, format!("{expected}{AGAIN}"));
     }
 

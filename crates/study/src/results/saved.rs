@@ -1,4 +1,4 @@
-//! `study.json` and `case.json`: the settings that results belong to.
+//! `study.json` and `case.json`: the settings of saved results.
 
 use bristle::equations::FINGERPRINT;
 use bristle::model::parameters::Parameter;
@@ -10,29 +10,29 @@ use crate::digest::digest;
 use crate::study::{Study, Sweep, SweepText};
 use crate::uncertainty::check;
 
-/// A study as it stands in `study.json`.
+/// A study as read from `study.json`.
 #[derive(Clone, Debug)]
 pub struct SavedStudy {
     /// The grid of settings.
     pub study: Study,
     /// Version of Bristle that simulated it.
     pub version: String,
-    /// SHA-256 of the equations that it was simulated by.
+    /// SHA-256 of the equations that simulated it.
     pub equations: String,
-    /// Whether measured forces lie beside it.
+    /// Whether its directory also has measured forces.
     pub measured: bool,
     /// SHA-256 of its `runs.csv`.
     pub(super) runs: String,
 }
 
-/// The text of `study.json`. Keys that are not known are skipped on reading.
+/// The text of `study.json`. Unknown keys are ignored on reading.
 #[derive(Serialize, Deserialize)]
 struct StudyFile {
     format: u32,
     bristle_version: String,
     /// [`FINGERPRINT`] of the build.
     equations_sha256: String,
-    /// Of `runs.csv`, which gets its name before this file does: after a crash between the two they do not fit.
+    /// Hash of `runs.csv`. That file gets its final name first: after a crash between the two renames, the hash does not match.
     runs_sha256: String,
     /// Whether `measured.csv` belongs to the results.
     measured: bool,
@@ -48,7 +48,8 @@ struct CaseFile {
     settings: Settings,
 }
 
-/// The text of `study.json` beside the `runs.csv` of the text `runs`; `measured` says whether measured forces belong to the results.
+/// The text of `study.json` for a `runs.csv` with the text `runs`. `measured` states whether measured forces belong to the
+/// results.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     pretty(&StudyFile {
@@ -73,24 +74,24 @@ fn pretty(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect("checked settings have a form in JSON") + "\n"
 }
 
-/// Reads `study.json`; `name` is what errors call it.
+/// Reads `study.json`. Errors use `name` for the file.
 ///
 /// # Errors
-/// If the text is not what [`study_text`] writes, or states settings that no study can have.
+/// If the text is not what [`study_text`] writes, or states settings that a study cannot have.
 pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
     let file: StudyFile = source.object()?;
-    let mut axes = Vec::new();
+    let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
         let parameter = Parameter::find(&setting)
             .ok_or_else(|| source.error(place(), None, format!("there is no setting `{setting}`"), AGAIN))?;
-        axes.push(
+        sweeps.push(
             Sweep::list(parameter, values)
                 .map_err(|error| source.error(place(), None, format!("`{setting}`: {error}"), AGAIN))?,
         );
     }
-    let study = Study::new(file.settings, axes).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    let study = Study::new(file.settings, sweeps).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
     Ok(SavedStudy {
         study,
         version: file.bristle_version,
@@ -100,10 +101,10 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     })
 }
 
-/// Reads `case.json`; `name` is what errors call it.
+/// Reads `case.json`. Errors use `name` for the file.
 ///
 /// # Errors
-/// If the text is not what [`case_text`] writes, or states settings that no simulation can have.
+/// If the text is not what [`case_text`] writes, or states settings that a simulation cannot have.
 pub fn read_case(text: &str, name: &str) -> Result<Settings, DataError> {
     let source = Source { name, text };
     let file: CaseFile = source.object()?;

@@ -1,4 +1,4 @@
-//! `runs.csv` of a study, `metrics.json` and `history.csv` of one simulation, written and read back.
+//! Writes and reads `runs.csv` of a study, and `metrics.json` and `history.csv` of one simulation.
 //!
 //! Numbers are written as text with the fewest digits that read back as the same `f64`.
 
@@ -17,14 +17,14 @@ use crate::digest::digest;
 use crate::study::{CaseResult, CaseSummary, DEPTH, Study, Sweep, VELOCITY};
 use crate::uncertainty::ForceScatter;
 
-/// Settings that stand in `runs.csv` whether swept or not, and the names of their columns.
+/// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
 pub const FIXED_COLUMNS: [(&str, &str); 3] =
     [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
 
 /// Status of a case that did not fail.
 pub const OK: &str = "ok";
 
-/// A cell of a table: its type, which is that of its column, and its value, if it has one.
+/// A cell of a table: the type of its column, and its value, if any.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// A real number.
@@ -57,7 +57,7 @@ pub fn keys<R: Record>() -> Vec<&'static str> {
     R::COLUMNS.iter().map(|column| column.key).collect()
 }
 
-/// The cells of a record, or those of a row that has none.
+/// The cells of a record; empty cells if there is none.
 #[must_use]
 pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
     let cell = |column: &Column<R>| {
@@ -67,24 +67,10 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
     R::COLUMNS.iter().map(cell).collect()
 }
 
-/// A record from the texts of its columns, by their positions; or the position of one that is wrong.
-pub(super) fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
-    let mut record = R::default();
-    for (position, column) in R::COLUMNS.iter().enumerate() {
-        let text = cell(position);
-        let value = match column.whole {
-            true => text.parse::<usize>().ok().map(|count| count as f64),
-            false => text.parse().ok().filter(|number: &f64| number.is_finite()),
-        };
-        column.set(&mut record, value.ok_or(position)?);
-    }
-    Ok(record)
-}
-
-/// Writes `runs.csv`: a heading, then a row a case in the grid's order.
+/// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
 ///
-/// A case that failed has empty metrics and statistics, and the error's text as its status. Where filaments scatter in some
-/// case, the distribution of the tool force stands between the metrics and the statistics.
+/// A case that failed has empty metrics and statistics, and the error's text as its status. If filaments scatter in some
+/// case, the distribution of the tool force comes between the metrics and the statistics.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(run_columns(study))?;
@@ -94,7 +80,7 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
     writer.flush()
 }
 
-/// The settings that are columns of a study's table: those that always are, then the others that are swept.
+/// The settings that are columns of a study's table: first the fixed columns, then the other swept settings.
 fn setting_columns(study: &Study) -> Vec<(&'static str, &'static Parameter)> {
     let fixed = FIXED_COLUMNS.iter().filter_map(|(name, path)| Some((*name, Parameter::find(path)?)));
     fixed.chain(further_parameters(study).map(|parameter| (parameter.path, parameter))).collect()
@@ -148,7 +134,7 @@ pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result
     out.write_all(b"\n")
 }
 
-/// Writes `history.csv`: a heading, then a row a sample.
+/// Writes `history.csv`: a heading, then one row per sample.
 pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     for sample in history {
@@ -157,19 +143,19 @@ pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
     writer.flush()
 }
 
-/// Reads `runs.csv` of a study, in the grid's order; `name` is what errors call it.
+/// Reads `runs.csv` of a study, in the order of the grid. Errors use `name` for the file.
 ///
 /// # Errors
-/// If the text is not what [`write_runs`](crate::results::write_runs) has written for this study.
+/// If the text is not what [`write_runs`](crate::results::write_runs) wrote for this study.
 pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseResult>, DataError> {
     let study = &saved.study;
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let mut settings = Vec::new();
-    for (position, axis) in study.sweeps().iter().enumerate() {
-        let path = axis.parameter().path;
+    for (position, sweep) in study.sweeps().iter().enumerate() {
+        let path = sweep.parameter().path;
         let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
-        settings.push((position, axis.parameter(), table.column(fixed.map_or(path, |(name, _)| name))?));
+        settings.push((position, sweep.parameter(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
     let metrics = table.columns(&keys::<Metrics>())?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
@@ -186,7 +172,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
             let expected = parameter.format(values[position]);
             if row.get(column) != Some(expected.as_str()) {
                 let found = row.get(column).unwrap_or_default();
-                return Err(table.wrong(row, column, format!("`{found}` where study.json has {expected}")));
+                return Err(table.wrong(row, column, format!("`{found}`, but study.json has {expected}")));
             }
         }
         results.push(match row.get(status) {
@@ -201,14 +187,14 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
             message => Err(message.unwrap_or_default().to_owned()),
         });
     }
-    // Last, as all above can say where it is wrong.
+    // The hash is checked last, because all checks above can state where the text is wrong.
     if digest(text.as_bytes()) != saved.runs {
-        return Err(source.error(1, None, "these are not the results that study.json belongs to", AGAIN));
+        return Err(source.error(1, None, "study.json does not belong to these results", AGAIN));
     }
     Ok(results)
 }
 
-/// Reads `history.csv`; `name` is what errors call it.
+/// Reads `history.csv`. Errors use `name` for the file.
 ///
 /// # Errors
 /// If the text is not what [`write_history`](crate::results::write_history) writes.

@@ -1,6 +1,6 @@
-//! The grid of a study, whose points are its cases.
+//! The grid of a study. Its points are the cases.
 //!
-//! Cases are numbered in the grid's order and made from their number when they are needed, so that a large study costs no
+//! Cases are numbered in the order of the grid and made from their numbers when needed. A large study therefore needs no
 //! memory beyond its results.
 
 use bristle::model::parameters::Violation;
@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
-/// The ways in which sweeps do not make a study.
+/// The reasons why sweeps do not form a study.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StudyError {
     /// Two sweeps name the same setting.
@@ -23,9 +23,9 @@ pub enum StudyError {
     #[error("the study has more than {MAX_CASES} cases")]
     TooManyCases,
     /// The cases have too many sampled tools.
-    #[error("the study has more than {MAX_TOOLS} sampled tools: take fewer cases or uncertainty.samples")]
+    #[error("the study has more than {MAX_TOOLS} sampled tools: reduce the number of cases or uncertainty.samples")]
     TooManyTools,
-    /// The settings of one case do not go together.
+    /// The settings of one case contradict each other.
     #[error("case {} of the study: {violation}", .case + 1)]
     Case {
         /// Number of the case, counted from 0.
@@ -39,7 +39,7 @@ pub enum StudyError {
 #[derive(Clone, Debug)]
 pub struct Study {
     base: Settings,
-    /// From the slowest to the fastest.
+    /// The sweeps from the slowest to the fastest.
     sweeps: Vec<Sweep>,
     case_count: usize,
 }
@@ -47,7 +47,7 @@ pub struct Study {
 impl Study {
     /// Makes a study of all combinations of the swept values, and checks each case.
     ///
-    /// The velocity changes fastest, then the depth, then the other sweeps, of which the first changes slowest.
+    /// The velocity changes fastest, then the depth, then the other sweeps. The first of these changes slowest.
     pub fn new(base: Settings, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         sweeps.sort_by_key(Sweep::rank);
         let mut case_count = 1_usize;
@@ -74,7 +74,7 @@ impl Study {
         Ok(study)
     }
 
-    /// The settings that all cases share. Those that are swept have some value here, usually their first.
+    /// The settings that all cases share. Swept settings have some value here, usually their first.
     #[must_use]
     pub fn base(&self) -> &Settings {
         &self.base
@@ -86,7 +86,7 @@ impl Study {
         &self.sweeps
     }
 
-    /// The same as files state them.
+    /// The sweeps in the form used in files.
     pub(crate) fn sweep_texts(&self) -> Vec<SweepText> {
         let text =
             |sweep: &Sweep| SweepText { setting: sweep.parameter().path.to_owned(), values: sweep.values().to_owned() };

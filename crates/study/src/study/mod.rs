@@ -1,6 +1,6 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one swept setting, [`Study`] the grid of all, [`run_study`] simulates its cases.
+//! [`Sweep`] is one swept setting and [`Study`] the grid of all. [`run_study`] simulates the cases.
 
 mod grid;
 mod scheduler;
@@ -52,14 +52,14 @@ mod tests {
 
     #[test]
     fn a_range_includes_its_end_and_has_clean_values() {
-        let axis = Sweep::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
-        assert_eq!(axis.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
-        let axis = Sweep::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
-        assert_eq!(axis.values(), [1.0, 0.7, 0.4, 0.1]);
-        let axis = Sweep::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
-        assert_eq!(axis.values(), [1.0, 1.3, 1.6, 1.9]);
-        let axis = Sweep::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
-        assert_eq!(axis.values(), [1.0]);
+        let sweep = Sweep::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
+        assert_eq!(sweep.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0, 0.7, 0.4, 0.1]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0, 1.3, 1.6, 1.9]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0]);
     }
 
     #[test]
@@ -173,12 +173,12 @@ mod tests {
 
     #[test]
     fn cases_of_one_kind_are_taken_together_and_the_longest_first() {
-        let axes = || {
+        let sweeps = || {
             let segments = list("filament.segments", &[3.0, 4.0]);
             let friction = list("contact.friction_coefficient", &[0.0, 0.2]);
             vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
         };
-        let study = Study::new(base(), axes()).expect("the study is right");
+        let study = Study::new(base(), sweeps()).expect("the study is right");
         let mut order = in_order_of_work(&study);
         order.reverse();
         let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();

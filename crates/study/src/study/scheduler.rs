@@ -18,25 +18,25 @@ use tracing::{debug, info, warn};
 use super::grid::Study;
 use crate::uncertainty::{ForceScatter, Scatter};
 
-/// What is kept of a simulated case.
+/// The part of a simulated case that is kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseSummary {
     /// The contact metrics.
     pub metrics: Metrics,
-    /// What the solver did for them.
+    /// The solver's work.
     pub statistics: Statistics,
-    /// The distribution of the tool force, where filaments scatter; none if most of the sampled tools failed.
+    /// The distribution of the tool force where filaments scatter. `None` if most of the sampled tools failed.
     pub scatter: Option<ForceScatter>,
 }
 
 /// A case's summary, or the text of the error that ended it.
 pub type CaseResult = Result<CaseSummary, String>;
 
-/// Simulates all cases and returns their results in the grid's order, whatever the number of threads.
+/// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. Without a number, there are as many threads
-/// as cores; each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each case, from
-/// any thread. A simulation's error ends its case only.
+/// Where filaments scatter, the passes of the sampled tools are part of a case. If `threads` is `None`, there are as many
+/// threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
+/// case, from any thread. An error of a simulation ends only its case.
 ///
 /// # Errors
 /// If the threads cannot be started.
@@ -55,12 +55,12 @@ pub fn run_study(
 
 /// [`run_study`] for those cases that have no result in `results` yet.
 ///
-/// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` is told the case, counted
-/// from 0, and its result; if it breaks, no further pass is started, those on their way come to their ends, and cases that
-/// are not complete stay without a result.
+/// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` receives the case, counted
+/// from 0, and its result. If it breaks, no further pass is started, passes under way are finished, and incomplete cases
+/// remain without a result.
 ///
 /// # Errors
-/// If the threads cannot be started; cases may have been simulated then.
+/// If the threads cannot be started. Some cases may have been simulated by then.
 ///
 /// # Panics
 /// If `results` has another length than the study has cases.
@@ -73,17 +73,17 @@ pub fn complete_study(
     complete_study_sampled(study, threads, results, Sampling::default(), |_, _| {}, on_case_done)
 }
 
-/// [`complete_study`], with what `sampling` asks for of each pass.
+/// [`complete_study`], with the samples that `sampling` requests of each pass.
 ///
-/// `on_pass` is handed the pass of each case with the case's number, but neither those of sampled tools nor one that
-/// failed, before `on_case_done` is told of the case. Results have the bits of [`complete_study`] if `sampling` is
-/// [`alongside`](Sampling::alongside).
+/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
+/// neither the passes of sampled tools nor passes that failed. Results are those of [`complete_study`] to the bit if
+/// `sampling` is [`alongside`](Sampling::alongside).
 ///
 /// # Errors
-/// As [`complete_study`].
+/// As for [`complete_study`].
 ///
 /// # Panics
-/// As [`complete_study`].
+/// As for [`complete_study`].
 pub fn complete_study_sampled(
     study: &Study,
     threads: Option<NonZeroUsize>,
@@ -104,7 +104,7 @@ pub fn complete_study_sampled(
     })
 }
 
-/// [`sample_side_by_side`], compiled here once, and not again for whoever calls this module.
+/// [`sample_side_by_side`], compiled once here rather than again for each caller of this module.
 fn sample_taken(
     sampling: Sampling,
     take: &dyn Fn(Option<Kind>) -> Option<Job>,
@@ -113,32 +113,32 @@ fn sample_taken(
     sample_side_by_side(sampling, take, done);
 }
 
-/// The passes that are still to be simulated, and those that are.
+/// The passes that wait for simulation, and those being simulated.
 struct Queue {
-    /// The cases to begin; the first one last.
+    /// The cases to begin. The first one is last.
     waiting: Vec<(Kind, usize)>,
-    /// The case begun last, with its kind, as long as it has passes that have not been given out.
+    /// The case begun last, with its kind, while it has passes that have not been given out.
     current: Option<(Kind, usize)>,
     begun: BTreeMap<usize, BegunCase>,
-    /// Job and run of each pass that is being simulated, by the number that it was given out under.
+    /// Case and run of each pass being simulated, by the number of its job.
     running: BTreeMap<usize, (usize, Run)>,
-    /// How many passes of sampled tools have been given out.
+    /// The number of passes of sampled tools that have been given out.
     tools: usize,
 }
 
-/// What a pass is to its case.
+/// The role of a pass in its case.
 #[derive(Clone, Copy)]
 enum Run {
     Nominal,
-    /// That of a sampled tool.
+    /// The pass of a sampled tool.
     Tool(usize),
 }
 
-/// A case some of whose passes have been given out.
+/// A case of which some passes have been given out.
 struct BegunCase {
     start: Instant,
     settings: Settings,
-    /// The passes to give out; the first one last.
+    /// The passes to give out. The first one is last.
     runs: Vec<Run>,
     /// Passes without a result yet.
     left: usize,
@@ -155,7 +155,7 @@ impl BegunCase {
         let reaches = |tool: &usize| scatter.as_ref().is_some_and(|scatter| scatter.settings(*tool).is_some());
         let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
         runs.push(Run::Nominal);
-        // What does not reach the workpiece has no impulse.
+        // A tool that does not reach the workpiece has no impulse.
         Self {
             start: Instant::now(),
             left: runs.len(),
@@ -175,7 +175,7 @@ impl BegunCase {
         sampled.unwrap_or_else(|| self.settings.clone())
     }
 
-    /// Takes the result of a pass; true if it was the last.
+    /// Takes the result of a pass. Returns true if it was the last.
     fn take<E: Display>(&mut self, run: Run, result: Result<Simulation, E>) -> bool {
         match run {
             Run::Nominal => {
@@ -195,7 +195,7 @@ impl BegunCase {
         }
         self.left -= 1;
         if matches!(self.nominal, Some(Err(_))) {
-            // A case that has failed needs no tools.
+            // A case that failed needs no sampled tools.
             self.left -= self.runs.len();
             self.runs.clear();
         }
@@ -210,7 +210,7 @@ impl BegunCase {
 }
 
 impl Queue {
-    /// The next pass of this kind, or of any.
+    /// The next pass of this kind, or of any kind.
     fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         if self.current.is_none() {
             let &(next, case) = self.waiting.last()?;
@@ -222,7 +222,7 @@ impl Queue {
             self.begun.insert(case, BegunCase::new(study.settings(case)));
         }
         let (of_current, case) = self.current?;
-        // Sampled tools are of the kind of the nominal one: neither dampers nor friction come or go with what scatters.
+        // Sampled tools are of the same kind as the nominal one: scatter neither adds nor removes dampers or friction.
         if kind.is_some_and(|kind| kind != of_current) {
             return None;
         }
@@ -231,7 +231,7 @@ impl Queue {
         if begun.runs.is_empty() {
             self.current = None;
         }
-        // Those of sampled tools come after all cases.
+        // The numbers of sampled tools follow those of all cases.
         let number = match run {
             Run::Nominal => case,
             Run::Tool(_) => study.case_count() + self.tools,
@@ -241,7 +241,7 @@ impl Queue {
         Some(Job::new(number, &begun.settings(run)))
     }
 
-    /// Takes the result of a pass, and returns its case if that is complete.
+    /// Takes the result of a pass, and returns its case if the case is complete.
     fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Option<(usize, BegunCase)> {
         let (case, run) = self.running.remove(&number)?;
         let begun = self.begun.get_mut(&case)?;
@@ -253,7 +253,7 @@ impl Queue {
     }
 }
 
-/// [`complete_study`] with a function that simulates the cases that it takes until there is none.
+/// [`complete_study`] with a function that takes and simulates passes until there are none left.
 pub(super) fn complete_cases<E: Display>(
     study: &Study,
     threads: Option<NonZeroUsize>,
@@ -268,7 +268,7 @@ pub(super) fn complete_cases<E: Display>(
         Some(threads) => threads.get(),
         None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
     };
-    // A case alone has passes for all threads where tools are sampled.
+    // Where tools are sampled, a single case has passes for several threads.
     let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
     let threads = threads.min(passes);
     info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
@@ -304,7 +304,7 @@ pub(super) fn complete_cases<E: Display>(
     Ok(())
 }
 
-/// Tells the log of a case. The seconds are those since it was begun, which it has shared with others.
+/// Logs a case. The seconds are counted from its start and include time shared with other cases.
 fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     let case = number + 1;
     let seconds = begun.elapsed().as_secs_f64();
@@ -316,8 +316,8 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     }
 }
 
-/// The cases with their kinds, the first to simulate last: kind by kind, and of each the longest passes first, so that
-/// threads and lanes end at the same time.
+/// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and within a kind the longest
+/// passes first, so that threads and lanes finish at the same time.
 pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
     let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
         .map(|number| {

@@ -9,7 +9,7 @@ pub const VELOCITY: &str = "process.brushing_velocity_m_s";
 /// Path of the setting that changes next.
 pub const DEPTH: &str = "process.penetration_depth_m";
 
-/// Names in `[study]` that stand for a path.
+/// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
 
 /// The largest number of cases in a study.
@@ -24,7 +24,7 @@ pub struct Sweep {
     values: Vec<f64>,
 }
 
-/// A sweep as files state it.
+/// A sweep in the form used in files.
 #[derive(PartialEq, Serialize, Deserialize)]
 pub(crate) struct SweepText {
     pub setting: String,
@@ -40,20 +40,20 @@ pub enum SweepError {
     /// Start, stop or step is NaN or infinite.
     #[error("start, stop and step must be finite numbers")]
     NotFinite,
-    /// The step is zero or leads away from the end.
+    /// The step is zero, or has the wrong sign.
     #[error("a step of {step:?} does not lead from {start:?} to {stop:?}")]
     WrongStep {
         /// First value.
         start: f64,
         /// End of the range.
         stop: f64,
-        /// Distance of the values.
+        /// Difference between successive values.
         step: f64,
     },
     /// There are more values than a study may have cases.
     #[error("more than {MAX_CASES} values: take a larger step")]
     TooManyValues,
-    /// The setting cannot have one of the values.
+    /// One of the values is not allowed for the setting.
     #[error("{violation}")]
     Value {
         /// Position of the value, counted from 0.
@@ -80,9 +80,9 @@ impl Sweep {
 
     /// A sweep from `start` in equal steps up to and including `stop`.
     ///
-    /// A `stop` that rounding alone keeps out of reach is reached: a step may be short of it by one part in a million.
+    /// Rounding does not exclude `stop`: the last step may miss it by one millionth of a step.
     pub fn range(parameter: &'static Parameter, start: f64, stop: f64, step: f64) -> Result<Self, SweepError> {
-        /// Share of a step by which the last value may pass `stop`, far above rounding and far below any intent.
+        /// Fraction of a step by which the last value may miss `stop`: far above rounding and far below any intended gap.
         const SLACK: f64 = 1e-6;
 
         let steps = (stop - start) / step;
@@ -93,7 +93,7 @@ impl Sweep {
             return Err(SweepError::WrongStep { start, stop, step });
         }
         let last = (steps + SLACK).floor();
-        // Also true of an overflow to infinity.
+        // This also catches an overflow to infinity.
         if last >= MAX_CASES as f64 {
             return Err(SweepError::TooManyValues);
         }
@@ -128,7 +128,7 @@ impl Sweep {
     }
 }
 
-/// Rounds to 12 significant digits, so that the third step of 0.1 is 0.3 and not 0.30000000000000004.
+/// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not 0.30000000000000004.
 fn without_rounding_noise(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -1,9 +1,9 @@
-//! Lines and columns of a terminal.
+//! Lines and columns in a terminal.
 
-/// Width of the terminal that tables and advice are made for, in columns.
+/// Width of the terminal, in columns, for which tables and advice are made.
 pub const WIDTH: usize = 100;
 
-/// Rows of equally many cells as lines, with each column flush right.
+/// Rows with equal numbers of cells as lines, with each column right-aligned.
 pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.first().map_or(0, Vec::len);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -12,7 +12,7 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// Adds a text beside what begins its first line, in lines that are no longer than [`WIDTH`] if words allow.
+/// Appends `beginning` and, indented to its right, `words`, in lines no longer than [`WIDTH`] if the words allow it.
 pub fn wrap(text: &mut String, beginning: &str, words: &str) {
     let indent = beginning.chars().count();
     text.push_str(beginning);

@@ -1,4 +1,4 @@
-//! Numbers and tables as text: what advice, tables, captions and file names share.
+//! Numbers and tables as text, shared by advice, tables, captions and file names.
 
 pub mod layout;
 pub mod number;

@@ -1,6 +1,6 @@
 //! Numbers for people, with few digits.
 
-/// Swept values with equally many decimals.
+/// Swept values with equal numbers of decimals.
 pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     let labels: Vec<String> = values.map(short).collect();
     let decimals = |label: &String| match label.split_once('.') {

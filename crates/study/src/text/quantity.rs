@@ -6,24 +6,24 @@ use bristle::model::record::{Column, Prominence, Record};
 use crate::study::{CaseResult, CaseSummary};
 use crate::uncertainty::ForceScatter;
 
-/// The metric that advice and comparisons are about.
+/// The metric that advice and comparisons use.
 const TOOL_FORCE: &str = "tool_contact_normal_force_n";
 
-/// What is read off a case.
+/// A quantity of a case.
 #[derive(Clone, Debug)]
 pub struct Quantity {
     /// Symbol, with an underscore before a subscript.
     pub symbol: &'static str,
-    /// In words.
+    /// Name in words.
     pub name: &'static str,
-    /// What follows the symbol in a list.
+    /// Text after the symbol in a list.
     pub qualifier: &'static str,
     /// SI unit without prefix, empty for a pure number.
     unit: &'static str,
     parts: Parts,
 }
 
-/// The numbers of a case that a quantity consists of.
+/// The numbers that make up a quantity of a case.
 #[derive(Clone, Debug)]
 enum Parts {
     Metric(&'static Column<Metrics>),
@@ -32,7 +32,7 @@ enum Parts {
 }
 
 impl Parts {
-    /// How many there are.
+    /// The number of parts.
     fn count(&self) -> usize {
         match self {
             Self::Metric(_) => 1,
@@ -40,7 +40,7 @@ impl Parts {
         }
     }
 
-    /// One of them, if it is known.
+    /// One part, if it is known.
     fn get(&self, summary: &CaseSummary, part: usize) -> Option<f64> {
         match self {
             Self::Metric(column) => Some(column.get(&summary.metrics)),
@@ -53,7 +53,7 @@ impl Parts {
 }
 
 impl Quantity {
-    /// The metrics that tables show, in the order of files.
+    /// The metrics that tables show, in the order used in files.
     pub fn headlines() -> impl Iterator<Item = Self> {
         let shown = |column: &&Column<Metrics>| column.display.prominence == Prominence::Headline;
         Metrics::COLUMNS.iter().filter(shown).map(Self::metric)
@@ -62,7 +62,7 @@ impl Quantity {
     /// The band of the tool force, where filaments scatter.
     #[must_use]
     pub fn band() -> Self {
-        let name = "upper and lower end of the band that 95 % of the tools lie in";
+        let name = "upper and lower end of the band that contains 95 % of the tools";
         Self { name, qualifier: " of 95 %", parts: Parts::Band, ..Self::tool_force() }
     }
 
@@ -81,15 +81,15 @@ impl Quantity {
 /// A quantity in all cases, scaled to a readable unit.
 #[derive(Clone, Debug)]
 pub struct Readable {
-    /// What it is.
+    /// The quantity.
     pub quantity: Quantity,
     /// Unit with its prefix, empty for a pure number.
     unit: String,
-    /// From SI to this unit.
+    /// Factor from SI to this unit.
     factor: f64,
-    /// For each part, the numbers in this unit; none where they are not known.
+    /// The numbers of each part in this unit. Unknown numbers are `None`.
     parts: Vec<Vec<Option<f64>>>,
-    /// What replaces a number that is not known, for each case.
+    /// The text that replaces an unknown number, for each case.
     unknown: Vec<&'static str>,
     decimals: usize,
 }
@@ -130,19 +130,19 @@ impl Readable {
         &self.unit
     }
 
-    /// From SI to the unit of the numbers.
+    /// Factor from SI to the unit of the numbers.
     #[must_use]
     pub fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// How many numbers a case has.
+    /// The number of parts of a case.
     #[must_use]
     pub fn part_count(&self) -> usize {
         self.parts.len()
     }
 
-    /// The symbol, what qualifies it, and the unit where there is one.
+    /// The symbol, its qualifier, and the unit if there is one.
     #[must_use]
     pub fn heading(&self, qualifier: &str) -> String {
         let symbol = self.quantity.symbol;
@@ -159,7 +159,7 @@ impl Readable {
         self.parts.iter().map(move |values| values[case].map_or_else(|| self.unknown[case].to_owned(), text))
     }
 
-    /// The parts of a case in one line, in ascending order.
+    /// The parts of a case on one line, in ascending order.
     #[must_use]
     pub fn in_one_line(&self, case: usize) -> String {
         if self.parts.iter().any(|values| values[case].is_none()) {
@@ -169,20 +169,20 @@ impl Readable {
         parts.into_iter().rev().collect::<Vec<_>>().join(" … ")
     }
 
-    /// The number of a case, the first where there are several.
+    /// The number of a case; the first if there are several.
     #[must_use]
     pub fn text(&self, case: usize) -> String {
         self.texts(case).next().unwrap_or_default()
     }
 
-    /// The number of a case and a band about it, which comes in SI.
+    /// The number of a case and a band around it. `band` is in SI units.
     #[must_use]
     pub fn text_with_band(&self, case: usize, band: [f64; 2]) -> String {
         let [lower, upper] = band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
         format!("{} [{lower} … {upper}]", self.text(case))
     }
 
-    /// The number of a case and its uncertainty, which comes in SI, if it has one.
+    /// The number of a case and its uncertainty, if it has one. `uncertainty` is in SI units.
     #[must_use]
     pub fn text_with_uncertainty(&self, case: usize, uncertainty: f64) -> String {
         let text = self.text(case);

@@ -1,13 +1,14 @@
-//! First-order Sobol indices from samples that serve the band too.
+//! First-order Sobol indices from the samples that also give the band.
 //!
-//! The index of an input is the share of the variance that its main effect has, the mean of the output over all other inputs:
-//! `S_i = Var(E[y | x_i])/Var(y)` (Sobol 1993). Main effects are fitted by least squares, all at once: each a polynomial in the
-//! standard normal input, or piecewise linear where the output has kinks or steps, as where some tools do not reach the
-//! workpiece. Of these forms each input has the one that predicts samples best which were left out of the fit. What the effects
-//! leave over adds to the variance of an effect, on average, a share for each of its coefficients, which is taken off.
+//! The main effect of an input is the mean of the output over all other inputs. The index of the input is the share of the
+//! variance that its main effect has: `S_i = Var(E[y | x_i])/Var(y)` (Sobol 1993). All main effects are fitted together by
+//! least squares. Each is a polynomial in the standard normal input, or piecewise linear where the output has kinks or steps,
+//! for example where some tools do not reach the workpiece. Each input takes the form that best predicts samples left out of
+//! the fit. On average, the residuals increase the variance of an effect by a share for each of its coefficients. This bias is
+//! subtracted.
 //!
 //! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations for the same number of
-//! samples, and are the less accurate for it: ARCHITECTURE.md has numbers.
+//! samples, and are less accurate at equal cost: ARCHITECTURE.md has numbers.
 
 use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
@@ -17,11 +18,10 @@ use super::mean_and_variance;
 /// The forms of a main effect, from stiff to flexible.
 const FORMS: [Form; 6] =
     [Form::Polynomial(1), Form::Polynomial(2), Form::Polynomial(3), Form::Pieces(5), Form::Pieces(9), Form::Pieces(17)];
-/// How often each input chooses its form: once beside the first choices of those before it, and once more beside all.
+/// How often each input chooses its form: first given the choices of the inputs before it, then given those of all inputs.
 const ROUNDS: usize = 2;
 
-/// The first-order indices of the inputs for `outputs` at `points`, in units of their variance. Zero if the outputs are all
-/// the same.
+/// The first-order indices of the inputs for `outputs` at `points`, in units of their variance. Zero if all outputs are equal.
 pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     let inputs = points.first().map_or(0, Vec::len);
     let (mean, variance) = mean_and_variance(outputs);
@@ -45,16 +45,16 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
             }
         }
     }
-    // Samples of a sequence that fills space always tell straight lines apart.
+    // Samples of a space-filling sequence always determine straight lines.
     best.map_or_else(|| vec![0.0; inputs], |fit| fit.indices())
 }
 
-/// What functions of an input a main effect is made of, beside a constant.
+/// The functions of an input that, with a constant, make up a main effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     /// Polynomials up to a degree.
     Polynomial(usize),
-    /// A line that is bent between pieces, which are equally many samples wide.
+    /// A piecewise linear function whose pieces hold equal numbers of samples.
     Pieces(usize),
 }
 
@@ -68,7 +68,7 @@ impl Form {
         })
     }
 
-    /// How many there are.
+    /// The number of functions.
     fn terms(self) -> usize {
         match self {
             Self::Polynomial(terms) | Self::Pieces(terms) => terms,
@@ -78,16 +78,16 @@ impl Form {
 
 /// Main effects of some forms.
 struct Fit {
-    /// Variances of the effects, without what is left over has in them.
+    /// Variances of the effects, corrected for the residuals.
     variances: Vec<f64>,
-    /// Variance that the effects leave over.
+    /// Variance of the residuals.
     left_over: f64,
-    /// Mean square error of samples that are left out of the fit one by one.
+    /// Mean square error of samples left out of the fit one by one.
     error: f64,
 }
 
 impl Fit {
-    /// None if there are less than two samples for each coefficient, or if they do not tell the coefficients apart.
+    /// `None` if there are fewer than two samples per coefficient, or if they do not determine the coefficients.
     fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Form]) -> Option<Self> {
         let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
         if 2 * terms > points.len() {
@@ -117,7 +117,7 @@ impl Fit {
         Some(Self { variances, left_over, error: squares / points.len() as f64 })
     }
 
-    /// The variances of the effects over that of all.
+    /// The variances of the effects divided by the total variance.
     fn indices(&self) -> Vec<f64> {
         let all = self.variances.iter().sum::<f64>() + self.left_over;
         self.variances.iter().map(|variance| variance / all).collect()
@@ -133,7 +133,7 @@ mod tests {
         (0..count).map(|index| (0..inputs).map(|input| standard_normal(index, input, seed)).collect()).collect()
     }
 
-    /// Indices of `3 x₁ + 2 exp(x₂/2) + x₁x₂ + 2 x₁x₃`, of which the variances of all effects are known.
+    /// Indices of `3 x₁ + 2 exp(x₂/2) + x₁x₂ + 2 x₁x₃`. The variances of all its effects are known.
     #[test]
     fn indices_are_those_computed_by_hand() {
         let output = |x: &Vec<f64>| 3.0 * x[0] + 2.0 * (0.5 * x[1]).exp() + x[0] * x[1] + 2.0 * x[0] * x[2];
@@ -161,13 +161,13 @@ mod tests {
         let points = points(64, 3, 5);
         let outputs: Vec<f64> = points.iter().map(|x| 1e9 + 2.0 * x[0] - x[1]).collect();
         let found = first_order(&points, &outputs);
-        // What is left is the sampling error of the variances themselves.
+        // The remaining error is the sampling error of the variances themselves.
         for (found, expected) in found.iter().zip([0.8, 0.2, 0.0]) {
             assert!((found - expected).abs() < 0.05, "{found}, not {expected}");
         }
     }
 
-    /// Only what the inputs do together is left over, if the effects are no polynomials either.
+    /// Only interactions of the inputs are left over, even if the effects are not polynomials.
     #[test]
     fn kinks_are_attributed_to_their_input() {
         let (points, mean, second) = (points(1024, 2, 3), 1.0 / std::f64::consts::TAU.sqrt(), 0.5);

@@ -1,13 +1,13 @@
-//! The tool force where filaments are not known exactly: sampled tools, the band that their forces fill, and what it comes from.
+//! The tool force where filaments are not known exactly: sampled tools, the band of their forces, and its origin.
 //!
-//! A case's settings enter; [`Scatter`] makes those of sampled tools from them, each of which is simulated like any case, and
-//! reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the filaments are
-//! normal distributions about the settings, as is the number of filaments. The filaments of a tool are all alike: what is
-//! told is how far the force of one tool may be from that of another. Where it is the filaments of one tool that differ, which
-//! then have one axis (`hold = "machine"`), their forces add up to the mean, and only the number of filaments scatters.
+//! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is simulated like any case, and
+//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the
+//! filaments are normally distributed about the settings, and so is the number of filaments. All filaments of a tool are alike:
+//! the result is how far the force of one tool may be from that of another. If instead the filaments of one tool differ, they
+//! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments scatters.
 //!
-//! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the same seed: bands are as smooth over
-//! the process as the forces are.
+//! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the same seed. Bands are
+//! therefore as smooth over the process as the forces are.
 
 use serde::{Deserialize, Serialize};
 use spec_math::cephes64::ndtri;
@@ -21,7 +21,7 @@ mod indices;
 
 /// Number of inputs.
 pub const INPUT_COUNT: usize = 5;
-/// Of these, the first, that a filament's motion depends on. The other one is the number of filaments.
+/// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
 pub const MOVING: usize = 4;
 
 /// Ends of the band, as shares of the tools.
@@ -32,7 +32,7 @@ const BAND: [f64; 2] = [0.025, 0.975];
 pub struct Input {
     /// MODEL's symbol.
     pub symbol: &'static str,
-    /// In words.
+    /// Name in words.
     pub name: &'static str,
     /// Path of its mean.
     pub mean: &'static str,
@@ -67,10 +67,10 @@ impl Input {
     }
 }
 
-/// Checks settings, and those of the tools that are sampled about them.
+/// Checks settings, and those of the tools sampled about them.
 ///
 /// # Errors
-/// The first setting that is outside its range.
+/// The first setting outside its range.
 pub fn check(settings: &Settings) -> Result<(), Violation> {
     settings.check()?;
     Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
@@ -85,7 +85,7 @@ pub fn scatters(settings: &Settings) -> bool {
 bristle::record! {
     /// The distribution of the tool force `F_n,w` of one case.
     ///
-    /// A first-order Sobol index is the share of the variance that would go, on average, if the input were known.
+    /// A first-order Sobol index is the share of the variance that would vanish, on average, if the input were known.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     pub struct ForceScatter {
         tool_force_mean_n: f64 = ["", "N", "mean of F_n,w over the tools", "mean of the sampled tools"],
@@ -105,7 +105,7 @@ bristle::record! {
         sobol_filament_count: f64 =
             ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
         failed_samples: usize =
-            ["", "", "failed tools", "sampled tools that are left out, as their simulation failed"],
+            ["", "", "failed tools", "sampled tools left out because their simulation failed"],
     }
 }
 
@@ -116,7 +116,7 @@ impl ForceScatter {
         [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
     }
 
-    /// First-order Sobol indices of [`INPUTS`]; what they leave of 1 comes from inputs together, or was missed by the fit.
+    /// First-order Sobol indices of [`INPUTS`]. The rest up to 1 is due to interactions of inputs, or missed by the fit.
     #[must_use]
     pub fn sobol_indices(&self) -> [f64; INPUT_COUNT] {
         [
@@ -137,12 +137,12 @@ pub struct Scatter {
     inputs: [&'static Parameter; INPUT_COUNT],
     means: [f64; INPUT_COUNT],
     stds: [f64; INPUT_COUNT],
-    /// Standard normal numbers, one an input, for each tool.
+    /// Standard normal numbers for each tool, one per input.
     points: Vec<[f64; INPUT_COUNT]>,
 }
 
 impl Scatter {
-    /// The tools of the case that `settings` state; none where no property of the filaments scatters.
+    /// The tools of the case that `settings` state. `None` if no property of the filaments scatters.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
         if !scatters(settings) {
@@ -165,13 +165,13 @@ impl Scatter {
         self.points.len()
     }
 
-    /// The settings of a tool, counted from 0, with the nominal number of filaments; none if it does not reach the workpiece.
+    /// The settings of a tool, counted from 0, with the nominal number of filaments. `None` if it does not reach the workpiece.
     #[must_use]
     pub fn settings(&self, tool: usize) -> Option<Settings> {
         self.settings_but(tool, None)
     }
 
-    /// The settings of a tool, of which one input has its mean.
+    /// The settings of a tool, with one input at its mean.
     fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
         let mut settings = self.settings.clone();
         for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
@@ -189,7 +189,7 @@ impl Scatter {
     /// Checks that each tool can be simulated.
     ///
     /// # Errors
-    /// The first tool that cannot, as a violation of the standard deviation that it comes from.
+    /// The first tool that cannot, as a violation by the standard deviation that causes it.
     pub fn check(&self) -> Result<(), Violation> {
         for tool in 0..self.count() {
             let moving = self.check_moving(tool, None);
@@ -199,16 +199,16 @@ impl Scatter {
         Ok(())
     }
 
-    /// Checks what the motion of a tool's filaments depends on, with one input at its mean.
+    /// Checks the settings that affect the motion of a tool's filaments, with one input at its mean.
     fn check_moving(&self, tool: usize, at_mean: Option<usize>) -> Result<(), Violation> {
-        // What does not reach the workpiece is not simulated.
+        // A tool that does not reach the workpiece is not simulated.
         let Some(settings) = self.settings_but(tool, at_mean) else { return Ok(()) };
         self.inputs.iter().take(MOVING).try_for_each(|input| input.check(input.get(&settings)))?;
         settings.check_relations()
     }
 
-    /// The violation of a tool's settings, as one of the standard deviation that it comes from: of that which is wrong by
-    /// itself, or without which the tool would be right.
+    /// The violation by a tool's settings, as one by the standard deviation that causes it: that of the wrong setting itself,
+    /// or the one without which the tool would be valid.
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
         let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
         let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
@@ -218,7 +218,9 @@ impl Scatter {
         Violation {
             path: INPUTS[input].std,
             value: format!("{:?}", self.stds[input]),
-            allowed: format!("so small that each sampled tool is possible: of one, `{path}` is {value}, not {allowed}"),
+            allowed: format!(
+                "so small that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}"
+            ),
         }
     }
 
@@ -227,14 +229,15 @@ impl Scatter {
         self.means[input] + self.points[tool][input] * self.stds[input]
     }
 
-    /// Reduces the impulses `p_n` in N s of one filament of each tool, none where the simulation failed, to the distribution
-    /// of the tool force. None if more than half of them failed.
+    /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the tool force. The impulse of a
+    /// simulation that failed is `None`. Returns `None` if more than half of them failed.
     ///
-    /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. As `N_f` and `φ` are independent, mean, variance
-    /// and indices of the product follow from those of the factors. The band has the quantiles of the sampled products.
+    /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. Because `N_f` and `φ` are independent, the mean,
+    /// variance and indices of the product follow from those of the factors. The band consists of quantiles of the sampled
+    /// products.
     ///
     /// # Panics
-    /// If there is another number of impulses than of tools.
+    /// If the numbers of impulses and tools differ.
     #[must_use]
     pub fn reduce(&self, impulses: &[Option<f64>]) -> Option<ForceScatter> {
         assert_eq!(impulses.len(), self.count(), "an impulse, or none, for each tool");
@@ -284,7 +287,7 @@ impl Scatter {
     }
 }
 
-/// What scatters in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
+/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
@@ -308,9 +311,9 @@ fn get(path: &str, settings: &Settings) -> f64 {
     parameter(path).get(settings)
 }
 
-/// A number of the sequence, as that of a standard normal distribution.
+/// A number of the sequence, transformed to a standard normal distribution.
 fn standard_normal(index: u32, dimension: u32, seed: u32) -> f64 {
-    /// The numbers are multiples of 2⁻²⁴ from 0 on; the middles between them are neither 0 nor 1.
+    /// The numbers are multiples of 2⁻²⁴, starting at 0. The midpoints between them are neither 0 nor 1.
     const HALF: f64 = 1.0 / (1 << 25) as f64;
     ndtri(f64::from(sobol_burley::sample(index, dimension, seed)) + HALF)
 }
@@ -323,8 +326,8 @@ fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     (mean, variance)
 }
 
-/// The value below which a share of sorted values lies. Each stands for the middle of its own share, `(k − ½)/n`, and between
-/// them it is linear (Hyndman and Fan 1996, no. 5).
+/// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the quantile at `(k − ½)/n`, with
+/// linear interpolation between values (Hyndman and Fan 1996, no. 5).
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
     let below = sorted[place.floor() as usize];
@@ -373,7 +376,7 @@ mod tests {
                 assert!(correlation.abs() < 0.01, "{correlation}");
             }
         }
-        // What is not sampled stays.
+        // Settings that are not sampled keep their values.
         assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
     }
 
@@ -388,7 +391,7 @@ mod tests {
             let process = process.as_ref().expect("each tool is set up to reach the workpiece");
             assert_eq!(process.process.penetration_depth_m, 1e-3);
             let longer = process.filament.length_m - 0.040;
-            // Two standard deviations are the whole depth.
+            // Two standard deviations equal the depth.
             assert_eq!(machine.is_some(), longer > -1e-3);
             let Some(machine) = machine else { continue };
             assert!((machine.process.penetration_depth_m - 1e-3 - longer).abs() < 1e-15);
@@ -417,7 +420,7 @@ mod tests {
         near(reduced.sobol_diameter, 1e4 / variance, 1e-3);
         near(reduced.sobol_filament_count, 2500.0 / variance, 1e-3);
         assert_eq!([reduced.sobol_length, reduced.sobol_youngs_modulus, reduced.sobol_damping_ratio], [0.0; 3]);
-        // Nearly a normal distribution, as the product of the deviations is small.
+        // The distribution is nearly normal, because the product of the deviations is small.
         near(reduced.tool_force_lower_95_n, 1000.0 - 1.96 * variance.sqrt(), 0.01);
         near(reduced.tool_force_upper_95_n, 1000.0 + 1.96 * variance.sqrt(), 0.01);
 
@@ -452,14 +455,14 @@ mod tests {
             "{damping}"
         );
         assert!(error("length_std_m = 0.02\ndiameter_std_m = 1e-9").contains("`uncertainty.length_std_m` is 0.02"));
-        // Of the two that scatter, the length alone can reach the depth.
+        // Of the two inputs that scatter, only the length can be at fault.
         let deep = error_at("39e-3", "length_std_m = 1e-3\nyoungs_modulus_std_pa = 6e8");
         assert!(deep.contains("`uncertainty.length_std_m`"), "{deep}");
         assert!(error("samples = 63").contains("a whole number from 64 to 65536"));
         assert!(error("hold = \"depth\"").contains("process"));
     }
 
-    /// Bands of few tools are not narrower than those of many, on average over seeds.
+    /// On average over seeds, bands of few tools are as wide as those of many.
     #[test]
     fn bands_of_few_tools_are_as_wide() {
         let width = |seed: u32| {
