@@ -1,4 +1,4 @@
-//! A workpiece of one's own: a filament passes over a cylinder, and the contact is reduced to the metrics.
+//! A workpiece of your own: a filament passes over a cylinder, and the program prints metrics of the contact.
 //!
 //! ```sh
 //! cargo run --release --example workpiece

@@ -1,4 +1,4 @@
-//! The hash by which a journal knows results of another build covers every file that can change a result.
+//! The hash by which a journal recognises results of another build covers every file that can change a result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_codegen::fingerprint::{digest, sources};
 
-/// What the build step hashes besides what it has generated.
+/// The sources that the build step hashes, in addition to the generated code.
 const SOURCES: [&str; 4] = ["Cargo.lock", "build.rs", "codegen/src", "src"];
 const KERNELS: &str = include_str!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 const SERIES: &str = include_str!(concat!(env!("OUT_DIR"), "/series.rs"));
 
-/// Copies a file, or a directory with all below it.
+/// Copies a file, or a directory with its contents.
 fn copy(from: &Path, to: &Path) {
     if from.is_dir() {
         fs::create_dir_all(to).expect("a directory");
@@ -35,7 +35,7 @@ fn files(path: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn every_source_of_core_and_engine_changes_the_hash_of_the_solver() {
-    // Paths are hashed as they are given, so these are relative, as in the build step; tests run in the package's directory.
+    // Paths are hashed as given, so they are relative, as in the build step. Tests run in the directory of the package.
     let hash_of_tree = sources(&SOURCES).expect("the sources");
     assert_eq!(digest([KERNELS, SERIES, &hash_of_tree].concat().as_bytes()), SOLVER_FINGERPRINT);
 
@@ -47,7 +47,7 @@ fn every_source_of_core_and_engine_changes_the_hash_of_the_solver() {
     let hash = || sources(&copies).expect("the copies");
     let unchanged = hash();
     let all: Vec<PathBuf> = copies.iter().flat_map(|path| files(path)).collect();
-    // The file that an earlier list had forgotten.
+    // An earlier list of files had missed this one.
     assert!(all.iter().any(|file| file.ends_with("codegen/src/ir/special.rs")));
     assert!(all.len() > 50, "{}", all.len());
     for file in all {

@@ -1,4 +1,4 @@
-//! Is the core open? A tool and a workpiece from outside the crate get what the built-in ones get, to the bit.
+//! Is the core open? A tool and a workpiece from outside the crate get the same results as the built-in ones, to the bit.
 
 use crate::common::case;
 use bristle::equations::{Clamp, PolarAxis};
@@ -9,7 +9,7 @@ use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
 const SAMPLING: Sampling = Sampling { samples: 20, shapes: 5, loads: true, alongside: false };
 
-/// The plane of MODEL, written once more.
+/// The plane of MODEL, implemented again.
 #[derive(Clone, Debug)]
 struct Table {
     height: f64,
@@ -34,7 +34,7 @@ impl Workpiece for Table {
     }
 }
 
-/// The round tool, written once more.
+/// The round tool, implemented again.
 #[derive(Clone, Debug)]
 struct Wheel;
 
@@ -60,7 +60,7 @@ fn cases() -> Vec<Settings> {
     for settings in &mut cases {
         settings.solver.relative_tolerance = 1e-5;
     }
-    // Out of the plane: this one leaves the charts of its lane, and goes on alone.
+    // Out of the plane: this filament leaves the charts of its lane, and continues alone.
     cases[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
     cases
 }
@@ -127,7 +127,7 @@ fn a_workpiece_out_of_reach_is_refused() {
     }
 }
 
-/// Axial filaments on a disc, as a cup brush has them.
+/// Axial filaments on a disc, as in a cup brush.
 #[derive(Clone, Debug)]
 struct Cup;
 
@@ -141,7 +141,7 @@ impl Tool for Cup {
     }
 }
 
-/// A slope below the disc, which rises against `y` and is at `z = top` under the axis.
+/// A slope below the disc that falls along `y` and is at `z = top` under the axis.
 #[derive(Clone, Debug)]
 struct Ramp {
     top: f64,
@@ -158,7 +158,7 @@ impl Workpiece for Ramp {
 fn filaments_along_the_axis_start_in_the_chart_about_x() {
     let mut settings = case(4, 5.0, 1e-3);
     settings.solver.relative_tolerance = 1e-4;
-    // Filaments of 40 mm, which touch a slope where the disc passes its upper side.
+    // Filaments of 40 mm that touch the slope while the disc passes its upper side.
     let pass = Pass::with(&settings, Cup, Ramp { top: -0.0435 }).expect("the tips touch the ramp");
     let mut system = pass.system(false);
     let start = pass.start(&mut system);

@@ -190,6 +190,6 @@ fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
 }
 
 /// Resolves a path that a file states, relative to the directory of that file.
-pub fn beside(file: &Path, path: &str) -> PathBuf {
+pub fn relative_to(file: &Path, path: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
 }

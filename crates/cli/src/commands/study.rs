@@ -17,7 +17,7 @@ use bristle_study::study::{CaseResult, Study, complete_study_sampled};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, beside, prepare_directory, read_text, remove, remove_leftovers};
+use crate::files::{StagedFile, prepare_directory, read_text, relative_to, remove, remove_leftovers};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
 use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, measured_forces, remove_unfinished, say_drawn};
 use crate::progress::Progress;
@@ -111,7 +111,8 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let name = arguments.file.to_string_lossy();
     let document = Document::parse(&text, &name)?;
     let study = document.study()?;
-    let measured = document.measured_file().map(|file| measured_forces(&beside(&arguments.file, file))).transpose()?;
+    let measured =
+        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
     prepare_directory(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, JOURNAL])?;
     prepare_directory(&arguments.out.join(FIGURES), &[])?;
 
