@@ -12,7 +12,7 @@ use bristle::simulation::Sample;
 use bristle_report::figures::{Picture, history_figure, is_of_study, study_figures};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
-use bristle_study::study::{CaseResult, Study};
+use bristle_study::study::{CaseResult, Study, thread_count};
 use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers_of};
@@ -135,7 +135,7 @@ fn write_pictures(
             stage(picture)?;
         }
     };
-    let threads = threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let threads = thread_count(threads);
     let others = threads.min(pictures.len()) - 1;
     thread::scope(|scope| {
         let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();

@@ -21,7 +21,6 @@ mod tolerances;
 mod trial;
 mod vibration;
 
-use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::thread;
 
@@ -127,7 +126,7 @@ pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
             done();
         }
     };
-    let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let threads = bristle_study::study::thread_count(None);
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(work);

@@ -17,7 +17,7 @@ use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
-use bristle_study::study::{CaseResult, Study};
+use bristle_study::study::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
@@ -215,10 +215,7 @@ impl<'a> Recorder<'a> {
                 }
             });
         };
-        let threads = match threads {
-            Some(threads) => threads.get(),
-            None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
-        };
+        let threads = thread_count(threads);
         thread::scope(|scope| {
             for _ in 1..threads.min(count) {
                 thread::Builder::new().spawn_scoped(scope, work)?;

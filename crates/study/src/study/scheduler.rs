@@ -113,6 +113,12 @@ fn sample_taken(
     sample_side_by_side(sampling, take, done);
 }
 
+/// The number of threads: what was asked for, or one per core.
+#[must_use]
+pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
+    asked.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get)
+}
+
 /// The passes that wait for simulation, and those being simulated.
 struct Queue {
     /// The cases to begin. The first one is last.
@@ -264,10 +270,7 @@ pub(super) fn complete_cases<E: Display>(
     assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
     let mut waiting = in_order_of_work(study);
     waiting.retain(|&(_, number)| results[number].is_none());
-    let threads = match threads {
-        Some(threads) => threads.get(),
-        None => thread::available_parallelism().map_or(1, NonZeroUsize::get),
-    };
+    let threads = thread_count(threads);
     // Where tools are sampled, a single case has passes for several threads.
     let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
     let threads = threads.min(passes);
