@@ -78,6 +78,14 @@ async function fitsAcross(page) {
   assert.ok(content <= window, `the page is ${content} px wide in a window of ${window} px`);
 }
 
+/** Waits until the page shows the case in that row of runs.csv: the address changes first, and what it shows a moment later. */
+async function opened(page, row) {
+  await page.waitForFunction(
+    (row) => location.hash === `#case-${row}` && document.getElementById("case-row").textContent === String(row),
+    row,
+  );
+}
+
 test("pointing at a case shows its values, and a click opens it", async () => {
   const { page, close } = await open(report("paper"));
   const data = await dataOf(page);
@@ -90,7 +98,7 @@ test("pointing at a case shows its values, and a click opens it", async () => {
 
   const earlier = await shape(page);
   await page.mouse.click(...(await cell(page, 3, 5)));
-  await page.waitForFunction(() => location.hash === "#case-64");
+  await opened(page, 64);
   assert.match(await page.textContent("#case-title"), /vb\s=\s10\s?m\/s, ae\s=\s3\s?mm/);
   assert.notEqual(await shape(page), earlier);
   assert.equal(await page.evaluate(() => document.activeElement.id), "case-title");
@@ -100,6 +108,7 @@ test("pointing at a case shows its values, and a click opens it", async () => {
 
   await page.goBack();
   await page.goForward();
+  await opened(page, 64);
   assert.match(await page.textContent("#case-title"), /vb\s=\s10/);
   await close();
 });
@@ -116,7 +125,7 @@ test("the keyboard moves over the map and opens a case", async () => {
   const active = await page.getAttribute("#map", "aria-activedescendant");
   assert.equal(await page.getAttribute(`#${active}`, "aria-colindex"), "2");
   await page.keyboard.press("Enter");
-  await page.waitForFunction(() => location.hash === "#case-14");
+  await opened(page, 14);
   assert.match(await page.textContent("#case-title"), /vb\s=\s5\s?m\/s, ae\s=\s1\s?mm/);
   await close();
 });
@@ -273,7 +282,7 @@ test("a failed case is shown as one, and its error as text", async () => {
   assert.match(await page.textContent("#readout"), /failed/);
   assert.match(await page.textContent("#card"), /stopped <img/);
   await page.mouse.click(...(await cell(page, 5, 5)));
-  await page.waitForFunction(() => location.hash === "#case-66");
+  await opened(page, 66);
   assert.match(await page.textContent("#case-note"), /has failed: stopped <img src=x/);
   assert.ok(await page.isHidden("#course"));
   assert.match(await page.textContent("#summary"), /1 of them has failed/);
@@ -281,10 +290,10 @@ test("a failed case is shown as one, and its error as text", async () => {
 
   // A case that is solved, but whose course was not kept, leads to one that has it.
   await page.mouse.click(...(await cell(page, 6, 5)));
-  await page.waitForFunction(() => location.hash === "#case-67");
+  await opened(page, 67);
   assert.match(await page.textContent("#case-note"), /course over time was kept of 18 cases/);
   await page.click("#case-note a");
-  assert.ok(await page.isVisible("#course"));
+  await page.locator("#course").waitFor({ state: "visible" });
   await close();
 });
 
@@ -307,7 +316,7 @@ test("one swept setting: a curve", async () => {
   await page.keyboard.press("Home");
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("Enter");
-  await page.waitForFunction(() => location.hash === "#case-2");
+  await opened(page, 2);
   await fitsAcross(page);
   await shot(page, "curve-1280-light");
   await close();
