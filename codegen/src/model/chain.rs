@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::unit::Unit;
 use crate::passes::calculus::directional_derivative;
+use crate::passes::specialise::{angles_of_springs, substitute};
 
 /// Unit of a joint's stiffness.
 pub const STIFFNESS: Unit = Unit::NEWTON.times(Unit::METRE);
@@ -27,6 +28,72 @@ pub const INERTIA: Unit = Unit::KILOGRAM.times(Unit::METRE.powi(2));
 
 /// A vector in the inertial frame.
 pub type Vec3 = [NodeId; 3];
+
+/// How a filament moves, which decides its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// In space: `φ` and `θ` of each segment.
+    Spatial,
+    /// In the plane of rotation, where every `φ = π/2`: only `θ` of each segment.
+    Planar,
+}
+
+impl Motion {
+    /// The number of components of a vector.
+    pub fn axes(self) -> usize {
+        match self {
+            Self::Spatial => 3,
+            Self::Planar => 2,
+        }
+    }
+
+    /// The coordinates of `segment`.
+    pub fn coordinates(self, segment: &Segment) -> Vec<NodeId> {
+        match self {
+            Self::Spatial => segment.coordinates().to_vec(),
+            Self::Planar => vec![segment.theta],
+        }
+    }
+
+    /// The rates of `segment`.
+    pub fn rates(self, segment: &Segment) -> Vec<NodeId> {
+        match self {
+            Self::Spatial => segment.rates().to_vec(),
+            Self::Planar => vec![segment.theta_rate],
+        }
+    }
+
+    /// `energies` of `segments` for this motion. In the plane `φ = π/2` and `φ̇ = 0`, nothing moves or pulls along `z`, and
+    /// the angle of a joint is the difference of two azimuths.
+    pub fn specialise<const N: usize>(
+        self,
+        graph: &mut Graph,
+        segments: &[Segment],
+        energies: [NodeId; N],
+    ) -> [NodeId; N] {
+        if self == Self::Spatial {
+            return energies;
+        }
+        let values = in_plane(graph, segments);
+        let planar = substitute(graph, &energies, &values);
+        angles_of_springs(graph, &planar).try_into().expect("each energy has an image")
+    }
+}
+
+/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each component along `z`.
+pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, NodeId> {
+    let (zero, one) = (graph.integer(0), graph.integer(1));
+    let along_z = graph.symbols().iter().filter(|symbol| symbol.name.ends_with("_z")).map(|symbol| symbol.name.clone());
+    let names: Vec<String> = along_z.collect();
+    let symbols = names.iter().filter_map(|name| graph.find_symbol(name));
+    let mut values: BTreeMap<NodeId, NodeId> = symbols.map(|symbol| (symbol, zero)).collect();
+    for segment in segments {
+        values.insert(graph.sin(segment.phi), one);
+        values.insert(graph.cos(segment.phi), zero);
+        values.insert(segment.phi_rate, zero);
+    }
+    values
+}
 
 /// The constants of a chain, as symbols.
 #[derive(Clone, Copy, Debug)]

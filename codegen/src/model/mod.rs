@@ -3,4 +3,5 @@
 pub mod chain;
 pub mod kernels;
 pub mod lagrange;
+pub mod lateral;
 pub mod whole;

@@ -3,3 +3,4 @@
 pub mod calculus;
 pub mod dimension;
 pub mod normal_form;
+pub mod specialise;
