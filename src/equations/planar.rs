@@ -167,7 +167,7 @@ impl<T: Compiled> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Lateral { clamp, q, v, loads, result: accelerations });
     }
 
-    /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, and the same of the lateral variation, into `residual`.
+    /// `M θ̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, whose entries for the variation stay as they are.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -184,7 +184,29 @@ impl<T: Compiled> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Motion(task));
     }
 
-    /// Solves the factorised systems for `right_side`, in place.
+    /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
+    ///
+    /// The right side is the residual of the variation at the point of the last [`PlanarDynamics::residual`], but with the loads
+    /// that the nodes carry after the correction of `θ̈`: in a stiff contact they change by far more than anything else. The
+    /// nodes are moved there, as by [`PlanarDynamics::shift`].
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
+    pub fn solve_variation(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        weights: StepWeights<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        T::run_planar(self, PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction });
+    }
+
+    /// Solves the factorised equations of motion for `right_side`, in place. Its entries for the variation stay as they are.
     ///
     /// # Panics
     /// If the slice is shorter than the chain.
@@ -584,6 +606,16 @@ pub enum PlanarTask<'a, T> {
         loads: &'a dyn NodeLoads<T>,
         result: &'a mut [[T; 2]],
     },
+    /// [`PlanarDynamics::solve_variation`]
+    Variation {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+        accelerations: &'a [[T; 2]],
+        loads: &'a dyn NodeLoads<T>,
+        weights: StepWeights<T>,
+        correction: &'a mut [[T; 2]],
+    },
 }
 
 /// A task with its chain.
@@ -606,6 +638,17 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
             PlanarTask::Lateral { clamp, q, v, loads, result } => {
                 let posture = Lateral { planar: Planar::new(chain, angles, q, v, clamp), motion: memory };
                 recursion::accelerations(lateral, &posture, Lateral::root(), loads, result);
+                return;
+            }
+            PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction } => {
+                let posture = Planar::new(chain, angles, q, v, clamp);
+                if !loads.is_empty() {
+                    recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
+                    recursion::load(memory, &posture, loads);
+                }
+                let posture = Lateral { planar: posture, motion: memory };
+                recursion::residual(lateral, &posture, Lateral::root(), accelerations, loads, correction);
+                recursion::solve::<T, Lateral<'_, T>, 1, 1>(lateral, n, correction);
                 return;
             }
         };
@@ -632,8 +675,6 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
                 let posture = Planar::new(chain, angles, q, v, clamp);
                 recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
-                let posture = Lateral { planar: posture, motion: memory };
-                recursion::residual(lateral, &posture, Lateral::root(), accelerations, loads, result);
             }
             Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } => {
                 let posture = Planar::new(chain, angles, q, v, clamp);
@@ -643,7 +684,6 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
             }
             Task::Solve { right_side } => {
                 recursion::solve::<T, Planar<'_, T>, 1, 2>(memory, n, right_side);
-                recursion::solve::<T, Lateral<'_, T>, 1, 1>(lateral, n, right_side);
             }
             Task::Shift { correction, weights } => {
                 recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);

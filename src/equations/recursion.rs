@@ -374,6 +374,24 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     memory.root_force = force;
 }
 
+/// The forces inside the chain at the point of the last [`residual`], but with the loads that the nodes carry where they are now.
+#[inline(always)]
+pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    loads: &dyn NodeLoads<T>,
+) {
+    let n = posture.segments();
+    let mut force = zero();
+    for k in (0..n).rev() {
+        if let Some(load) = posture.load(loads, k, memory.positions[k], memory.velocities[k]) {
+            force = sub(force, load);
+        }
+        memory.outer_forces[k] = force;
+        force = add(force, memory.base_forces[k]);
+    }
+}
+
 /// Factorises `∂(residual)/∂q̈` along a step, in `lanes`, at the point of the last [`residual`].
 #[inline(always)]
 pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize>(

@@ -27,6 +27,9 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 /// ([`SecondOrderSystem::carries_variation`]).
 pub const VARIATION_TOLERANCE: f64 = 1e-4;
 
+/// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
+pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e12;
+
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
@@ -82,9 +85,24 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// True if the first coordinate of every block is a linear variation along the motion of the others.
     ///
     /// Its size means nothing, because its equations are linear: errors in it are measured relative to its largest entry, and
-    /// a variation need not be more accurate than [`VARIATION_TOLERANCE`].
+    /// a variation need not be more accurate than [`VARIATION_TOLERANCE`], nor accurate at all above
+    /// [`LARGEST_CONTROLLED_VARIATION`].
     fn carries_variation(&self) -> bool {
         false
+    }
+
+    /// Solves the factorised equations of the variation, whose right side belongs to the point of the last residual after the
+    /// motion's part of `correction` is subtracted. The result becomes the variation's part of `correction`.
+    fn solve_variation(
+        &mut self,
+        time: T,
+        q: &[[T; D]],
+        v: &[[T; D]],
+        accelerations: &[[T; D]],
+        weights: StepWeights<T>,
+        correction: &mut [[T; D]],
+    ) {
+        let _ = (time, q, v, accelerations, weights, correction);
     }
 
     /// The charts in which the system takes coordinates.

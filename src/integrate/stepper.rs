@@ -1,7 +1,7 @@
 //! One attempt at a step, of one system or of several side by side in the lanes of `T`.
 
 use super::tableau::Tableau;
-use super::{SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
+use super::{LARGEST_CONTROLLED_VARIATION, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, in_lane, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
@@ -253,7 +253,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         weights: StepWeights<T>,
     ) {
         let n = self.start_q.len();
-        let all = LaneSet::first(T::LANES);
+        let (all, variation) = (LaneSet::first(T::LANES), system.carries_variation());
         let (mut open, mut matrix) = (all, if stage == 1 { all } else { LaneSet::default() });
         for newton in &mut self.newton {
             newton.previous_norm = None;
@@ -265,10 +265,13 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
                 system.factorise(time, &self.q, v, a, weights, matrix);
             }
             system.solve(&mut self.correction);
+            if variation {
+                system.solve_variation(time, &self.q, v, a, weights, &mut self.correction);
+            }
             if open != all {
                 keep(&mut self.correction, open);
             }
-            let norms = self.correct(stage, weights, system.carries_variation());
+            let norms = self.correct(stage, weights, variation);
             let (mut next_matrix, mut solved) = (LaneSet::default(), LaneSet::default());
             for lane in open.iter() {
                 let newton = &mut self.newton[lane];
@@ -586,7 +589,8 @@ impl<T: Lanewise> Largest<T> {
         let [coordinate, rate] =
             [tolerances.coordinate_scale.max(self.values[0]), tolerances.rate_scale.max(self.values[1])];
         let by_coordinate = weights[0] * self.errors[0] / coordinate;
-        by_coordinate.max(weights[1] * self.errors[1] / rate) / relative
+        let controlled = self.values[0].less_than(T::from_f64(LARGEST_CONTROLLED_VARIATION));
+        controlled * (by_coordinate.max(weights[1] * self.errors[1] / rate) / relative)
     }
 }
 

@@ -158,6 +158,23 @@ impl<T: Compiled> Equations<T> {
         }
     }
 
+    /// Only for planar equations.
+    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
+    pub fn solve_variation(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        weights: StepWeights<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        if let Self::Planar(dynamics) = self {
+            dynamics.solve_variation(clamp, q, v, accelerations, loads, weights, correction);
+        }
+    }
+
     pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
         each!(self, dynamics => dynamics.solve(right_side));
     }

@@ -31,7 +31,8 @@ impl Job {
 
 /// Simulates the jobs that `take` returns, [`LANES`] at a time, and reports each to `done`.
 ///
-/// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane goes at its own pace.
+/// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane goes at its own pace. A job of
+/// another kind than the given one is simulated alone.
 /// A result equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
 pub fn simulate_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
@@ -54,7 +55,7 @@ pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
         let kind = first.pass.kind();
         let mut batch = Batch::new(&first.pass, sampling);
         let mut first = Some(first);
-        batch.run(|| first.take().or_else(|| take(Some(kind))), &mut done);
+        batch.run(|| first.take().or_else(|| take(Some(kind))), kind, &mut done);
     }
 }
 
@@ -115,6 +116,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn run(
         &mut self,
         mut take: impl FnMut() -> Option<Job<T, W>>,
+        kind: Kind,
         done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
     ) {
         let mut exhausted = false;
@@ -122,6 +124,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             for lane in 0..LANES {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {
+                        Some(Job { number, pass }) if pass.kind() != kind => done(number, pass.simulate(self.sampling)),
                         Some(job) => self.start(lane, job),
                         None => exhausted = true,
                     }

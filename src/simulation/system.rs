@@ -34,8 +34,11 @@ pub mod integral {
 
 use integral::COUNT;
 
-/// The largest lateral variation before it is divided by this.
-const VARIATION_LIMIT: f64 = 1e60;
+/// Where the lateral variation of a planar state leaves this range, it is divided by [`VARIATION_FACTOR`], or multiplied again.
+/// Divided, it stays above [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
+const VARIATION_RANGE: std::ops::Range<f64> = 1e15..1e60;
+/// See [`VARIATION_RANGE`].
+const VARIATION_FACTOR: f64 = 1e40;
 
 /// Entries of a segment's block of coordinates, as its [`Form`] defines them.
 pub const COORDINATES: usize = 2;
@@ -63,16 +66,20 @@ impl FilamentState {
         self.charts[segment] = axis;
     }
 
-    /// Divides the lateral variation of a planar state by [`VARIATION_LIMIT`] if it is above. Its equations are linear, and the
-    /// tilt of the clamp, which drives them, is then far too small to matter.
+    /// Keeps the lateral variation of a planar state finite. Its equations are linear, and where it is divided, the tilt of the
+    /// clamp that drives them is far too small to matter.
     pub(super) fn rescale_variation(&mut self) {
-        if self.q.iter().all(|block| block[0].abs() < VARIATION_LIMIT) {
-            return;
-        }
+        let largest = self.q.iter().fold(0.0_f64, |largest, block| largest.max(block[0].abs()));
+        let divided = self.integrals[integral::VARIATION_SCALE] > 0.0;
+        let factor = match () {
+            () if largest >= VARIATION_RANGE.end => 1.0 / VARIATION_FACTOR,
+            () if divided && largest < VARIATION_RANGE.start => VARIATION_FACTOR,
+            () => return,
+        };
         for block in self.q.iter_mut().chain(&mut self.v).chain(&mut self.accelerations) {
-            block[0] /= VARIATION_LIMIT;
+            block[0] *= factor;
         }
-        self.integrals[integral::VARIATION_SCALE] += VARIATION_LIMIT.ln();
+        self.integrals[integral::VARIATION_SCALE] -= factor.ln();
     }
 
     /// Switches segments near a pole of their coordinates to their other chart, and returns their number.
@@ -421,7 +428,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
             self.add_joint_dissipation(time, q, v, &mut rates);
         }
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
-            self.equations.shift(correction, weights);
+            if !self.carries_variation() {
+                // With a variation its solution has moved the nodes.
+                self.equations.shift(correction, weights);
+            }
             self.add_contact_rates(time, &mut rates);
         }
         rates
@@ -437,6 +447,19 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
 
     fn carries_variation(&self) -> bool {
         self.equations.form() == Form::Planar
+    }
+
+    fn solve_variation(
+        &mut self,
+        time: T,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        weights: StepWeights<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        let (equations, clamp, loads) = self.parts(time);
+        equations.solve_variation(clamp, q, v, accelerations, &loads, weights, correction);
     }
 
     fn refuse(&self, q: &[[f64; 2]]) -> Option<Obstacle> {

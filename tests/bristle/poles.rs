@@ -497,7 +497,7 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
     let IntegrationError::StepTooSmall { cause, time, .. } = error else { panic!("{error:?}") };
     assert_eq!(cause, RejectionCause::Refused(Obstacle::Pole { segment: 1 }));
     assert!((time - (0.35 - POLE)).abs() < 1e-9, "{time}");
-    assert!(error.to_string().contains("segment 1 meets a pole"), "{error}");
+    assert!(error.to_string().contains("segment 1 is at a pole"), "{error}");
 
     // Nor can a step start there.
     start.q[0][0] = 0.0;
