@@ -1,5 +1,6 @@
 //! Reads a state of the filament from JSON, for `bristle evaluate`.
 
+use bristle_text::shown;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -9,14 +10,17 @@ use bristle::model::parameters::MAX_SEGMENTS;
 
 /// The key in errors that concern no single key.
 const WHOLE: &str = "state";
+/// Longest key and longest message of the parser in an error, in characters.
+const LONGEST_KEY: usize = 80;
+const LONGEST_MESSAGE: usize = 200;
 
 /// Why a state is invalid.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StateError {
     /// The text is not JSON, or a key is unknown, missing, or of the wrong type.
     #[error(
-        "`{key}` at line {line}, column {column}: {message}\n   = help: a state is {{\"base_angle\": β, \"base_rate\": ω, \
-         \"base_acceleration\": β̈, \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
+        "`{key}` at line {line}, column {column}: {message}\n   = help: a state is\n     {{\"base_angle\": β, \
+         \"base_rate\": ω, \"base_acceleration\": β̈,\n      \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
     )]
     Unreadable {
         /// Path of the key.
@@ -78,10 +82,10 @@ pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         StateError::Unreadable {
-            key,
+            key: shown(&key, LONGEST_KEY),
             line: error.line(),
             column: error.column(),
-            message: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
+            message: shown(message.strip_suffix(&place).unwrap_or(&message), LONGEST_MESSAGE),
         }
     };
     let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {

@@ -1,11 +1,24 @@
 //! Reads saved text back, with errors that state where it is wrong.
 
+use std::path::Path;
+
 use bristle::model::record::Record;
+use bristle_text::{shortened, shown, shown_path};
 use serde::Deserialize;
 use thiserror::Error;
 
-/// Version of the format of `study.json` and `case.json`.
-pub(super) const FORMAT: u32 = 2;
+/// Versions of the formats of `study.json` and `case.json`.
+pub(super) const STUDY_FORMAT: u32 = 2;
+pub(super) const CASE_FORMAT: u32 = 3;
+
+/// Longest heading, and longest description of a problem, which may quote the file; in characters.
+const LONGEST_NAME: usize = 80;
+const LONGEST_PROBLEM: usize = 200;
+
+/// Largest number of rows of a table: of cases in a study, samples in a history, and points that can be compared.
+pub(crate) const MAX_ROWS: usize = 1_000_000;
+/// Longest line of a table. A program that writes more has not written a table.
+const MAX_LINE_BYTES: usize = 1 << 16;
 
 /// What to do about results that do not belong together.
 pub(super) const AGAIN: &str = "run the command that made the results again";
@@ -14,7 +27,7 @@ pub(super) const AGAIN: &str = "run the command that made the results again";
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{file}:{line}{}: {problem}\n   = help: {advice}", column_text(.column))]
 pub struct DataError {
-    /// Name of the file.
+    /// Name of the file, as messages show it.
     pub file: String,
     /// Line, counted from 1.
     pub line: u64,
@@ -48,7 +61,9 @@ impl Source<'_> {
         problem: impl Into<String>,
         advice: &'static str,
     ) -> DataError {
-        DataError { file: self.name.to_owned(), line, column, problem: problem.into(), advice }
+        let column = column.map(|column| shown(&column, LONGEST_NAME));
+        let problem = shown(&problem.into(), LONGEST_PROBLEM);
+        DataError { file: shown_path(Path::new(self.name)), line, column, problem, advice }
     }
 
     /// The error about text that is not JSON, or is JSON of something else.
@@ -57,15 +72,15 @@ impl Source<'_> {
         self.error(error.line() as u64, column, error.to_string(), AGAIN)
     }
 
-    /// Reads a JSON object after checking the version of its format.
-    pub(super) fn object<T: serde::de::DeserializeOwned>(&self) -> Result<T, DataError> {
+    /// Reads a JSON object after checking that its format has the version `expected`.
+    pub(super) fn object<T: serde::de::DeserializeOwned>(&self, expected: u32) -> Result<T, DataError> {
         #[derive(Deserialize)]
         struct Form {
             format: u32,
         }
         let Form { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
-        if format != FORMAT {
-            let problem = format!("the file has format {format}, but this program reads format {FORMAT}");
+        if format != expected {
+            let problem = format!("the file has format {format}, but this program reads format {expected}");
             return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));
         }
         serde_json::from_str(self.text).map_err(|error| self.json(&error))
@@ -74,8 +89,12 @@ impl Source<'_> {
     /// The text as a table with a heading. Errors give `advice` on what to do.
     ///
     /// # Errors
-    /// If it is not CSV, or empty.
+    /// If it is not CSV, is empty, or is larger than any table of ours.
     pub fn table(&self, advice: &'static str) -> Result<Table<'_>, DataError> {
+        if let Some(line) = self.text.lines().position(|line| line.len() > MAX_LINE_BYTES) {
+            let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
+            return Err(self.error(line as u64 + 1, None, problem, advice));
+        }
         let mut builder = csv::ReaderBuilder::new();
         let mut reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(self.text.as_bytes());
         let mut rows = Vec::new();
@@ -90,6 +109,11 @@ impl Source<'_> {
                 };
                 self.error(line, None, problem, advice)
             })?;
+            // The heading is one of them.
+            if rows.len() > MAX_ROWS {
+                let line = record.position().map_or(1, csv::Position::line);
+                return Err(self.error(line, None, format!("more than {MAX_ROWS} rows below the heading"), advice));
+            }
             rows.push(record);
         }
         if rows.is_empty() {
@@ -114,18 +138,23 @@ impl Table<'_> {
         &self.rows
     }
 
-    /// The position of a column.
+    /// The position of a column. Columns that nobody asks for may have equal names.
     pub(super) fn column(&self, name: &str) -> Result<usize, DataError> {
-        self.heading
-            .iter()
-            .position(|heading| heading == name)
-            .ok_or_else(|| self.source.error(1, None, format!("there is no column `{name}`"), self.advice))
+        let mut positions = (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
+        let error = |problem: String| Err(self.source.error(1, None, problem, self.advice));
+        match (positions.next(), positions.next()) {
+            (Some(position), None) => Ok(position),
+            (Some(first), Some(second)) => {
+                error(format!("columns {} and {} are both named `{name}`", first + 1, second + 1))
+            }
+            (None, _) => error(format!("there is no column `{name}`")),
+        }
     }
 
     /// The positions of columns.
     ///
     /// # Errors
-    /// If one is missing.
+    /// If one is missing, or there are two of the same name.
     pub fn columns(&self, names: &[&str]) -> Result<Vec<usize>, DataError> {
         names.iter().map(|name| self.column(name)).collect()
     }
@@ -145,7 +174,7 @@ impl Table<'_> {
         parse(|position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
             let column = columns[position];
             let cell = row.get(column).unwrap_or_default();
-            self.wrong(row, column, format!("`{cell}` is not a valid number for this column"))
+            self.wrong(row, column, format!("`{}` is not a valid number for this column", shortened(cell)))
         })
     }
 }

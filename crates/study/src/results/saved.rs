@@ -1,11 +1,13 @@
 //! `study.json` and `case.json`: the settings of saved results.
 
+use std::collections::BTreeMap;
+
 use bristle::equations::FINGERPRINT;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use serde::{Deserialize, Serialize};
 
-use super::data::{AGAIN, DataError, FORMAT, Source};
+use super::data::{AGAIN, CASE_FORMAT, DataError, STUDY_FORMAT, Source};
 use crate::digest::digest;
 use crate::study::{Study, Sweep, SweepText};
 use crate::uncertainty::check;
@@ -40,12 +42,46 @@ struct StudyFile {
     axes: Vec<SweepText>,
 }
 
-/// The text of `case.json`.
+/// The SHA-256 of each result file of a contact, by its path relative to the directory of the results, with `/`.
+pub type FileHashes = BTreeMap<String, String>;
+
+/// One contact as read from `case.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavedCase {
+    /// Its settings.
+    pub settings: Settings,
+    /// Its other files.
+    files: FileHashes,
+}
+
+impl SavedCase {
+    /// Paths of the other files, relative to the directory of the results. They are those that the file states, whatever they
+    /// lead to.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Checks that the `text` of a file belongs to this contact. Errors use `name` for the file.
+    ///
+    /// # Errors
+    /// If it comes from another run, or has been changed.
+    pub fn check(&self, file: &str, text: &str, name: &str) -> Result<(), DataError> {
+        if self.files.get(file).is_some_and(|hash| *hash == digest(text.as_bytes())) {
+            Ok(())
+        } else {
+            Err(Source { name, text }.error(1, None, "case.json does not belong to these results", AGAIN))
+        }
+    }
+}
+
+/// The text of `case.json`. Unknown keys are ignored on reading.
 #[derive(Serialize, Deserialize)]
 struct CaseFile {
     format: u32,
     bristle_version: String,
     settings: Settings,
+    /// Hashes of the other files. After a crash between two renames, one of them does not match.
+    sha256: FileHashes,
 }
 
 /// The text of `study.json` for a `runs.csv` with the text `runs`. `measured` states whether measured forces belong to the
@@ -53,7 +89,7 @@ struct CaseFile {
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     pretty(&StudyFile {
-        format: FORMAT,
+        format: STUDY_FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
         equations_sha256: FINGERPRINT.to_owned(),
         runs_sha256: digest(runs),
@@ -63,11 +99,11 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     })
 }
 
-/// The text of `case.json`.
+/// The text of `case.json` for a contact with these result `files`.
 #[must_use]
-pub fn case_text(settings: &Settings) -> String {
+pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
     let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
-    pretty(&CaseFile { format: FORMAT, bristle_version, settings: settings.clone() })
+    pretty(&CaseFile { format: CASE_FORMAT, bristle_version, settings: settings.clone(), sha256: files.clone() })
 }
 
 fn pretty(value: &impl Serialize) -> String {
@@ -80,7 +116,7 @@ fn pretty(value: &impl Serialize) -> String {
 /// If the text is not what [`study_text`] writes, or states settings that a study cannot have.
 pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
-    let file: StudyFile = source.object()?;
+    let file: StudyFile = source.object(STUDY_FORMAT)?;
     let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
@@ -105,9 +141,9 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
 ///
 /// # Errors
 /// If the text is not what [`case_text`] writes, or states settings that a simulation cannot have.
-pub fn read_case(text: &str, name: &str) -> Result<Settings, DataError> {
+pub fn read_case(text: &str, name: &str) -> Result<SavedCase, DataError> {
     let source = Source { name, text };
-    let file: CaseFile = source.object()?;
+    let file: CaseFile = source.object(CASE_FORMAT)?;
     check(&file.settings).map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
-    Ok(file.settings)
+    Ok(SavedCase { settings: file.settings, files: file.sha256 })
 }
