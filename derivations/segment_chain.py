@@ -43,18 +43,18 @@ that differ by roundings only. Of the energies, which do depend on ṙ_0, it is 
 
 In the plane of rotation
 ------------------------
-With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a segment.
-Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is known by its
-direction alone; there S(u) stays.
+With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a
+segment. Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is known
+by its direction alone; there S(u) stays.
 
-The lateral variation is what a small tilt τ of the clamp out of the plane causes: φ_k = π/2 + η_k τ.
-Its equations are the derivatives of the spatial ones for φ along τ, with φ = π/2 + ψ and ψ = 0, ψ̇ = 0,
-ψ̈ = 0 once everything is differentiated.
+The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
+φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
+φ = π/2 + ψ, and ψ = 0, ψ̇ = 0, ψ̈ = 0 once everything is differentiated.
 
 Run from the repository root:
 
     python derivations/segment_chain.py --segments 2 --out derivations/graphs/chain_2.json
-    python derivations/segment_chain.py --segments 2 --planar --out derivations/graphs/chain_2_planar.json
+    python derivations/segment_chain.py --segments 2 --planar --out chain_2_planar.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json --check
 """
@@ -265,7 +265,7 @@ def direction_about_x(phi: SX, theta: SX) -> SX:
 
 
 def direction_near_plane(depression: SX, theta: SX) -> SX:
-    """e for the polar angle φ = π/2 + ψ from z: at ψ = 0 its sine and cosine are exactly 1 and 0."""
+    """e for the polar angle φ = π/2 + ψ from z, whose sine is exactly 1 at ψ = 0."""
     return casadi.vertcat(
         casadi.cos(depression) * casadi.cos(theta),
         casadi.cos(depression) * casadi.sin(theta),
@@ -1515,7 +1515,9 @@ def main() -> None:
         help="whole equations of a chain of so many segments: mass_matrix, force, energies",
     )
     what.add_argument(
-        "--kernels", action="store_true", help="all kernels of the solver: in space, in the plane, lateral"
+        "--kernels",
+        action="store_true",
+        help="all kernels of the solver: in space, in the plane, and of the lateral variation",
     )
     parser.add_argument(
         "--planar",

@@ -11,6 +11,8 @@ use crate::ir::graph::{NodeId, Symbol};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::shown;
 use crate::ir::unit::Unit;
+use crate::model::chain::Motion;
+use crate::model::whole::NAMES;
 
 /// How well one output agrees.
 #[derive(Clone, Debug, PartialEq)]
@@ -344,22 +346,25 @@ fn clamp_vectors(angles: [f64; 2], rng: &mut Rng) -> [(&'static str, f64); 6] {
     ]
 }
 
-/// The number of segments of whole equations, if `kernels` are such; none for other kernels.
-pub fn whole_segments(kernels: &[Kernel]) -> Option<usize> {
-    let names = kernels.iter().map(|kernel| kernel.name.as_str());
+/// The number of segments and the motion of whole equations, if `kernels` are such; none for other kernels.
+pub fn whole_chain(kernels: &[Kernel]) -> Option<(usize, Motion)> {
+    let names = || kernels.iter().map(|kernel| kernel.name.as_str());
+    let named = |motion: &Motion| names().eq(NAMES.map(|name| motion.name_for(name)));
+    let motion = [Motion::Spatial, Motion::Planar].into_iter().find(named)?;
     let [Output { shape: Shape::Matrix(rows, columns), .. }] = kernels.first()?.outputs[..] else { return None };
-    let whole = names.eq(["mass_matrix", "force", "energies"]) && rows == columns && rows % 2 == 0;
-    whole.then_some(rows / 2)
+    let coordinates = motion.coordinates_per_segment();
+    (rows == columns && rows.is_multiple_of(coordinates)).then_some((rows / coordinates, motion))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ir::constant::Constant;
     use crate::model::kernels::kernels;
     use crate::model::whole::{Purpose, whole_kernels};
 
     fn whole(segments: usize, purpose: Purpose) -> Vec<Kernel> {
-        whole_kernels(segments, purpose).expect("the derivation is sound")
+        whole_kernels(segments, Motion::Spatial, purpose).expect("the derivation is sound")
     }
 
     #[test]
@@ -382,7 +387,9 @@ mod tests {
         assert!(matches!(compare(&one, &two, 1, States::All, 1), Err(CompareError::Signature { .. })));
         let kernels = kernels().expect("the derivation is sound");
         assert!(matches!(compare(&one, &kernels, 1, States::All, 1), Err(CompareError::Kernels { .. })));
-        assert_eq!((whole_segments(&two), whole_segments(&kernels)), (Some(2), None));
+        assert_eq!((whole_chain(&two), whole_chain(&kernels)), (Some((2, Motion::Spatial)), None));
+        let planar = whole_kernels(2, Motion::Planar, Purpose::Computing).expect("the derivation is sound");
+        assert_eq!(whole_chain(&planar), Some((2, Motion::Planar)));
     }
 
     #[test]
@@ -441,11 +448,25 @@ mod tests {
     }
 
     #[test]
+    fn one_that_vanishes_everywhere_is_measured_absolutely() {
+        let mut kernel = whole(1, Purpose::Computing).swap_remove(2);
+        kernel.outputs.truncate(1);
+        let mut rounded = kernel.clone();
+        for (kernel, value) in [(&mut kernel, 0.0), (&mut rounded, 1e-17)] {
+            kernel.outputs[0].nodes[0] = kernel.graph.constant(Constant::Float(value));
+        }
+        let deviations = compare(&[kernel], &[rounded], 2, States::All, 1).expect("they compute the same things");
+        assert_eq!(deviations[0].largest, 1e-17);
+    }
+
+    #[test]
     fn a_straight_state_is_straight_to_the_last_bit() {
-        let kernel = &whole(3, Purpose::Computing)[2];
-        let point = random_point(kernel, BENDS[0], &mut Rng::with_seed(2));
-        let values = kernel.graph.evaluate(&point);
-        assert_eq!(kernel.outputs[1].name, "spring");
-        assert_eq!(values[kernel.outputs[1].nodes[0].index()], 0.0);
+        for motion in [Motion::Spatial, Motion::Planar] {
+            let kernel = &whole_kernels(3, motion, Purpose::Computing).expect("the derivation is sound")[2];
+            let point = random_point(kernel, BENDS[0], &mut Rng::with_seed(2));
+            let values = kernel.graph.evaluate(&point);
+            assert_eq!(kernel.outputs[1].name, "spring");
+            assert_eq!(values[kernel.outputs[1].nodes[0].index()], 0.0, "{motion:?}");
+        }
     }
 }
