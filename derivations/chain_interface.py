@@ -100,9 +100,8 @@ def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
 
 def chain_functions(segments: int, motion: Motion) -> list[ChainFunction]:
     """The functions and their results, in order."""
-    chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
-    if motion is Motion.PLANAR:
-        chain += " that moves in the plane of rotation"
+    planar = "planar " if motion is Motion.PLANAR else ""
+    chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
     size = len(motion.angles) * segments
     coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
     matrix_doc = f"`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"

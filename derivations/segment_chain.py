@@ -44,8 +44,8 @@ that differ by roundings only. Of the energies, which do depend on ṙ_0, it is 
 In the plane of rotation
 ------------------------
 With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a
-segment. Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is known
-by its direction alone; there S(u) stays.
+segment. Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is
+known by its direction alone; there S(u) stays.
 
 The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
 φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
@@ -457,7 +457,7 @@ def summary_for(motion: Motion, summary: str) -> str:
     """The summary of a kernel whose summary in space is `summary`."""
     if motion is Motion.SPATIAL:
         return summary
-    return f"{summary}\nIn the plane of rotation: `φ = π/2`, `q = θ`."
+    return f"{summary}\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."
 
 
 @dataclass(frozen=True)
@@ -947,9 +947,9 @@ def torques_kernel(
 ) -> Derived:
     """The torques on each side; `sides` has the output's name and the segment's."""
     torques = casadi.vertsplit(joint.torques(), joint.coordinates.shape[0] // joint.sides)
-    coordinates = "`(φ, θ)`" if torques[0].shape[0] == 2 else "`θ`"
+    what = "torques on `(φ, θ)`" if torques[0].shape[0] == 2 else "torque on `θ`"
     results = [
-        Result.vector(side, f"torques on {coordinates} of the {words}", "N m", torque)
+        Result.vector(side, f"{what} of the {words}", "N m", torque)
         for torque, (side, words) in zip(torques, sides, strict=True)
     ]
     return Derived(name, summary, joint.symbols, joint.arguments, results)
@@ -965,9 +965,10 @@ def tangent_kernel(
     coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
     tangent = joint.tangent(coordinate_weight, rate_weight)
     size = joint.coordinates.shape[0] // joint.sides
+    what = "torque" if size == 1 else "torques"
     found = [block for row in casadi.blocksplit(tangent, size, size) for block in row]
     results = [
-        Result.matrix(name_of_block, f"torques on the {words}", "N m s^2", block)
+        Result.matrix(name_of_block, f"{what} on the {words}", "N m s^2", block)
         for block, (name_of_block, words) in zip(found, blocks, strict=True)
     ]
     return Derived(name, summary, joint.symbols, [*joint.arguments, *weights], results)
@@ -987,8 +988,13 @@ def joint_kernels(motion: Motion) -> list[Derived]:
     if motion is Motion.SPATIAL:
         joint, energy = joint_in_turned_frame(), joint_between_segments()
         tangent = joint_in_turned_frame()
+        energies = (
+            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
+            "`D = ½ d |ω' − ω|²`, `ω = e × ė`."
+        )
     else:
         joint, energy = planar_joint(), planar_joint()
+        energies = "`E_spring = ½ c (θ' − θ)²` and `D = ½ d (θ̇' − θ̇)²`."
         # The torques are linear: their derivative does not depend on the state.
         tangent = replace(planar_joint(), state=[])
     size = len(motion.angles)
@@ -999,9 +1005,7 @@ def joint_kernels(motion: Motion) -> list[Derived]:
             summary_for(
                 motion,
                 "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it "
-                "connects, from\n"
-                "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
-                "`D = ½ d |ω' − ω|²`, `ω = e × ė`.",
+                f"connects, from\n{energies}",
             ),
             joint,
             [("previous", "previous segment"), ("next", "next segment")],
@@ -1021,8 +1025,7 @@ def joint_kernels(motion: Motion) -> list[Derived]:
             motion.named("joint_energy"),
             summary_for(
                 motion,
-                "Energy and dissipation function of a joint: `c S(½|e' − e|²)` and "
-                "`½ d |ω' − ω|²`.",
+                f"Energy and dissipation function of a joint, from\n{energies}",
             ),
             energy.symbols,
             energy.arguments,
@@ -1111,8 +1114,8 @@ def crossed_joint_kernels() -> list[Derived]:
 
 # Where the lateral kernels hold.
 ALONG_PLANAR_MOTION = (
-    "Lateral variation along a motion in the plane of rotation: "
-    "`q = η = ∂φ/∂τ`, `τ` the tilt of the clamp."
+    "Lateral variation of a motion in the plane of rotation: "
+    "`q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp."
 )
 
 
@@ -1212,11 +1215,11 @@ def lateral_segment_kernel() -> Derived:
         ),
         Result.vector(
             "reach",
-            "variation of the outer end less that of the inner one",
+            "`z' − z`, outer end less inner end",
             "m",
             segment.variation(reach[2], state),
         ),
-        Result.vector("reach_rate", "its rate", "m s^-1", segment.variation(reach_rate[2], state)),
+        Result.vector("reach_rate", "`ż' − ż`", "m s^-1", segment.variation(reach_rate[2], state)),
         Result.matrix(
             "reach_jacobian",
             "`G = ∂z̈'/∂η̈`",
@@ -1335,7 +1338,7 @@ def lateral_joint_kernels() -> list[Derived]:
     return [
         Derived(
             "lateral_joint",
-            "Torques of a joint on the polar angles of the segments that it connects.\n"
+            "Torques of a joint on the polar angles of the two segments that it connects.\n"
             f"{ALONG_PLANAR_MOTION}",
             joint.symbols,
             [*joint.state, *previous_arguments, *next_arguments, *joint.constants],
@@ -1362,8 +1365,8 @@ def lateral_clamp_kernels() -> list[Derived]:
     return [
         Derived(
             "lateral_clamp",
-            "Torque of the clamp joint on the polar angle of the first segment, for a clamp tilted "
-            f"by `τ = 1`.\n{ALONG_PLANAR_MOTION}",
+            "Torque of the clamp joint on the polar angle of the first segment. The clamp itself "
+            f"varies by `∂e0z/∂τ = 1`.\n{ALONG_PLANAR_MOTION}",
             joint.symbols,
             [*joint.arguments, *variables],
             [Result.vector("next", "torque on `φ` of the first segment", "N m", torque)],

@@ -17,7 +17,7 @@ pub enum Purpose {
     Computing,
 }
 
-/// The names in space of the whole equations; those of other motions are [`Motion::name_for`] them.
+/// The names of the whole equations of motion in space. [`Motion::name_for`] gives those of other motions.
 pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
 
 /// The functions [`NAMES`] of a chain of `segments` segments.
