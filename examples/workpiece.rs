@@ -25,12 +25,17 @@ impl Workpiece for Cylinder {
         let normal = [along / distance, above / distance, 0.0];
         Surface { gap: distance - self.radius, normal, velocity: [0.0; 3] }
     }
+
+    /// Nothing depends on `z`: the filament stays in the plane of rotation.
+    fn is_planar(&self) -> bool {
+        true
+    }
 }
 
 /// The paper's brush at 10 m/s, 1 mm deep in a cylinder of the radius `radius` (m).
 fn pass(radius: f64) -> Result<Simulation, Box<dyn std::error::Error>> {
     let settings = Settings::paper(10.0, 1e-3);
-    let tool = RoundTool { body_radius: settings.tool.body_radius_m };
+    let tool = RoundTool::of(&settings);
     let reach = tool.body_radius + settings.filament.length_m - settings.process.penetration_depth_m;
     let cylinder = Cylinder { centre: [0.0, -reach - radius], radius };
     Ok(Pass::with(&settings, tool, cylinder)?.simulate(Sampling::default())?)

@@ -324,7 +324,7 @@ fn measure_costs(settings: &Settings) {
         println!("{name:16} {fastest:.2} µs");
     };
     measure("residual", &mut |system, result| system.residual(time, q, v, a, result));
-    measure("factorisation", &mut |system, _| system.factorise(time, v, a, weights, LaneSet::first(1)));
+    measure("factorisation", &mut |system, _| system.factorise(time, q, v, a, weights, LaneSet::first(1)));
     measure("solve", &mut |system, result| {
         result.fill([1e-9; 2]);
         system.solve(result);

@@ -109,7 +109,7 @@ impl Newton {
             system.residual(time, q, v, a, &mut self.correction);
             let fresh = self.factorised.is_none();
             if fresh {
-                system.factorise(time, v, a, weights, LaneSet::first(1));
+                system.factorise(time, q, v, a, weights, LaneSet::first(1));
                 self.factorised = Some(weights.rates);
             }
             system.solve(&mut self.correction);

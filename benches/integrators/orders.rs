@@ -55,10 +55,18 @@ impl SecondOrderSystem<f64, 2, 1> for Smooth {
         result[0] = residual(time, q[0], v[0], a[0]);
     }
 
-    fn factorise(&mut self, time: f64, v: &[[f64; 2]], a: &[[f64; 2]], weights: StepWeights<f64>, _: LaneSet) {
+    fn factorise(
+        &mut self,
+        time: f64,
+        q: &[[f64; 2]],
+        v: &[[f64; 2]],
+        a: &[[f64; 2]],
+        weights: StepWeights<f64>,
+        _: LaneSet,
+    ) {
         for j in 0..2 {
             let at = |distance: f64| {
-                let (mut q, mut v, mut a) = (self.q, v[0], a[0]);
+                let (mut q, mut v, mut a) = (q[0], v[0], a[0]);
                 q[j] += distance * weights.coordinates;
                 v[j] += distance * weights.rates;
                 a[j] += distance;

@@ -206,7 +206,7 @@ impl Method for RosenbrockMethod {
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
         let mut here = zeros(pairs);
         system.residual(start.time, &start.q, &start.v, &start.accelerations, &mut here);
-        system.factorise(start.time, &start.v, &start.accelerations, weights, LaneSet::first(1));
+        system.factorise(start.time, &start.q, &start.v, &start.accelerations, weights, LaneSet::first(1));
         // Not taken from the record of the start, which precedes an event.
         let start_rate = system.rates(start.time, &start.q, &start.v, &start.accelerations)[0];
         let (mut moved, mut point, mut carried) = (zeros(pairs), Stage::none(pairs), Stage::none(pairs));

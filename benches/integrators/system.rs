@@ -129,13 +129,14 @@ impl SecondOrderSystem<f64, 2, 1> for Filament {
     fn factorise(
         &mut self,
         time: f64,
+        q: &[[f64; 2]],
         v: &[[f64; 2]],
         accelerations: &[[f64; 2]],
         weights: StepWeights<f64>,
         lanes: LaneSet,
     ) {
         self.work.factorisations += 1;
-        self.inner.factorise(time, v, accelerations, weights, lanes);
+        self.inner.factorise(time, q, v, accelerations, weights, lanes);
     }
 
     fn solve(&mut self, right_side: &mut [[f64; 2]]) {
@@ -221,10 +222,10 @@ impl Problem {
 
     /// The filament and the initial state: straight, turning rigidly with the body.
     pub fn start(&self) -> (Filament, Point) {
-        let Settings { tool, filament, contact, workpiece, process, .. } = &self.settings;
+        let Settings { filament, contact, workpiece, process, .. } = &self.settings;
         let deepest = -std::f64::consts::FRAC_PI_2;
         let motion = Turning {
-            tool: RoundTool { body_radius: tool.body_radius_m },
+            tool: RoundTool::of(&self.settings),
             rate: self.nominal.rate(),
             initial_angle: deepest - self.nominal.contact_angle() / 2.0 - self.lead_angle,
         };

@@ -143,6 +143,11 @@ impl ContactLaw {
         (dot(approach.sliding, approach.sliding) + self.regularisation.powi(2)).sqrt()
     }
 
+    /// `∂F_z/∂ż` of a closed node that slides in a plane across `z`, in N s/m: friction resists a motion along `z` too.
+    pub fn lateral_damping(&self, approach: &Approach) -> f64 {
+        -self.friction * self.normal_force(approach) / self.regularised_speed(approach)
+    }
+
     /// Energy stored in the contact in J: the work of the elastic part, `k_c δ^(p+1)/(p+1)`.
     pub fn stored_energy(&self, approach: &Approach) -> f64 {
         self.elastic(approach.penetration) * approach.penetration / (self.exponent + 1.0)

@@ -1,226 +1,16 @@
-//! O(n) dynamics of a chain by recursion over its segments.
-//!
-//! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside joint `k` is a
-//! body that responds to an acceleration with a force. The recursion carries this response from the tip to the root (the
-//! articulated-body recursion of Featherstone 1983, with 3 × 3 blocks because a node only translates). An
-//! implicit step also couples neighbours through the joints. This widens the block to five: the three
-//! components of the node and the two coordinates of the segment inside it.
+//! Equations of motion of a chain in space.
 //!
 //! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
 
 use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
-use super::linear::{
-    add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
-    transposed_product, unrolled, zero, zero_matrix,
+use super::linear::{add, in_lane, zero};
+use super::planar::{PlanarRecursion, PlanarTask};
+use super::recursion::{self, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent};
+use super::{
+    Chain, Clamp, Energies, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeTangent, PlanarDynamics, Real, StepWeights,
+    kernels,
 };
-use super::{LANES, LaneSet, Lanes, Lanewise, Real, kernels};
-
-/// The constants of a chain (MODEL's symbols in the descriptions).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chain<T> {
-    /// Number of segments, `n`.
-    pub segments: usize,
-    /// Segment length `h` in m.
-    pub length: T,
-    /// Segment mass `m` in kg.
-    pub mass: T,
-    /// Transverse moment of inertia of a segment about its centre, `J` in kg m².
-    pub inertia: T,
-    /// Stiffness of the clamp joint, `c_1` in N m.
-    pub root_stiffness: T,
-    /// Stiffness of every other joint, `c_k` in N m.
-    pub joint_stiffness: T,
-    /// Damping of the clamp joint, `d_1` in N m s.
-    pub root_damping: T,
-    /// Damping of every other joint, `d_k` in N m s.
-    pub joint_damping: T,
-    /// Gravitational acceleration in m/s².
-    pub gravity: [T; 3],
-}
-
-impl<T: Real> Chain<T> {
-    fn root_joint(&self) -> JointConstants<T> {
-        JointConstants { stiffness: self.root_stiffness, damping: self.root_damping }
-    }
-
-    fn joint(&self) -> JointConstants<T> {
-        JointConstants { stiffness: self.joint_stiffness, damping: self.joint_damping }
-    }
-}
-
-impl<T: Lanewise> Chain<T> {
-    /// The constants of several chains with the same number of segments, one chain per lane.
-    ///
-    /// # Panics
-    /// If their numbers of segments differ.
-    pub fn from_lanes<'a>(chain: impl Fn(usize) -> &'a Chain<f64>) -> Self {
-        let segments = chain(0).segments;
-        assert!((0..T::LANES).all(|lane| chain(lane).segments == segments), "all lanes have one number of segments");
-        let lanes = |value: fn(&Chain<f64>) -> f64| T::from_lanes(|lane| value(chain(lane)));
-        Self {
-            segments,
-            length: lanes(|chain| chain.length),
-            mass: lanes(|chain| chain.mass),
-            inertia: lanes(|chain| chain.inertia),
-            root_stiffness: lanes(|chain| chain.root_stiffness),
-            joint_stiffness: lanes(|chain| chain.joint_stiffness),
-            root_damping: lanes(|chain| chain.root_damping),
-            joint_damping: lanes(|chain| chain.joint_damping),
-            gravity: std::array::from_fn(|i| T::from_lanes(|lane| chain(lane).gravity[i])),
-        }
-    }
-}
-
-/// The prescribed motion of the clamp at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clamp<T> {
-    /// Position of the root, `r_0` in m.
-    pub position: [T; 3],
-    /// Velocity of the root, `ṙ_0` in m/s.
-    pub velocity: [T; 3],
-    /// Acceleration of the root, `r̈_0` in m/s².
-    pub acceleration: [T; 3],
-    /// Unit vector of the clamp, `e_0`.
-    pub direction: [T; 3],
-    /// Its rate, `ė_0` in 1/s.
-    pub direction_rate: [T; 3],
-}
-
-impl<T: Real> Clamp<T> {
-    /// `e_0` and `ė_0` in the order of a chart.
-    #[inline(always)]
-    fn about(&self, axis: PolarAxis) -> ([T; 3], [T; 3]) {
-        (axis.from_frame(self.direction), axis.from_frame(self.direction_rate))
-    }
-}
-
-impl<T: Lanewise> Clamp<T> {
-    /// The motion of several clamps, one per lane.
-    pub fn from_lanes(clamp: impl Fn(usize) -> Clamp<f64>) -> Self {
-        let none = zero();
-        let mut result =
-            Self { position: none, velocity: none, acceleration: none, direction: none, direction_rate: none };
-        for lane in 0..T::LANES {
-            let clamp = clamp(lane);
-            for i in 0..3 {
-                result.position[i].set_lane(lane, clamp.position[i]);
-                result.velocity[i].set_lane(lane, clamp.velocity[i]);
-                result.acceleration[i].set_lane(lane, clamp.acceleration[i]);
-                result.direction[i].set_lane(lane, clamp.direction[i]);
-                result.direction_rate[i].set_lane(lane, clamp.direction_rate[i]);
-            }
-        }
-        result
-    }
-}
-
-/// How the load on a node changes with its position and velocity.
-#[derive(Clone, Copy, Debug)]
-pub struct NodeTangent<T> {
-    /// `∂F/∂x` in N/m.
-    pub position: [[T; 3]; 3],
-    /// `∂F/∂ẋ` in N s/m.
-    pub velocity: [[T; 3]; 3],
-}
-
-/// External forces on the nodes `r_1 … r_n` of a chain (index 0 is `r_1`).
-pub trait NodeLoads<T> {
-    /// True if no node carries a load.
-    fn is_empty(&self) -> bool {
-        false
-    }
-
-    /// The force on a node in N; `None` if there is none.
-    fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]>;
-
-    /// Its derivatives; `None` where [`NodeLoads::force`] is `None`.
-    fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>>;
-}
-
-/// A chain without loads.
-#[derive(Clone, Copy, Debug)]
-pub struct NoLoads;
-
-impl<T> NodeLoads<T> for NoLoads {
-    fn is_empty(&self) -> bool {
-        true
-    }
-
-    fn force(&self, _: usize, _: [T; 3], _: [T; 3]) -> Option<[T; 3]> {
-        None
-    }
-
-    fn tangent(&self, _: usize, _: [T; 3], _: [T; 3]) -> Option<NodeTangent<T>> {
-        None
-    }
-}
-
-/// How an implicit step moves coordinates and rates with the accelerations: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepWeights<T> {
-    /// `w_q` in s².
-    pub coordinates: T,
-    /// `w_v` in s.
-    pub rates: T,
-}
-
-/// Energies of a chain, and the powers that change them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Energies<T> {
-    /// `E_kin` in J.
-    pub kinetic: T,
-    /// `E_spring` in J.
-    pub spring: T,
-    /// `E_grav` in J.
-    pub gravity: T,
-    /// The dissipation function `D` in W; the dampers take `2 D`.
-    pub dissipation: T,
-    /// Power of the torque at the clamp in W: `(∂E_spring/∂e_0 + ∂D/∂ė_0)·ė_0`.
-    pub clamp_torque_power: T,
-}
-
-/// One segment's share of the factorised step matrix.
-#[derive(Clone, Copy, Debug)]
-struct Elimination<T> {
-    /// Inverse of the 2 × 2 pivot.
-    pivot: [[T; 2]; 2],
-    /// Effect of the segment's own `δq̈` on the force at its inner node and the torque on its inner neighbour.
-    force: [[T; 2]; 3],
-    torque: [[T; 2]; 2],
-    /// Effect of the inner node's `δẍ` and the inner neighbour's `δq̈` on the segment's own `δq̈`, with the pivot applied.
-    from_node: [[T; 3]; 2],
-    from_neighbour: [[T; 2]; 2],
-    /// `∂ẍ'/∂q̈` along the step.
-    outer: [[T; 2]; 3],
-}
-
-impl<T: Lanewise> Elimination<T> {
-    /// `self` in `lanes`, `other` elsewhere.
-    #[inline(always)]
-    fn select(&self, lanes: LaneSet, other: &Self) -> Self {
-        Self {
-            pivot: select(lanes, &self.pivot, &other.pivot),
-            force: select(lanes, &self.force, &other.force),
-            torque: select(lanes, &self.torque, &other.torque),
-            from_node: select(lanes, &self.from_node, &other.from_node),
-            from_neighbour: select(lanes, &self.from_neighbour, &other.from_neighbour),
-            outer: select(lanes, &self.outer, &other.outer),
-        }
-    }
-}
-
-/// The elimination's result for one segment, from which the accelerations follow.
-#[derive(Clone, Copy, Debug)]
-struct Response<T> {
-    /// `q̈` with the inner node at rest.
-    own: [T; 2],
-    /// Effect of the inner node's acceleration on `q̈`.
-    from_node: [[T; 3]; 2],
-    /// `G` and `b` of [`kernels::segment`].
-    jacobian: [[T; 2]; 3],
-    bias: [T; 3],
-}
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
 ///
@@ -232,22 +22,7 @@ pub struct Dynamics<T> {
     chain: Chain<T>,
     charts: Vec<PolarAxis>,
     angles: Vec<[T; 4]>,
-    /// `G` of [`kernels::segment`].
-    jacobians: Vec<[[T; 2]; 3]>,
-    positions: Vec<[T; 3]>,
-    velocities: Vec<[T; 3]>,
-    /// Acceleration of the inner node of each segment and of the tip, minus gravity.
-    base_accelerations: Vec<[T; 3]>,
-    /// The force that each segment alone requires at its inner node.
-    base_forces: Vec<[T; 3]>,
-    /// The force that the chain outside each segment's outer node requires there.
-    outer_forces: Vec<[T; 3]>,
-    root_force: [T; 3],
-    eliminations: Vec<Elimination<T>>,
-    /// Scratch of [`Dynamics::solve`]: `δq̈` with the inner node and the inner neighbour at rest.
-    partial: Vec<[T; 2]>,
-    /// Scratch of [`Dynamics::accelerations`].
-    responses: Vec<Response<T>>,
+    memory: Memory<T, 2, 3>,
 }
 
 impl<T: Real> Dynamics<T> {
@@ -258,31 +33,8 @@ impl<T: Real> Dynamics<T> {
     pub fn new(chain: Chain<T>) -> Self {
         let n = chain.segments;
         assert!(n > 0, "a chain has at least one segment");
-        let none = T::from_f64(0.0);
-        let elimination = Elimination {
-            pivot: zero_matrix(),
-            force: zero_matrix(),
-            torque: zero_matrix(),
-            from_node: zero_matrix(),
-            from_neighbour: zero_matrix(),
-            outer: zero_matrix(),
-        };
-        let response = Response { own: zero(), from_node: zero_matrix(), jacobian: zero_matrix(), bias: zero() };
-        Self {
-            chain,
-            charts: vec![PolarAxis::default(); n],
-            angles: vec![[none; 4]; n],
-            jacobians: vec![zero_matrix(); n],
-            positions: vec![zero(); n],
-            velocities: vec![zero(); n],
-            base_accelerations: vec![zero(); n + 1],
-            base_forces: vec![zero(); n],
-            outer_forces: vec![zero(); n],
-            root_force: zero(),
-            eliminations: vec![elimination; n],
-            partial: vec![zero(); n],
-            responses: vec![response; n],
-        }
+        let angles = vec![[T::from_f64(0.0); 4]; n];
+        Self { chain, charts: vec![PolarAxis::default(); n], angles, memory: Memory::new(n) }
     }
 
     /// The constants.
@@ -311,28 +63,33 @@ impl<T: Real> Dynamics<T> {
     /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`Dynamics::place`], [`Dynamics::track`] or
     /// [`Dynamics::residual`].
     pub fn positions(&self) -> &[[T; 3]] {
-        &self.positions
+        &self.memory.positions
+    }
+
+    /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the same state.
+    pub fn node(&self, node: usize) -> [[T; 3]; 2] {
+        [self.memory.positions[node], self.memory.velocities[node]]
     }
 
     /// Velocities of the nodes in m/s, at the same state.
     pub fn velocities(&self) -> &[[T; 3]] {
-        &self.velocities
+        &self.memory.velocities
     }
 
     /// Force that the clamp exerts on the root in N, from the last [`Dynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
-        self.root_force
+        self.memory.root_force
     }
 
     /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`Dynamics::track`] or
     /// [`Dynamics::residual`].
     pub fn node_acceleration(&self, node: usize) -> [T; 3] {
-        add(self.base_accelerations[node + 1], self.chain.gravity)
+        add(self.memory.base_accelerations[node + 1], self.chain.gravity)
     }
 
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
     pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
-        let posture = Posture::new(&self.chain, &self.charts, &self.angles);
+        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
         let Chain { segments: n, length, mass, inertia, gravity, .. } = self.chain;
         let (root, constants) = (self.chain.root_joint(), self.chain.joint());
         let (direction, direction_rate) = clamp.about(self.charts[0]);
@@ -347,96 +104,169 @@ impl<T: Real> Dynamics<T> {
         };
         let (mut position, mut velocity) = (clamp.position, clamp.velocity);
         for k in 0..n {
-            let Side { angles, rates, axis } = posture.side(k, v);
+            let Side { angles, rates, axis } = posture.side(k);
             let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
             let segment = kernels::segment_energy(*angles, *rates, x, x_rate, g, length, mass, inertia);
             energies.kinetic = energies.kinetic + segment.kinetic;
             energies.gravity = energies.gravity + segment.gravity;
             if k > 0 {
-                let joint = chart::joint_energy(posture.side(k - 1, v), posture.side(k, v), constants);
+                let joint = chart::joint_energy(posture.side(k - 1), posture.side(k), constants);
                 energies.spring = energies.spring + joint.spring;
                 energies.dissipation = energies.dissipation + joint.dissipation;
             }
-            (position, velocity) = (self.positions[k], self.velocities[k]);
+            (position, velocity) = (self.memory.positions[k], self.memory.velocities[k]);
         }
         energies
     }
 }
 
-/// A chain at one state. The recursions hold the constants by value, so that the compiler can keep them in registers. It would
-/// read constants behind a reference again after every write.
-#[derive(Clone, Copy)]
-struct Posture<'a, T> {
+/// A chain in space at one state.
+struct Spatial<'a, T> {
     chain: Chain<T>,
     charts: &'a [PolarAxis],
     angles: &'a [[T; 4]],
+    v: &'a [[T; 2]],
+    clamp: &'a Clamp<T>,
 }
 
-impl<'a, T: Real> Posture<'a, T> {
+impl<'a, T: Real> Spatial<'a, T> {
     #[inline(always)]
-    fn new(chain: &Chain<T>, charts: &'a [PolarAxis], angles: &'a [[T; 4]]) -> Self {
-        Self { chain: *chain, charts: &charts[..chain.segments], angles: &angles[..chain.segments] }
-    }
-
-    /// Kinematics and inertia of segment `k`, in the frame.
-    #[inline(always)]
-    fn segment(&self, k: usize, rates: [T; 2]) -> kernels::Segment<T> {
-        let Chain { length, mass, inertia, .. } = self.chain;
-        let segment = kernels::segment(self.angles[k], rates, length, mass, inertia);
-        match self.charts[k] {
-            PolarAxis::Z => segment,
-            axis => chart::segment_to_frame(axis, segment),
-        }
+    fn new(
+        chain: &Chain<T>,
+        charts: &'a [PolarAxis],
+        angles: &'a [[T; 4]],
+        v: &'a [[T; 2]],
+        clamp: &'a Clamp<T>,
+    ) -> Self {
+        let n = chain.segments;
+        Self { chain: *chain, charts: &charts[..n], angles: &angles[..n], v: &v[..n], clamp }
     }
 
     /// One side of a joint, by segment.
     #[inline(always)]
-    fn side<'b>(&'b self, k: usize, v: &'b [[T; 2]]) -> Side<'b, T> {
-        Side { angles: &self.angles[k], rates: &v[k], axis: self.charts[k] }
+    fn side(&self, k: usize) -> Side<'a, T> {
+        Side { angles: &self.angles[k], rates: &self.v[k], axis: self.charts[k] }
     }
 
-    /// Torques of the spring and the damper at the inner end of segment `k`.
     #[inline(always)]
-    fn inner_joint(&self, k: usize, clamp: &Clamp<T>, v: &[[T; 2]]) -> kernels::Joint<T> {
+    fn root(&self) -> Root<T, 3> {
+        self.clamp.root(self.chain.gravity)
+    }
+}
+
+impl<T: Real> Posture<T, 2, 3> for Spatial<'_, T> {
+    #[inline(always)]
+    fn segments(&self) -> usize {
+        self.chain.segments
+    }
+
+    #[inline(always)]
+    fn mass(&self) -> T {
+        self.chain.mass
+    }
+
+    #[inline(always)]
+    fn take(block: [T; 2]) -> [T; 2] {
+        block
+    }
+
+    #[inline(always)]
+    fn put(block: &mut [T; 2], values: [T; 2]) {
+        *block = values;
+    }
+
+    #[inline(always)]
+    fn segment(&self, k: usize) -> Segment<T, 2, 3> {
+        let Chain { length, mass, inertia, .. } = self.chain;
+        let segment = kernels::segment(self.angles[k], self.v[k], length, mass, inertia);
+        let kernels::Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias } =
+            match self.charts[k] {
+                PolarAxis::Z => segment,
+                axis => chart::segment_to_frame(axis, segment),
+            };
+        Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias }
+    }
+
+    #[inline(always)]
+    fn inner_joint(&self, k: usize) -> Joint<T, 2> {
         if k > 0 {
-            return chart::joint(self.side(k - 1, v), self.side(k, v), self.chain.joint());
+            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), self.chain.joint());
+            return Joint { previous, next };
         }
         let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
-        let next = kernels::clamp(direction, direction_rate, self.angles[0], v[0], stiffness, damping).next;
-        kernels::Joint { previous: zero(), next }
+        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
+        let clamp = kernels::clamp(direction, direction_rate, self.angles[0], self.v[0], stiffness, damping);
+        Joint { previous: zero(), next: clamp.next }
     }
 
-    /// Derivatives of these torques with respect to the accelerations of a step.
     #[inline(always)]
-    fn inner_joint_tangent(
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
+        loads.force(k, position, velocity)
+    }
+
+    #[inline(always)]
+    fn segment_tangent(
         &self,
         k: usize,
-        clamp: &Clamp<T>,
-        v: &[[T; 2]],
+        accelerations: [T; 2],
+        base_acceleration: [T; 3],
+        outer_force: [T; 3],
         weights: StepWeights<T>,
-    ) -> kernels::JointTangent<T> {
+    ) -> SegmentTangent<T, 2, 3> {
+        let Chain { length, mass, inertia, .. } = self.chain;
+        let axis = self.charts[k];
+        let mut tangent = kernels::segment_tangent(
+            self.angles[k],
+            self.v[k],
+            accelerations,
+            axis.from_frame(base_acceleration),
+            axis.from_frame(outer_force),
+            length,
+            mass,
+            inertia,
+            weights.coordinates,
+            weights.rates,
+        );
+        if axis != PolarAxis::Z {
+            tangent.base_force = axis.to_frame(tangent.base_force);
+            tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
+        }
+        let kernels::SegmentTangent { torque, base_force, outer_acceleration } = tangent;
+        SegmentTangent { torque, base_force, outer_acceleration }
+    }
+
+    #[inline(always)]
+    fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
-            return chart::joint_tangent(self.side(k - 1, v), self.side(k, v), self.chain.joint(), weights);
+            let kernels::JointTangent { previous_previous, previous_next, next_previous, next_next } =
+                chart::joint_tangent(self.side(k - 1), self.side(k), self.chain.joint(), weights);
+            return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
         let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
+        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
         let clamp = kernels::clamp_tangent(
             direction,
             direction_rate,
             self.angles[0],
-            v[0],
+            self.v[0],
             stiffness,
             damping,
             weights.coordinates,
             weights.rates,
         );
-        kernels::JointTangent {
-            previous_previous: zero_matrix(),
-            previous_next: zero_matrix(),
-            next_previous: zero_matrix(),
-            next_next: clamp.next_next,
-        }
+        JointTangent::at_clamp(clamp.next_next)
+    }
+
+    #[inline(always)]
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        position: [T; 3],
+        velocity: [T; 3],
+    ) -> Option<LoadTangent<T, 3>> {
+        let NodeTangent { position, velocity } = loads.tangent(k, position, velocity)?;
+        Some(LoadTangent { position, velocity })
     }
 }
 
@@ -457,13 +287,13 @@ impl<T: Compiled> Dynamics<T> {
         T::run(self, Task::Track { clamp, q, v, accelerations });
     }
 
-    /// The [`Energies::dissipation`] alone in W, with the angles of the last call that took `q`.
+    /// The [`Energies::dissipation`] alone in W, at the `q` of the last call that took it.
     ///
     /// # Panics
     /// If the slice is shorter than the chain.
     pub fn dissipation(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
         let mut result = T::from_f64(0.0);
-        T::run(self, Task::Dissipation { clamp, v, result: &mut result });
+        T::run(self, Task::Dissipation { clamp, q: &[], v, result: &mut result });
         result
     }
 
@@ -540,16 +370,16 @@ impl<T: Compiled> Dynamics<T> {
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        T::run(self, Task::Factorise { clamp, v, accelerations, loads, weights, lanes });
+        T::run(self, Task::Factorise { clamp, q: &[], v, accelerations, loads, weights, lanes });
     }
 }
 
 impl<T: Lanewise> Dynamics<T> {
     /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
-        let base = in_lane(&self.base_accelerations[node + 1], lane);
+        let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&self.chain.gravity, lane));
-        [in_lane(&self.positions[node], lane), in_lane(&self.velocities[node], lane), acceleration]
+        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane), acceleration]
     }
 }
 
@@ -573,11 +403,18 @@ impl Dynamics<f64> {
 pub trait Compiled: Lanewise {
     #[doc(hidden)]
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>);
+
+    #[doc(hidden)]
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>);
 }
 
 impl Compiled for f64 {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
         dispatch(Recursion { dynamics, task });
+    }
+
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
+        dispatch(PlanarRecursion { dynamics, task });
     }
 }
 
@@ -585,9 +422,13 @@ impl Compiled for Lanes<LANES> {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
         dispatch(Recursion { dynamics, task });
     }
+
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
+        dispatch(PlanarRecursion { dynamics, task });
+    }
 }
 
-/// A task for [`Dynamics`]: a method of the same name, with its arguments.
+/// A task for [`Dynamics`] or [`PlanarDynamics`]: a method of the same name, with its arguments.
 pub enum Task<'a, T> {
     Place {
         clamp: &'a Clamp<T>,
@@ -617,6 +458,8 @@ pub enum Task<'a, T> {
     },
     Factorise {
         clamp: &'a Clamp<T>,
+        /// Only for a planar chain. In space the sines and cosines of the last residual suffice.
+        q: &'a [[T; 2]],
         v: &'a [[T; 2]],
         accelerations: &'a [[T; 2]],
         loads: &'a dyn NodeLoads<T>,
@@ -632,6 +475,8 @@ pub enum Task<'a, T> {
     },
     Dissipation {
         clamp: &'a Clamp<T>,
+        /// See `Factorise`.
+        q: &'a [[T; 2]],
         v: &'a [[T; 2]],
         result: &'a mut T,
     },
@@ -648,316 +493,61 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
 
     const LANES: usize = T::LANES;
 
-    /// The functions below take references as arguments, which tells the compiler that they do not overlap. It cannot know
-    /// this of fields.
+    /// The functions of [`recursion`] take references as arguments, which tells the compiler that they do not overlap. It cannot
+    /// know this of fields.
     #[inline(always)]
     fn run(self) {
-        let dynamics = self.dynamics;
+        let Dynamics { chain, charts, angles, memory } = self.dynamics;
+        let n = chain.segments;
         match self.task {
-            Task::Place { clamp, q, v } => place(dynamics, clamp, q, v),
-            Task::Track { clamp, q, v, accelerations } => track(dynamics, clamp, q, v, accelerations),
-            Task::Accelerations { clamp, q, v, loads, result } => accelerations(dynamics, clamp, q, v, loads, result),
-            Task::Residual { clamp, q, v, accelerations, loads, result } => {
-                residual(dynamics, clamp, q, v, accelerations, loads, result);
+            Task::Place { clamp, q, v } => {
+                T::sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                recursion::place(memory, &posture, posture.root());
             }
-            Task::Factorise { clamp, v, accelerations, loads, weights, lanes } => {
-                factorise(dynamics, clamp, v, accelerations, loads, weights, lanes);
+            Task::Track { clamp, q, v, accelerations } => {
+                T::sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                recursion::track(memory, &posture, posture.root(), accelerations);
             }
-            Task::Solve { right_side } => solve(dynamics, right_side),
-            Task::Shift { correction, weights } => shift(dynamics, correction, weights),
-            Task::Dissipation { clamp, v, result } => dissipation(dynamics, clamp, v, result),
-        }
-    }
-}
-
-#[inline(always)]
-fn place<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (q, v) = (&q[..n], &v[..n]);
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    for k in 0..n {
-        let segment = posture.segment(k, v[k]);
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (positions[k], velocities[k]) = (position, velocity);
-    }
-}
-
-#[inline(always)]
-fn track<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations) = (&q[..n], &v[..n], &accelerations[..n]);
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-    let base_accelerations = &mut dynamics.base_accelerations[..n + 1];
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let mut base = sub(clamp.acceleration, dynamics.chain.gravity);
-    for k in 0..n {
-        let segment = posture.segment(k, v[k]);
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (positions[k], velocities[k]) = (position, velocity);
-        base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, accelerations[k]), segment.reach_bias));
-    }
-    base_accelerations[n] = base;
-}
-
-#[inline(always)]
-fn accelerations<T: Real>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    q: &[[T; 2]],
-    v: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    accelerations: &mut [[T; 2]],
-) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations) = (&q[..n], &v[..n], &mut accelerations[..n]);
-    let loaded = !loads.is_empty();
-    if loaded {
-        place(dynamics, clamp, q, v);
-    } else {
-        T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    }
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    let (positions, velocities) = (&dynamics.positions[..n], &dynamics.velocities[..n]);
-    let responses = &mut dynamics.responses[..n];
-    let mass = posture.chain.mass;
-    // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
-    let (mut a, mut b) = (zero_matrix(), zero());
-    let mut torque_from_outside = zero();
-    for k in (0..n).rev() {
-        if loaded && let Some(force) = loads.force(k, positions[k], velocities[k]) {
-            b = sub(b, force);
-        }
-        let segment = posture.segment(k, v[k]);
-        let joint = posture.inner_joint(k, clamp, v);
-        let torque = add(joint.next, torque_from_outside);
-        torque_from_outside = joint.previous;
-        let jacobian = &segment.reach_jacobian;
-        let outer = add(mul(&a, segment.reach_bias), b);
-        let spread = product(&a, jacobian);
-        let coupling = add_matrices(&segment.coupling, &spread);
-        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
-        let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
-        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
-        let mut from_node = zero_matrix::<T, 2, 3>();
-        unrolled!(row < 2, {
-            from_node[row] = mul(&coupling, pivot[row]);
-        });
-        let own = mul(&pivot, torque);
-        let correction = product(&coupling, &from_node);
-        // Compute one half and mirror it.
-        unrolled!(row < 3, {
-            unrolled!(column < 3, {
-                if row <= column {
-                    let entry = a[row][column] - correction[row][column];
-                    a[row][column] = entry;
-                    a[column][row] = entry;
+            Task::Accelerations { clamp, q, v, loads, result } => {
+                T::sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                if !loads.is_empty() {
+                    recursion::place(memory, &posture, posture.root());
                 }
-            });
-            a[row][row] = mass + a[row][row];
-        });
-        b = add(add(segment.base_bias, outer), mul(&coupling, own));
-        responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
-    }
-
-    let mut base = sub(clamp.acceleration, posture.chain.gravity);
-    for k in 0..n {
-        let Response { own, from_node, jacobian, bias } = &responses[k];
-        let acceleration = sub(*own, mul(from_node, base));
-        base = add(base, add(mul(jacobian, acceleration), *bias));
-        accelerations[k] = acceleration;
-    }
-}
-
-#[inline(always)]
-fn residual<T: Real>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    q: &[[T; 2]],
-    v: &[[T; 2]],
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    residual: &mut [[T; 2]],
-) {
-    let n = dynamics.chain.segments;
-    let (q, v, accelerations, residual) = (&q[..n], &v[..n], &accelerations[..n], &mut residual[..n]);
-    T::sines_and_cosines(q, &mut dynamics.angles[..n]);
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-    let (jacobians, base_accelerations) = (&mut dynamics.jacobians[..n], &mut dynamics.base_accelerations[..n + 1]);
-    let (base_forces, outer_forces) = (&mut dynamics.base_forces[..n], &mut dynamics.outer_forces[..n]);
-    let mass = posture.chain.mass;
-
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let mut base = sub(clamp.acceleration, posture.chain.gravity);
-    // For the segment before, which still lacks the torque of its outer joint.
-    let mut pending = zero();
-    for k in 0..n {
-        let segment = posture.segment(k, v[k]);
-        let joint = posture.inner_joint(k, clamp, v);
-        let acceleration = accelerations[k];
-        if k > 0 {
-            residual[k - 1] = sub(pending, joint.previous);
+                recursion::accelerations(memory, &posture, posture.root(), loads, result);
+            }
+            Task::Residual { clamp, q, v, accelerations, loads, result } => {
+                T::sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
+            }
+            Task::Factorise { clamp, v, accelerations, loads, weights, lanes, .. } => {
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                recursion::factorise(memory, &posture, accelerations, loads, weights, lanes);
+            }
+            Task::Solve { right_side } => recursion::solve::<T, Spatial<'_, T>, 2, 3>(memory, n, right_side),
+            Task::Shift { correction, weights } => {
+                recursion::shift::<T, Spatial<'_, T>, 2, 3>(memory, n, correction, weights);
+            }
+            Task::Dissipation { clamp, v, result, .. } => {
+                *result = dissipation(&Spatial::new(chain, charts, angles, v, clamp))
+            }
         }
-        let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
-        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
-        let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
-        base_forces[k] = add(scale(mass, base), own);
-        base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
-        position = add(position, segment.reach);
-        velocity = add(velocity, segment.reach_rate);
-        (positions[k], velocities[k]) = (position, velocity);
-        jacobians[k] = segment.reach_jacobian;
-    }
-    residual[n - 1] = pending;
-    base_accelerations[n] = base;
-
-    let loaded = !loads.is_empty();
-    let mut force = zero();
-    for k in (0..n).rev() {
-        if loaded && let Some(load) = loads.force(k, positions[k], velocities[k]) {
-            force = sub(force, load);
-        }
-        outer_forces[k] = force;
-        residual[k] = add(residual[k], mul_transposed(&jacobians[k], force));
-        force = add(force, base_forces[k]);
-    }
-    dynamics.root_force = force;
-}
-
-#[inline(always)]
-fn factorise<T: Lanewise>(
-    dynamics: &mut Dynamics<T>,
-    clamp: &Clamp<T>,
-    v: &[[T; 2]],
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    weights: StepWeights<T>,
-    lanes: LaneSet,
-) {
-    let n = dynamics.chain.segments;
-    let (v, accelerations) = (&v[..n], &accelerations[..n]);
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    let (positions, velocities) = (&dynamics.positions[..n], &dynamics.velocities[..n]);
-    let (base_accelerations, outer_forces) = (&dynamics.base_accelerations[..n], &dynamics.outer_forces[..n]);
-    let eliminations = &mut dynamics.eliminations[..n];
-    let Chain { length, mass, inertia, .. } = posture.chain;
-    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
-
-    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
-    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
-    let (mut a, mut b, mut c, mut d) = (zero_matrix(), zero_matrix(), zero_matrix(), zero_matrix());
-    for k in (0..n).rev() {
-        if loaded && let Some(tangent) = loads.tangent(k, positions[k], velocities[k]) {
-            unrolled!(row < 3, {
-                let elastic = scale(weights.coordinates, tangent.position[row]);
-                let viscous = scale(weights.rates, tangent.velocity[row]);
-                a[row] = sub(sub(a[row], elastic), viscous);
-            });
-        }
-        let segment = posture.segment(k, v[k]);
-        let jacobian = &segment.reach_jacobian;
-        let axis = posture.charts[k];
-        let mut tangent = kernels::segment_tangent(
-            posture.angles[k],
-            v[k],
-            accelerations[k],
-            axis.from_frame(base_accelerations[k]),
-            axis.from_frame(outer_forces[k]),
-            length,
-            mass,
-            inertia,
-            weights.coordinates,
-            weights.rates,
-        );
-        if axis != PolarAxis::Z {
-            tangent.base_force = axis.to_frame(tangent.base_force);
-            tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
-        }
-        let joint = posture.inner_joint_tangent(k, clamp, v, weights);
-        let outer = &tangent.outer_acceleration;
-        let spread = add_matrices(&product(&a, outer), &b);
-        let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
-        pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
-        let pivot = invert(&add_matrices(&pivot, &joint.next_next));
-        let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
-        unrolled!(row < 2, {
-            unrolled!(column < 3, {
-                coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
-            });
-        });
-        let from_node = product(&pivot, &coupling);
-        let from_neighbour = product(&pivot, &joint.next_previous);
-        let force = add_matrices(&tangent.base_force, &spread);
-        let torque = joint.previous_next;
-
-        a = sub_matrices(&a, &product(&force, &from_node));
-        unrolled!(i < 3, {
-            a[i][i] = a[i][i] + mass;
-        });
-        b = negative(&product(&force, &from_neighbour));
-        c = negative(&product(&torque, &from_node));
-        d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
-        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
-        eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
     }
 }
 
+/// The dissipation function of the whole chain in W.
 #[inline(always)]
-fn solve<T: Real>(dynamics: &mut Dynamics<T>, right_side: &mut [[T; 2]]) {
-    let n = dynamics.chain.segments;
-    let (eliminations, jacobians) = (&dynamics.eliminations[..n], &dynamics.jacobians[..n]);
-    let (partial, right_side) = (&mut dynamics.partial[..n], &mut right_side[..n]);
-    let (mut force, mut torque) = (zero::<T, 3>(), zero::<T, 2>());
-    for k in (0..n).rev() {
-        let elimination = &eliminations[k];
-        let own = sub(sub(right_side[k], mul_transposed(&jacobians[k], force)), torque);
-        let own = mul(&elimination.pivot, own);
-        force = add(force, mul(&elimination.force, own));
-        torque = mul(&elimination.torque, own);
-        partial[k] = own;
+fn dissipation<T: Real>(posture: &Spatial<'_, T>) -> T {
+    let (root, constants) = (posture.chain.root_joint(), posture.chain.joint());
+    let (direction, direction_rate) = posture.clamp.about(posture.charts[0]);
+    let (angles, v) = (posture.angles[0], posture.v[0]);
+    let root = kernels::clamp_energy(direction, direction_rate, angles, v, root.stiffness, root.damping);
+    let mut sum = root.dissipation;
+    for k in 1..posture.chain.segments {
+        sum = sum + chart::joint_energy(posture.side(k - 1), posture.side(k), constants).dissipation;
     }
-    let (mut base, mut neighbour) = (zero::<T, 3>(), zero::<T, 2>());
-    for k in 0..n {
-        let elimination = &eliminations[k];
-        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
-        neighbour = sub(partial[k], inner);
-        base = add(base, mul(&elimination.outer, neighbour));
-        right_side[k] = neighbour;
-    }
-}
-
-#[inline(always)]
-fn shift<T: Real>(dynamics: &mut Dynamics<T>, correction: &[[T; 2]], weights: StepWeights<T>) {
-    let n = dynamics.chain.segments;
-    let (jacobians, correction) = (&dynamics.jacobians[..n], &correction[..n]);
-    let (positions, velocities) = (&mut dynamics.positions[..n], &mut dynamics.velocities[..n]);
-    let mut change = zero();
-    for k in 0..n {
-        change = add(change, mul(&jacobians[k], correction[k]));
-        positions[k] = sub(positions[k], scale(weights.coordinates, change));
-        velocities[k] = sub(velocities[k], scale(weights.rates, change));
-    }
-}
-
-#[inline(always)]
-fn dissipation<T: Real>(dynamics: &mut Dynamics<T>, clamp: &Clamp<T>, v: &[[T; 2]], result: &mut T) {
-    let (root, constants) = (dynamics.chain.root_joint(), dynamics.chain.joint());
-    let (direction, direction_rate) = clamp.about(dynamics.charts[0]);
-    let angles = dynamics.angles[0];
-    let root = kernels::clamp_energy(direction, direction_rate, angles, v[0], root.stiffness, root.damping);
-    *result = root.dissipation;
-    let posture = Posture::new(&dynamics.chain, &dynamics.charts, &dynamics.angles);
-    for k in 1..dynamics.chain.segments {
-        let joint = chart::joint_energy(posture.side(k - 1, v), posture.side(k, v), constants);
-        *result = *result + joint.dissipation;
-    }
+    sum
 }

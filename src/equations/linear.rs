@@ -188,12 +188,20 @@ pub fn in_lane<T: Lanewise, const N: usize>(vector: &[T; N], lane: usize) -> [f6
     result
 }
 
-/// `M⁻¹` of a 2 × 2 matrix; not finite if `M` is singular.
+/// `M⁻¹` of a matrix of one or two rows; not finite if `M` is singular.
 #[inline(always)]
-pub fn invert<T: Real>(matrix: &[[T; 2]; 2]) -> [[T; 2]; 2] {
-    let [[a, b], [c, d]] = *matrix;
-    let scale = T::from_f64(1.0) / (a * d - b * c);
-    [[d * scale, -(b * scale)], [-(c * scale), a * scale]]
+pub fn invert<T: Real, const N: usize>(matrix: &[[T; N]; N]) -> [[T; N]; N] {
+    let one = T::from_f64(1.0);
+    let mut inverse = *matrix;
+    if N == 1 {
+        inverse[0][0] = one / matrix[0][0];
+        return inverse;
+    }
+    let (a, b, c, d) = (matrix[0][0], matrix[0][1], matrix[1][0], matrix[1][1]);
+    let scale = one / (a * d - b * c);
+    (inverse[0][0], inverse[0][1]) = (d * scale, -(b * scale));
+    (inverse[1][0], inverse[1][1]) = (-(c * scale), a * scale);
+    inverse
 }
 
 /// The zero vector.

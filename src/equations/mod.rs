@@ -2,25 +2,31 @@
 //!
 //! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
 //! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
-//! of an implicit step, each in time proportional to the number of segments. [`PolarAxis`] names the two sets of
+//! of an implicit step, each in time proportional to the number of segments. [`PlanarDynamics`] does the same in the plane of
+//! rotation. [`PolarAxis`] names the two sets of
 //! coordinates that a segment can have, so that no segment stays near its poles. [`Batch`] computes the accelerations of
 //! many chains side by side, with the same loops on [`Lanes`].
 
 mod batch;
+mod chain;
 mod chart;
 pub(crate) mod dispatch;
 mod dynamics;
 mod elementary;
 mod lanes;
 pub mod linear;
+mod planar;
 mod real;
+mod recursion;
 
 pub use batch::{Batch, BatchError, LANES, Member};
+pub use chain::{Chain, Clamp, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dispatch::lanes_are_compiled;
-pub use dynamics::{Chain, Clamp, Compiled, Dynamics, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
+pub use dynamics::{Compiled, Dynamics};
 pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use lanes::Lanes;
+pub use planar::PlanarDynamics;
 pub use real::{LaneSet, Lanewise, Real};
 
 /// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.

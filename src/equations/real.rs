@@ -36,6 +36,15 @@ pub trait Real:
         }
     }
 
+    /// `sin θ, cos θ` of the segments that both slices have, from blocks whose second entry is `θ`.
+    #[inline(always)]
+    fn azimuthal_sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 2]]) {
+        for (q, angles) in q.iter().zip(angles) {
+            let (sin, cos) = q[1].sin_cos();
+            *angles = [sin, cos];
+        }
+    }
+
     /// The arc sine, in rad.
     fn asin(self) -> Self;
 
@@ -82,6 +91,21 @@ impl Real for f64 {
             let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
             for (k, angles) in angles.iter_mut().enumerate() {
                 *angles = [sines[2 * k], cosines[2 * k], sines[2 * k + 1], cosines[2 * k + 1]];
+            }
+        }
+    }
+
+    /// Eight segments at a time.
+    #[inline(always)]
+    fn azimuthal_sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 2]]) {
+        for (q, angles) in q.chunks(8).zip(angles.chunks_mut(8)) {
+            let mut block = [0.0; 8];
+            for (entry, [_, azimuth]) in block.iter_mut().zip(q) {
+                *entry = *azimuth;
+            }
+            let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
+            for (k, angles) in angles.iter_mut().enumerate() {
+                *angles = [sines[k], cosines[k]];
             }
         }
     }

@@ -23,6 +23,10 @@ pub use stepper::{AttemptError, StageSolution, Stepper};
 
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
+/// The relative tolerance of a linear variation, unless that of the motion is looser
+/// ([`SecondOrderSystem::carries_variation`]).
+pub const VARIATION_TOLERANCE: f64 = 1e-4;
+
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
@@ -43,7 +47,15 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
 
     /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for steps of the given weights.
     /// The other lanes keep their factorisation.
-    fn factorise(&mut self, time: T, v: &[[T; D]], accelerations: &[[T; D]], weights: StepWeights<T>, lanes: LaneSet);
+    fn factorise(
+        &mut self,
+        time: T,
+        q: &[[T; D]],
+        v: &[[T; D]],
+        accelerations: &[[T; D]],
+        weights: StepWeights<T>,
+        lanes: LaneSet,
+    );
 
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
@@ -65,6 +77,14 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     ) -> [T; Q] {
         let _ = (correction, weights);
         self.rates(time, q, v, accelerations)
+    }
+
+    /// True if the first coordinate of every block is a linear variation along the motion of the others.
+    ///
+    /// Its size means nothing, because its equations are linear: errors in it are measured relative to its largest entry, and
+    /// a variation need not be more accurate than [`VARIATION_TOLERANCE`].
+    fn carries_variation(&self) -> bool {
+        false
     }
 
     /// The charts in which the system takes coordinates.

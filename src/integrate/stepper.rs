@@ -1,7 +1,7 @@
 //! One attempt at a step, of one system or of several side by side in the lanes of `T`.
 
 use super::tableau::Tableau;
-use super::{SecondOrderSystem, State, Tolerances};
+use super::{SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, in_lane, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
@@ -219,7 +219,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             }
             self.integrals[i] = integral;
         }
-        self.error = self.estimate(step);
+        self.error = self.estimate(step, system.carries_variation());
     }
 
     /// The error of the last attempt in `lane`, in tolerances. Writes the resulting state to `end`.
@@ -262,13 +262,13 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
             system.residual(time, &self.q, v, a, &mut self.correction);
             if !matrix.is_empty() {
-                system.factorise(time, v, a, weights, matrix);
+                system.factorise(time, &self.q, v, a, weights, matrix);
             }
             system.solve(&mut self.correction);
             if open != all {
                 keep(&mut self.correction, open);
             }
-            let norms = self.correct(stage, weights);
+            let norms = self.correct(stage, weights, system.carries_variation());
             let (mut next_matrix, mut solved) = (LaneSet::default(), LaneSet::default());
             for lane in open.iter() {
                 let newton = &mut self.newton[lane];
@@ -327,7 +327,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     }
 
     /// Applies the solved correction and returns its size in tolerances.
-    fn correct(&mut self, stage: usize, weights: StepWeights<T>) -> T {
+    fn correct(&mut self, stage: usize, weights: StepWeights<T>, variation: bool) -> T {
         let start = stage * self.start_q.len();
         let place = Placement {
             q: &mut self.q,
@@ -336,11 +336,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             q_base: &mut self.q_base,
             v_base: &mut self.v_base,
         };
-        dispatch(Correct { place, correction: &self.correction, weights, tolerances: self.tolerances })
+        dispatch(Correct { place, correction: &self.correction, weights, tolerances: self.tolerances, variation })
     }
 
     /// The largest component of the difference to the embedded solution, in tolerances.
-    fn estimate(&self, step: T) -> T {
+    fn estimate(&self, step: T, variation: bool) -> T {
         let mut weights = [T::from_f64(0.0); MAX_STAGES];
         for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
             *weight = T::from_f64(difference) * step;
@@ -350,7 +350,9 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             stage_a: &self.stage_a,
             n: self.start_q.len(),
             weights: &weights[..self.error_weights.len()],
+            q: &self.q,
             tolerances: self.tolerances,
+            variation,
         })
     }
 }
@@ -465,6 +467,7 @@ struct Correct<'a, T, const D: usize> {
     correction: &'a [[T; D]],
     weights: StepWeights<T>,
     tolerances: LaneTolerances<T>,
+    variation: bool,
 }
 
 impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
@@ -474,20 +477,30 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
 
     #[inline(always)]
     fn run(self) -> T {
-        let Self { place, correction, weights, tolerances } = self;
+        let Self { place, correction, weights, tolerances, variation } = self;
         let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
         let (by_coordinate, by_rate) = (weights.coordinates / (coordinate_scale * relative), weights.rates / relative);
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
+        let mut of_variation = Largest::none();
         for k in 0..correction.len() {
             let a = sub(place.a[k], correction[k]);
             let v = add(place.v_base[k], scale(weights.rates, a));
-            (place.q[k], place.v[k], place.a[k]) = (add(place.q_base[k], scale(weights.rates, v)), v, a);
+            let q = add(place.q_base[k], scale(weights.rates, v));
+            (place.q[k], place.v[k], place.a[k]) = (q, v, a);
             unrolled!(i < D, {
                 let size = correction[k][i].abs();
-                largest = largest.max(by_coordinate * size).max(by_rate * size / rate_scale.max(v[i].abs()));
                 sum = sum + size;
+                if variation && i == 0 {
+                    of_variation.add([size, size], [q[0], v[0]]);
+                } else {
+                    largest = largest.max(by_coordinate * size).max(by_rate * size / rate_scale.max(v[i].abs()));
+                }
             });
+        }
+        if variation {
+            let weights = [weights.coordinates, weights.rates];
+            largest = largest.max(of_variation.in_tolerances(tolerances, weights));
         }
         largest + unless_finite(sum)
     }
@@ -499,7 +512,10 @@ struct LargestError<'a, T, const D: usize> {
     stage_a: &'a [[T; D]],
     n: usize,
     weights: &'a [T],
+    /// At the end of the step.
+    q: &'a [[T; D]],
     tolerances: LaneTolerances<T>,
+    variation: bool,
 }
 
 impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
@@ -509,12 +525,13 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
 
     #[inline(always)]
     fn run(self) -> T {
-        let Self { stage_v, stage_a, n, weights, tolerances } = self;
+        let Self { stage_v, stage_a, n, weights, q, tolerances, variation } = self;
         let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
         let last = (weights.len() - 1) * n;
         let none = T::from_f64(0.0);
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (none, none);
+        let mut of_variation = Largest::none();
         for k in 0..n {
             let (mut coordinate, mut rate) = ([none; D], [none; D]);
             for (j, &weight) in weights.iter().enumerate() {
@@ -522,13 +539,54 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
                 rate = add(rate, scale(weight, stage_a[j * n + k]));
             }
             unrolled!(i < D, {
-                let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
-                let (by_coordinate, by_rate) = (coordinate[i].abs() / coordinate_scale, rate[i].abs() / size);
-                largest = largest.max(by_coordinate).max(by_rate);
-                sum = sum + (by_coordinate + by_rate);
+                if variation && i == 0 {
+                    let errors = [coordinate[0].abs(), rate[0].abs()];
+                    of_variation.add(errors, [q[k][0], stage_v[last + k][0]]);
+                    sum = sum + (errors[0] + errors[1]);
+                } else {
+                    let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
+                    let (by_coordinate, by_rate) = (coordinate[i].abs() / coordinate_scale, rate[i].abs() / size);
+                    largest = largest.max(by_coordinate).max(by_rate);
+                    sum = sum + (by_coordinate + by_rate);
+                }
             });
         }
-        (largest + unless_finite(sum)) / relative
+        largest = largest / relative;
+        if variation {
+            largest = largest.max(of_variation.in_tolerances(tolerances, [T::from_f64(1.0); 2]));
+        }
+        largest + unless_finite(sum)
+    }
+}
+
+/// The largest errors of a linear variation, and its largest entries, each as `[coordinate, rate]`.
+struct Largest<T> {
+    errors: [T; 2],
+    values: [T; 2],
+}
+
+impl<T: Lanewise> Largest<T> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self { errors: [T::from_f64(0.0); 2], values: [T::from_f64(0.0); 2] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, errors: [T; 2], values: [T; 2]) {
+        unrolled!(i < 2, {
+            self.errors[i] = self.errors[i].max(errors[i]);
+            self.values[i] = self.values[i].max(values[i].abs());
+        });
+    }
+
+    /// The larger of the two errors, each times its weight, in tolerances.
+    #[inline(always)]
+    fn in_tolerances(&self, tolerances: LaneTolerances<T>, weights: [T; 2]) -> T {
+        let relative = tolerances.relative.max(T::from_f64(VARIATION_TOLERANCE));
+        let [coordinate, rate] =
+            [tolerances.coordinate_scale.max(self.values[0]), tolerances.rate_scale.max(self.values[1])];
+        let by_coordinate = weights[0] * self.errors[0] / coordinate;
+        by_coordinate.max(weights[1] * self.errors[1] / rate) / relative
     }
 }
 

@@ -60,8 +60,18 @@ crate::record! {
             "F_n,w", "N", "contact normal force of the tool",
             "p_n N_f ω/(2π): each filament passes once per turn"
         ] => headline(of_tool(figure("tool_force", "N", 1.0))),
+        lateral_amplification: f64 = [
+            "", "", "lateral amplification",
+            "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \
+             is laterally unstable"
+        ] => largest(figure("lateral_amplification", "", 1.0)),
+        laterally_unstable: bool = ["", "", "laterally unstable", "1 if the lateral amplification is above 100, else 0"]
+            => largest(Display::DETAIL),
     }
 }
+
+/// Above this lateral amplification a pass is laterally unstable (MODEL, "Motion that is planar by symmetry").
+pub const UNSTABLE_AMPLIFICATION: f64 = 100.0;
 
 /// The undeformed tool and how it passes the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,6 +122,8 @@ pub struct ContactRecord {
     pub peak_force: f64,
     /// Largest tip deflection in m.
     pub max_deflection: f64,
+    /// Largest `|∂z_tip/∂τ|/l_f`, with the tilt `τ` of the clamp out of the plane of rotation.
+    pub lateral_amplification: f64,
 }
 
 impl Metrics {
@@ -133,6 +145,8 @@ impl Metrics {
             peak_contact_normal_force_n: record.peak_force,
             max_tip_deflection_m: record.max_deflection,
             tool_contact_normal_force_n: tool_force(record.impulse, filament_count, nominal.rate()),
+            lateral_amplification: record.lateral_amplification,
+            laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
         }
     }
 

@@ -223,6 +223,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(filament.density_kg_m3, "kg/m³", Range::POSITIVE, "ρ", "density"),
     parameter!(filament.youngs_modulus_pa, "Pa", Range::POSITIVE, "E", "Young’s modulus"),
     parameter!(filament.damping_ratio, "", Range::NOT_NEGATIVE, "ζ", "damping ratio of the first bending mode"),
+    parameter!(filament.lateral_tilt_rad, "rad", Range::between(-1.0, 1.0), "τ", "tilt of the clamp towards +z"),
     parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness"),
     parameter!(contact.exponent, "", Range::at_least(1.0), "p", "exponent of the penetration"),
     parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE, "χ", "contact damping"),

@@ -165,6 +165,19 @@ impl Scalar for u32 {
     }
 }
 
+/// True is one, false zero.
+impl Scalar for bool {
+    const WHOLE: bool = true;
+
+    fn into_f64(self) -> f64 {
+        f64::from(u8::from(self))
+    }
+
+    fn from_f64(value: f64) -> Self {
+        value != 0.0
+    }
+}
+
 /// Defines a structure of numbers and implements [`Record`] for it. A field and its column are one entry.
 ///
 /// ```

@@ -107,6 +107,9 @@ pub struct FilamentSettings {
     /// Young's modulus `E`, in Pa.
     #[cfg_attr(feature = "serde", serde(default = "default_youngs_modulus_pa"))]
     pub youngs_modulus_pa: f64,
+    /// Tilt `τ` of the clamp out of the plane of rotation, towards `+z`, in rad. With a tilt the motion is spatial.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub lateral_tilt_rad: f64,
     /// Damping ratio `ζ` of the first bending mode of the clamped filament.
     #[cfg_attr(feature = "serde", serde(default = "default_damping_ratio"))]
     pub damping_ratio: f64,
@@ -285,6 +288,7 @@ impl FilamentSettings {
             diameter_m,
             density_kg_m3: default_density_kg_m3(),
             youngs_modulus_pa: default_youngs_modulus_pa(),
+            lateral_tilt_rad: 0.0,
             damping_ratio: default_damping_ratio(),
         }
     }

@@ -5,16 +5,27 @@ use std::fmt;
 
 use crate::integrate::{self, RejectionCause};
 
-/// A segment at a pole of its coordinates, where a step can neither start nor end.
+/// A state at which a step can neither start nor end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct AtPole {
-    /// Number of the segment, counted from 1.
-    pub segment: usize,
+pub enum Obstacle {
+    /// A segment of a spatial motion is at a pole of its coordinates.
+    Pole {
+        /// Its number, counted from 1.
+        segment: usize,
+    },
+    /// A segment of a planar motion is folded back on the one inside it.
+    Fold {
+        /// Its number, counted from 1.
+        segment: usize,
+    },
 }
 
-impl fmt::Display for AtPole {
+impl fmt::Display for Obstacle {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "segment {} meets a pole of its coordinates", self.segment)
+        match self {
+            Self::Pole { segment } => write!(formatter, "segment {segment} is at a pole of its coordinates"),
+            Self::Fold { segment } => write!(formatter, "segment {segment} is folded back on segment {}", segment - 1),
+        }
     }
 }
 
@@ -22,7 +33,7 @@ impl fmt::Display for AtPole {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError {
     /// No step can be taken.
-    Step(integrate::IntegrationError<AtPole>),
+    Step(integrate::IntegrationError<Obstacle>),
     /// The pass takes more steps than any sensible case.
     TooManySteps {
         /// Steps taken.
@@ -48,11 +59,7 @@ impl fmt::Display for IntegrationError {
             Self::Step(error @ NotFinite { .. }) => {
                 write!(formatter, "{error}: a setting of extreme size, or a joint folded back on itself")
             }
-            Self::Step(Refused { time, reason: AtPole { segment } }) => write!(
-                formatter,
-                "segment {segment} stands at a pole of its coordinates at t = {time:.9e} s, where its azimuth has no \
-                 meaning"
-            ),
+            Self::Step(error @ Refused { .. }) => error.fmt(formatter),
             Self::TooManySteps { steps, time, step } => write!(
                 formatter,
                 "{steps} steps reached only t = {time:.9e} s, with steps of {step:.3e} s at last; try more damping, a \
@@ -64,8 +71,8 @@ impl fmt::Display for IntegrationError {
 
 impl Error for IntegrationError {}
 
-impl From<integrate::IntegrationError<AtPole>> for IntegrationError {
-    fn from(error: integrate::IntegrationError<AtPole>) -> Self {
+impl From<integrate::IntegrationError<Obstacle>> for IntegrationError {
+    fn from(error: integrate::IntegrationError<Obstacle>) -> Self {
         Self::Step(error)
     }
 }
@@ -123,9 +130,9 @@ mod tests {
         let messages = [
             IntegrationError::Step(too_small(RejectionCause::Newton)),
             IntegrationError::Step(too_small(RejectionCause::NotFinite)),
-            IntegrationError::Step(too_small(RejectionCause::Refused(AtPole { segment: 2 }))),
+            IntegrationError::Step(too_small(RejectionCause::Refused(Obstacle::Pole { segment: 2 }))),
             IntegrationError::Step(NotFinite { time: 1e-3 }),
-            IntegrationError::Step(Refused { time: 1e-3, reason: AtPole { segment: 2 } }),
+            IntegrationError::Step(Refused { time: 1e-3, reason: Obstacle::Fold { segment: 2 } }),
             IntegrationError::TooManySteps { steps: 300_000, time: 1e-3, step: 2e-9 },
         ]
         .map(|error| error.to_string());
@@ -137,11 +144,11 @@ mod tests {
                 "no step is accepted at t = 1.000000000e-3 s, down to 2.000e-18 s: the equations are not finite, for a \
                  setting of extreme size, or a joint folded back on itself; try a softer contact, more damping, or \
                  another relative tolerance",
-                "no step is accepted at t = 1.000000000e-3 s, down to 2.000e-18 s: segment 2 meets a pole of its \
+                "no step is accepted at t = 1.000000000e-3 s, down to 2.000e-18 s: segment 2 is at a pole of its \
                  coordinates; try a softer contact, more damping, or another relative tolerance",
                 "the accelerations at t = 1.000000000e-3 s are not finite: a setting of extreme size, or a joint folded \
                  back on itself",
-                "segment 2 stands at a pole of its coordinates at t = 1.000000000e-3 s, where its azimuth has no meaning",
+                "no step can start at t = 1.000000000e-3 s: segment 2 is folded back on segment 1",
                 "300000 steps reached only t = 1.000000000e-3 s, with steps of 2.000e-9 s at last; try more damping, a \
                  larger friction regularisation, or a looser relative tolerance",
             ]

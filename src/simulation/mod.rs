@@ -16,13 +16,15 @@ use crate::tool::{RoundTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Plane, Workpiece};
 
 mod error;
+mod form;
 mod observers;
 mod search;
 mod side_by_side;
 mod system;
 mod trajectory;
 
-pub use error::{AtPole, IntegrationError, NoContactArc, SimulationError};
+pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
+pub use form::Form;
 pub use observers::{ContactObserver, Sample, Sampling, Shape};
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
@@ -121,9 +123,13 @@ pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulati
 ///
 /// It starts with a straight filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
 /// tail angle after nominal exit.
+///
+/// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
+/// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
 #[derive(Clone, Debug)]
 pub struct Pass<T = RoundTool, W = Plane> {
     filament: Filament<Turning<T>, W>,
+    form: Form,
     nominal: NominalContact,
     filament_length: f64,
     filament_count: f64,
@@ -135,7 +141,7 @@ pub struct Pass<T = RoundTool, W = Plane> {
 impl Pass {
     /// The pass of the round tool and the plane that `settings` state.
     pub fn new(settings: &Settings) -> Self {
-        let tool = RoundTool { body_radius: settings.tool.body_radius_m };
+        let tool = RoundTool::of(settings);
         let nominal = NominalContact::of(settings);
         let plane = Plane::of(&settings.workpiece, nominal.tool_radius, settings.process.penetration_depth_m);
         Self::assemble(settings, tool, plane, nominal)
@@ -170,7 +176,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let ContactArc { middle, angle } = nominal.arc;
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
+        let planar = tool.is_planar() && workpiece.is_planar() && process.gravity_m_s2[2] == 0.0;
         Self {
+            form: if planar { Form::Planar } else { Form::Spatial },
             filament: Filament {
                 chain: filament::chain(filament, process.gravity_m_s2),
                 motion: Turning {
@@ -192,6 +200,19 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             lead_angle: process.lead_angle_rad,
             tail_angle: process.tail_angle_rad,
         }
+    }
+
+    /// The same pass, integrated in space even if it is planar.
+    ///
+    /// For comparisons: where the motion is laterally unstable, rounding decides whether the filament then leaves the plane.
+    #[must_use]
+    pub fn in_space(self) -> Self {
+        Self { form: Form::Spatial, ..self }
+    }
+
+    /// The form of the equations: planar if the motion is planar by symmetry.
+    pub fn form(&self) -> Form {
+        self.form
     }
 
     /// The workpiece.
@@ -216,12 +237,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
-        Kind::of_filament(&self.filament)
+        Kind::new(self.form, &self.filament)
     }
 
     /// The equations to integrate; see [`FilamentSystem::new`].
     pub fn system(&self, tracks_energy: bool) -> FilamentSystem<Turning<T>, W> {
-        FilamentSystem::side_by_side(vec![self.filament.clone()], tracks_energy)
+        FilamentSystem::side_by_side(self.form, vec![self.filament.clone()], tracks_energy)
     }
 
     /// The system of this pass, with the integrals that `sampling` needs.
@@ -233,7 +254,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
         let n = self.filament.chain.segments;
         let Turning { tool, rate, initial_angle } = &self.filament.motion;
-        let [q, v] = tool.undeformed(*initial_angle, *rate);
+        let [mut q, mut v] = tool.undeformed(*initial_angle, *rate);
+        if self.form == Form::Planar {
+            // Along a clamp tilted by τ: φ = π/2 − τ.
+            (q[0], v[0]) = (-1.0, 0.0);
+        }
         system.state(0.0, vec![q; n], vec![v; n])
     }
 
@@ -260,7 +285,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// An observer that reduces the steps of this pass to the data for its metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
         let [entry, exit, _] = self.times();
-        ContactObserver::new(self.filament.clone(), self.filament_length, [entry, exit])
+        ContactObserver::new(self.filament.clone(), self.form, self.filament_length, [entry, exit])
     }
 
     /// The metrics from the record of this pass's observer.
@@ -286,7 +311,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     fn sampler(&self, sampling: Sampling) -> Sampler {
         let [_, _, end_time] = self.times();
-        Sampler::new(self.filament.chain, sampling, end_time)
+        Sampler::new(self.form, self.filament.chain, sampling, end_time)
     }
 
     /// The start of a trajectory in `system`.

@@ -1,12 +1,13 @@
 //! Observers of the steps of a pass: they keep the record of its contact, and a time history.
 
+use super::form::{Equations, Form};
 use super::search::maximum_in_step;
-use super::system::{Filament, integral};
+use super::system::{Filament, FilamentState, integral};
 use super::trajectory::Step;
 use crate::contact::ContactForce;
 use crate::equations::linear::{add, dot};
-use crate::equations::{Chain, Dynamics, Energies};
-use crate::integrate::hermite::Knot;
+use crate::equations::{Chain, Energies};
+use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
@@ -15,6 +16,7 @@ use crate::workpiece::Workpiece;
 #[derive(Clone, Debug)]
 pub struct ContactObserver<M, W> {
     filament: Filament<M, W>,
+    form: Form,
     filament_length: f64,
     nominal_entry: f64,
     nominal_exit: f64,
@@ -26,12 +28,13 @@ pub struct ContactObserver<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
-    /// An observer of `filament` with the free length `filament_length` (m), before any step. Nominal entry and exit are at
-    /// `nominal_times` (s).
-    pub fn new(filament: Filament<M, W>, filament_length: f64, nominal_times: [f64; 2]) -> Self {
+    /// An observer of `filament` with the free length `filament_length` (m), whose states have the given form, before any
+    /// step. Nominal entry and exit are at `nominal_times` (s).
+    pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, nominal_times: [f64; 2]) -> Self {
         let [nominal_entry, nominal_exit] = nominal_times;
         Self {
             filament,
+            form,
             filament_length,
             nominal_entry,
             nominal_exit,
@@ -66,6 +69,20 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         if start.max(end) + self.reach(step) > self.record.max_deflection {
             self.record.max_deflection = maximum_in_step(|s| self.deflection(step, s), self.record.max_deflection);
         }
+        self.record.lateral_amplification = match self.form {
+            Form::Planar => largest_variation(step, self.record.lateral_amplification),
+            Form::Spatial => self.largest_excursion(step, self.record.lateral_amplification),
+        };
+    }
+
+    /// The largest `|z_tip|/(l_f sin τ)` in a step of a filament whose clamp is tilted by `τ`, or `least` if that is larger.
+    fn largest_excursion(&self, step: &Step<'_>, least: f64) -> f64 {
+        let [.., tilt] = self.filament.motion.at(step.start.time).direction;
+        if tilt == 0.0 {
+            return least;
+        }
+        let tip = step.closed.len() - 1;
+        maximum_in_step(|s| (step.node(tip, s).0[2] / (self.filament_length * tilt)).abs(), least)
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
@@ -118,6 +135,20 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         let (tip, _) = step.node(step.closed.len() - 1, s);
         tip_deflection(tip, clamp.position, clamp.direction, self.filament_length)
     }
+}
+
+/// The largest `|∂z_tip/∂τ|/l_f` in a step of a planar motion, or `least` if that is larger.
+fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
+    // z_tip = Σ h cos φ, and ∂φ/∂τ = η
+    let mean = |blocks: &[[f64; 2]]| [blocks.iter().map(|block| block[0]).sum::<f64>() / blocks.len() as f64];
+    let knot = |state: &FilamentState| Knot {
+        value: mean(&state.q),
+        rate: mean(&state.v),
+        acceleration: mean(&state.accelerations),
+    };
+    let (start, end, length) = (knot(step.start), knot(step.end), step.length());
+    let scale = step.start.integrals[integral::VARIATION_SCALE].exp();
+    maximum_in_step(|s| (scale * interpolate(&start, &end, length, s).0[0].abs()).min(f64::MAX), least)
 }
 
 crate::record! {
@@ -201,7 +232,7 @@ impl Shape {
 /// Collects equally spaced samples and shapes from the steps of a pass.
 pub(super) struct Sampler {
     /// For the energies; made only if samples are requested.
-    dynamics: Option<Dynamics<f64>>,
+    equations: Option<Equations<f64>>,
     pub sampling: Sampling,
     end_time: f64,
     pub history: Vec<Sample>,
@@ -213,10 +244,10 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    pub fn new(chain: Chain<f64>, sampling: Sampling, end_time: f64) -> Self {
+    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64) -> Self {
         let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments } else { 0 }];
         Self {
-            dynamics: (sampling.samples > 0).then(|| Dynamics::new(chain)),
+            equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
             sampling,
             end_time,
             history: Vec::with_capacity(sampling.samples),
@@ -249,12 +280,12 @@ impl Sampler {
         observer: &ContactObserver<M, W>,
         s: f64,
     ) -> Energies<f64> {
-        let dynamics = self.dynamics.as_mut().expect("a sample is asked for");
+        let equations = self.equations.as_mut().expect("a sample is asked for");
         let clamp = observer.filament.motion.at(step.time(s));
         step.coordinates(s, &mut self.q, &mut self.v);
-        dynamics.set_charts(step.charts());
-        dynamics.place(&clamp, &self.q, &self.v);
-        dynamics.energies(&clamp, &self.v)
+        equations.set_charts(step.charts());
+        equations.place(&clamp, &self.q, &self.v);
+        equations.energies(&clamp, &self.q, &self.v)
     }
 
     fn observe_shapes<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<M, W>) {

@@ -1,5 +1,6 @@
 //! Many passes side by side, in the lanes of the machine's vector units.
 
+use super::form::Form;
 use super::observers::{ContactObserver, Sampler, Sampling};
 use super::system::{COORDINATES, Filament, FilamentSystem};
 use super::trajectory::Trajectory;
@@ -60,6 +61,7 @@ pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
 /// The properties that passes must share to be simulated side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Kind {
+    form: Form,
     segments: usize,
     solution: StageSolution,
 }
@@ -70,8 +72,8 @@ impl Kind {
         Pass::new(settings).kind()
     }
 
-    pub(super) fn of_filament<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>) -> Self {
-        Self { segments: filament.chain.segments, solution: filament.stage_solution() }
+    pub(super) fn new<M: ClampMotion, W: Workpiece>(form: Form, filament: &Filament<M, W>) -> Self {
+        Self { form, segments: filament.chain.segments, solution: filament.stage_solution() }
     }
 }
 
@@ -103,8 +105,9 @@ struct Batch<T, W> {
 impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
-        let system = FilamentSystem::side_by_side(vec![filament.clone(); LANES], sampling.tracks_energy())
-            .tracking_dissipation(sampling.tracks_dissipation());
+        let system =
+            FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], sampling.tracks_energy())
+                .tracking_dissipation(sampling.tracks_dissipation());
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }

@@ -1,11 +1,14 @@
 //! A clamped filament above a workpiece, as a system to integrate: one filament, or one per lane.
 
-use super::error::AtPole;
+use std::f64::consts::PI;
+
+use super::error::Obstacle;
+use super::form::{Equations, Form};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{dot, in_lane, zero};
 use crate::equations::{
-    Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights,
-    find_pole, near_pole,
+    Chain, Clamp, Compiled, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights, find_pole,
+    near_pole,
 };
 use crate::integrate::hermite::Knot;
 use crate::integrate::{SecondOrderSystem, StageSolution, State};
@@ -22,18 +25,25 @@ pub mod integral {
     pub const CONTACT_DISSIPATION: usize = 2;
     /// Work put in by the clamp and by a moving workpiece in J.
     pub const WORK: usize = 3;
+    /// Natural logarithm of the factor by which the lateral variation of a planar state has been divided, so that it stays
+    /// finite. Constant within a step.
+    pub const VARIATION_SCALE: usize = 4;
     /// The number of integrals.
-    pub const COUNT: usize = 4;
+    pub const COUNT: usize = 5;
 }
 
 use integral::COUNT;
 
-/// Coordinates of a segment, `φ` and `θ`.
+/// The largest lateral variation before it is divided by this.
+const VARIATION_LIMIT: f64 = 1e60;
+
+/// Entries of a segment's block of coordinates, as its [`Form`] defines them.
 pub const COORDINATES: usize = 2;
 
 /// The state of a filament, with the integrals of [`integral`].
 ///
-/// Its charts are the polar axes of the segments' coordinates; coordinates are in rad.
+/// Coordinates are in rad, as their [`Form`] defines them. In space the charts are the polar axes of the segments' coordinates;
+/// planar coordinates have no charts.
 pub type FilamentState = State<Vec<PolarAxis>, COORDINATES, COUNT>;
 
 impl FilamentState {
@@ -51,6 +61,18 @@ impl FilamentState {
         [self.q[segment], self.v[segment], self.accelerations[segment]] =
             axis.coordinates(self.charts[segment].direction(motion));
         self.charts[segment] = axis;
+    }
+
+    /// Divides the lateral variation of a planar state by [`VARIATION_LIMIT`] if it is above. Its equations are linear, and the
+    /// tilt of the clamp, which drives them, is then far too small to matter.
+    pub(super) fn rescale_variation(&mut self) {
+        if self.q.iter().all(|block| block[0].abs() < VARIATION_LIMIT) {
+            return;
+        }
+        for block in self.q.iter_mut().chain(&mut self.v).chain(&mut self.accelerations) {
+            block[0] /= VARIATION_LIMIT;
+        }
+        self.integrals[integral::VARIATION_SCALE] += VARIATION_LIMIT.ln();
     }
 
     /// Switches segments near a pole of their coordinates to their other chart, and returns their number.
@@ -113,7 +135,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 /// The equations of a filament in contact, or of one per lane of `T`, and the state of its nodes: open or closed.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
-    dynamics: Dynamics<T>,
+    equations: Equations<T>,
     /// One per lane.
     filaments: Vec<Filament<M, W>>,
     /// The lanes in which each node is closed.
@@ -130,16 +152,16 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     ///
     /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise only the impulse.
     pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
-        Self::side_by_side(vec![Filament { chain, motion, law, workpiece }], tracks_energy)
+        Self::side_by_side(Form::Spatial, vec![Filament { chain, motion, law, workpiece }], tracks_energy)
     }
 
-    /// The state at `time` with the coordinates `q` about `z` and the rates `v`. Nodes that press on the workpiece
-    /// in this state are closed.
+    /// The state at `time` with the coordinates `q` and the rates `v`: in space those about `z`. Nodes that press on the
+    /// workpiece in this state are closed.
     ///
     /// Segments near the poles of `z` are switched to their other chart, as stated in the returned state. At a pole itself,
     /// `θ` is that of the plane in which `φ` moves, and `θ̇` is meaningless.
     pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
-        let mut charts = vec![PolarAxis::Z; q.len()];
+        let mut charts = vec![PolarAxis::Z; self.equations.charts().len()];
         for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
             if near_pole(q[0]) {
                 let direction = axis.direction([*q, *v, [0.0; 2]]);
@@ -147,12 +169,12 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
                 [*q, *v, _] = axis.coordinates(direction);
             }
         }
-        self.dynamics.set_charts(&charts);
-        let (dynamics, clamp, _) = self.parts(time);
-        dynamics.place(clamp, &q, &v);
+        self.equations.set_charts(&charts);
+        let (equations, clamp, _) = self.parts(time);
+        equations.place(clamp, &q, &v);
         for node in 0..q.len() {
-            let approach =
-                self.filaments[0].approach(self.dynamics.positions()[node], self.dynamics.velocities()[node], time);
+            let [position, velocity] = self.equations.node(node, 0);
+            let approach = self.filaments[0].approach(position, velocity, time);
             self.set_closed(0, node, self.filaments[0].law.pressing(&approach) > 0.0);
         }
         State::new(self, time, q, v)
@@ -161,8 +183,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Energies at a state.
     pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
         self.place(state);
-        let (dynamics, clamp, _) = self.parts(state.time);
-        dynamics.energies(clamp, &state.v)
+        let (equations, clamp, _) = self.parts(state.time);
+        equations.energies(clamp, &state.q, &state.v)
     }
 
     /// Energy stored in the closed contacts at a state, in J.
@@ -171,38 +193,39 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         let filament = &self.filaments[0];
         let closed = (0..self.closed.len()).filter(|&node| self.is_closed(0, node));
         let energies = closed.map(|node| {
-            let (position, velocity) = (self.dynamics.positions()[node], self.dynamics.velocities()[node]);
+            let [position, velocity] = self.equations.node(node, 0);
             filament.law.stored_energy(&filament.approach(position, velocity, state.time))
         });
         energies.sum()
     }
 
     fn place(&mut self, state: &FilamentState) {
-        self.dynamics.set_charts(&state.charts);
-        let (dynamics, clamp, _) = self.parts(state.time);
-        dynamics.place(clamp, &state.q, &state.v);
+        self.equations.set_charts(&state.charts);
+        let (equations, clamp, _) = self.parts(state.time);
+        equations.place(clamp, &state.q, &state.v);
     }
 
     /// Position, velocity and acceleration of every node at a state.
     pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
-        self.dynamics.set_charts(&state.charts);
-        let (dynamics, clamp, _) = self.parts(state.time);
-        dynamics.track(clamp, &state.q, &state.v, &state.accelerations);
+        self.equations.set_charts(&state.charts);
+        let (equations, clamp, _) = self.parts(state.time);
+        equations.track(clamp, &state.q, &state.v, &state.accelerations);
         self.nodes(0, knots);
     }
 }
 
 impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
-    /// Filaments with the same number of segments, one per lane; see [`FilamentSystem::new`].
+    /// Filaments with the same number of segments, one per lane, with equations of the given form; see
+    /// [`FilamentSystem::new`]. The planar form requires that [`Pass::form`](super::Pass::form) would choose it.
     ///
     /// # Panics
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
-    pub fn side_by_side(filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
+    pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
         let n = filaments[0].chain.segments;
         let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
         Self {
-            dynamics: Dynamics::new(Chain::from_lanes(|lane| &filaments[lane].chain)),
+            equations: Equations::new(form, Chain::from_lanes(|lane| &filaments[lane].chain)),
             filaments,
             closed: vec![LaneSet::default(); n],
             tracks_energy,
@@ -225,7 +248,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If its number of segments differs from that of the others.
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
         self.filaments[lane] = filament;
-        self.dynamics.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
+        self.equations.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
@@ -259,7 +282,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// Position, velocity and acceleration of every node of `lane`, at the end of the last step.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         for (node, knot) in knots.iter_mut().enumerate() {
-            let [value, rate, acceleration] = self.dynamics.node_motion(node, lane);
+            let [value, rate, acceleration] = self.equations.node_motion(node, lane);
             *knot = Knot { value, rate, acceleration };
         }
     }
@@ -279,9 +302,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     }
 
     /// The equations, the clamps and the loads at `time`.
-    fn parts(&mut self, time: T) -> (&mut Dynamics<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
+    fn parts(&mut self, time: T) -> (&mut Equations<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
         self.clamp(time);
-        (&mut self.dynamics, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, time))
+        (&mut self.equations, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, time))
     }
 
     /// Rates of the contact's integrals, where the dynamics were last placed.
@@ -289,8 +312,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         for (node, &lanes) in self.closed.iter().enumerate() {
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
-                let position = in_lane(&self.dynamics.positions()[node], lane);
-                let velocity = in_lane(&self.dynamics.velocities()[node], lane);
+                let [position, velocity] = self.equations.node(node, lane);
                 let approach = filament.approach(position, velocity, time);
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
@@ -310,9 +332,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     }
 
     /// Adds the rate of the joints' dissipation, with the angles as they were last placed.
-    fn add_joint_dissipation(&mut self, time: T, v: &[[T; 2]], rates: &mut [T; COUNT]) {
+    fn add_joint_dissipation(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], rates: &mut [T; COUNT]) {
         let clamp = *self.clamp(time);
-        let dissipation = self.dynamics.dissipation(&clamp, v);
+        let dissipation = self.equations.dissipation(&clamp, q, v);
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
@@ -322,39 +344,49 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         self.residual(time, q, v, accelerations, &mut scratch);
         self.scratch = scratch;
         let clamp = *self.clamp(time);
-        let energies = self.dynamics.energies(&clamp, v);
+        let energies = self.equations.energies(&clamp, q, v);
         let mut rates = zero();
         rates[integral::JOINT_DISSIPATION] = energies.dissipation + energies.dissipation;
-        rates[integral::WORK] = dot(self.dynamics.root_force(), clamp.velocity) + energies.clamp_torque_power;
+        rates[integral::WORK] = dot(self.equations.root_force(), clamp.velocity) + energies.clamp_torque_power;
         rates
     }
 }
 
 impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES, COUNT> for FilamentSystem<M, W, T> {
     type Charts = Vec<PolarAxis>;
-    type Refusal = AtPole;
+    type Refusal = Obstacle;
 
     fn blocks(&self) -> usize {
-        self.dynamics.chain().segments
+        self.equations.segments()
     }
 
     fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]) {
-        let (dynamics, clamp, loads) = self.parts(time);
-        dynamics.accelerations(clamp, q, v, &loads, accelerations);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let (equations, clamp, loads) = self.parts(time);
+        equations.accelerations(clamp, q, v, &loads, accelerations, &mut scratch);
+        self.scratch = scratch;
     }
 
     fn residual(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], residual: &mut [[T; 2]]) {
-        let (dynamics, clamp, loads) = self.parts(time);
-        dynamics.residual(clamp, q, v, accelerations, &loads, residual);
+        let (equations, clamp, loads) = self.parts(time);
+        equations.residual(clamp, q, v, accelerations, &loads, residual);
     }
 
-    fn factorise(&mut self, time: T, v: &[[T; 2]], accelerations: &[[T; 2]], weights: StepWeights<T>, lanes: LaneSet) {
-        let (dynamics, clamp, loads) = self.parts(time);
-        dynamics.factorise(clamp, v, accelerations, &loads, weights, lanes);
+    fn factorise(
+        &mut self,
+        time: T,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        weights: StepWeights<T>,
+        lanes: LaneSet,
+    ) {
+        let (equations, clamp, loads) = self.parts(time);
+        equations.factorise(clamp, q, v, accelerations, &loads, weights, lanes);
     }
 
     fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        self.dynamics.solve(right_side);
+        self.equations.solve(right_side);
     }
 
     fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
@@ -362,10 +394,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         if self.tracks_energy {
             rates = self.energy_rates(time, q, v, accelerations);
         } else {
-            let (dynamics, clamp, _) = self.parts(time);
-            dynamics.track(clamp, q, v, accelerations);
+            let (equations, clamp, _) = self.parts(time);
+            equations.track(clamp, q, v, accelerations);
             if self.tracks_dissipation {
-                self.add_joint_dissipation(time, v, &mut rates);
+                self.add_joint_dissipation(time, q, v, &mut rates);
             }
         }
         self.add_contact_rates(time, &mut rates);
@@ -386,25 +418,35 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         }
         let mut rates = zero();
         if self.tracks_dissipation {
-            self.add_joint_dissipation(time, v, &mut rates);
+            self.add_joint_dissipation(time, q, v, &mut rates);
         }
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
-            self.dynamics.shift(correction, weights);
+            self.equations.shift(correction, weights);
             self.add_contact_rates(time, &mut rates);
         }
         rates
     }
 
     fn charts(&self) -> Vec<PolarAxis> {
-        self.dynamics.charts().to_vec()
+        self.equations.charts().to_vec()
     }
 
     fn set_charts(&mut self, charts: &Vec<PolarAxis>) {
-        self.dynamics.set_charts(charts);
+        self.equations.set_charts(charts);
     }
 
-    fn refuse(&self, q: &[[f64; 2]]) -> Option<AtPole> {
-        find_pole(q).map(|k| AtPole { segment: k + 1 })
+    fn carries_variation(&self) -> bool {
+        self.equations.form() == Form::Planar
+    }
+
+    fn refuse(&self, q: &[[f64; 2]]) -> Option<Obstacle> {
+        match self.equations.form() {
+            Form::Spatial => find_pole(q).map(|k| Obstacle::Pole { segment: k + 1 }),
+            Form::Planar => {
+                let folded = q.windows(2).position(|pair| (pair[1][1] - pair[0][1]).abs() >= PI)?;
+                Some(Obstacle::Fold { segment: folded + 2 })
+            }
+        }
     }
 }
 
@@ -447,6 +489,18 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
             for (result, component) in result.iter_mut().zip(force) {
                 result.set_lane(lane, component);
             }
+        }
+        Some(result)
+    }
+
+    fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T> {
+        if self.closed[node].iter().all(|lane| self.filaments[lane].law.friction == 0.0) {
+            return None;
+        }
+        let mut result = T::from_f64(0.0);
+        for lane in self.closed[node].iter() {
+            let (filament, approach) = self.approach(lane, &position, &velocity);
+            result.set_lane(lane, filament.law.lateral_damping(&approach));
         }
         Some(result)
     }

@@ -290,6 +290,9 @@ impl Trajectory {
             std::mem::swap(&mut self.start, &mut self.end);
             std::mem::swap(&mut self.start_nodes, &mut self.end_nodes);
             self.chart_changes += self.start.leave_poles();
+            if system.carries_variation() {
+                self.start.rescale_variation();
+            }
         }
         if let Some(Crossing { node, .. }) = crossing {
             self.closed[node] = !self.closed[node];

@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::equations::linear::{add, scale};
 use crate::equations::{Clamp, PolarAxis, find_pole, sin_cos};
+use crate::model::settings::Settings;
 
 /// How a clamp moves. A filament system needs no more than this.
 pub trait ClampMotion {
@@ -46,6 +47,14 @@ pub trait Tool {
     /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the distance of the tips
     /// from the axis. The brushing velocity is `v_b = ω R`.
     fn radius(&self, filament_length: f64) -> f64;
+
+    /// True if the clamp stays in the plane `z = 0` at every angle: `z` of its position and of its direction is zero. On a
+    /// [planar workpiece](crate::workpiece::Workpiece::is_planar) its filament is then simulated in that plane.
+    ///
+    /// The default is false, which is always right.
+    fn is_planar(&self) -> bool {
+        false
+    }
 
     /// The undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s): `[φ, θ]` about `z` in rad of all
     /// its segments, and their rates in rad/s.
@@ -106,24 +115,43 @@ impl ClampMotion for FixedClamp {
     }
 }
 
-/// A round tool with radial filaments.
+/// A round tool whose filaments are radial, or tilted out of the plane of rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundTool {
     /// Radius `r_g` of the brush body in m.
     pub body_radius: f64,
+    /// Tilt `τ` of the clamp towards `+z`, in rad.
+    pub lateral_tilt: f64,
+}
+
+impl RoundTool {
+    /// The tool that `settings` state.
+    pub fn of(settings: &Settings) -> Self {
+        Self { body_radius: settings.tool.body_radius_m, lateral_tilt: settings.filament.lateral_tilt_rad }
+    }
 }
 
 impl Tool for RoundTool {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        radial_clamp(self.body_radius, angle, rate, 0.0)
+        let clamp = radial_clamp(self.body_radius, angle, rate, 0.0);
+        if self.is_planar() {
+            return clamp;
+        }
+        let (sin, cos) = sin_cos(self.lateral_tilt);
+        let ([x, y, _], direction_rate) = (clamp.direction, scale(cos, clamp.direction_rate));
+        Clamp { direction: [cos * x, cos * y, sin], direction_rate, ..clamp }
     }
 
     fn radius(&self, filament_length: f64) -> f64 {
         self.body_radius + filament_length
     }
 
+    fn is_planar(&self) -> bool {
+        self.lateral_tilt == 0.0
+    }
+
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
-        [[FRAC_PI_2, angle], [0.0, rate]]
+        [[FRAC_PI_2 - self.lateral_tilt, angle], [0.0, rate]]
     }
 }
 
@@ -153,7 +181,11 @@ mod tests {
     impl Tool for Cup {
         fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
             let axial = [0.0, 0.0, -1.0];
-            Clamp { direction: axial, direction_rate: [0.0; 3], ..RoundTool { body_radius: 0.1 }.clamp(angle, rate) }
+            Clamp {
+                direction: axial,
+                direction_rate: [0.0; 3],
+                ..RoundTool { body_radius: 0.1, lateral_tilt: 0.0 }.clamp(angle, rate)
+            }
         }
 
         fn radius(&self, _: f64) -> f64 {
@@ -161,12 +193,14 @@ mod tests {
         }
     }
 
+    const TILTED: RoundTool = RoundTool { body_radius: 0.14, lateral_tilt: 0.2 };
+
     /// A round tool that leaves its coordinates to the default.
     struct Plain;
 
     impl Tool for Plain {
         fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-            RoundTool { body_radius: 0.14 }.clamp(angle, rate)
+            TILTED.clamp(angle, rate)
         }
 
         fn radius(&self, filament_length: f64) -> f64 {
@@ -177,8 +211,7 @@ mod tests {
     #[test]
     fn the_default_reads_coordinates_off_the_clamp() {
         for angle in [-1.6, 0.3, 3.0] {
-            let (own, default) =
-                (RoundTool { body_radius: 0.14 }.undeformed(angle, 50.0), Plain.undeformed(angle, 50.0));
+            let (own, default) = (TILTED.undeformed(angle, 50.0), Plain.undeformed(angle, 50.0));
             for (own, default) in own.as_flattened().iter().zip(default.as_flattened()) {
                 assert!((own - default).abs() < 1e-13, "{own} {default}");
             }

@@ -26,6 +26,14 @@ pub trait Workpiece {
     /// The surface seen from `position` (m) at `time` (s). The normal should be continuous where filaments touch.
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
 
+    /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and velocity have no component along
+    /// it. The filaments of a [planar tool](crate::tool::Tool::is_planar) are then simulated in the plane of rotation.
+    ///
+    /// The default is false, which is always right.
+    fn is_planar(&self) -> bool {
+        false
+    }
+
     /// The angles of the tool between which its undeformed tips touch the workpiece as it is at time zero; none if they
     /// never touch, or touch all the time. `tip` gives the position of a tip in m by the angle `β` in rad.
     ///
@@ -143,6 +151,10 @@ impl Workpiece for Plane {
         let offset = sub(position, self.point);
         let gap = dot(self.normal, offset) - time * dot(self.normal, self.velocity);
         Surface { gap, normal: self.normal, velocity: self.velocity }
+    }
+
+    fn is_planar(&self) -> bool {
+        self.normal[2] == 0.0 && self.velocity[2] == 0.0
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {

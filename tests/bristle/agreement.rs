@@ -14,7 +14,8 @@ use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
 
 /// The tool, which every system has; the loads do not depend on it.
-const TOOL: Turning<RoundTool> = Turning { tool: RoundTool { body_radius: 0.14 }, rate: 0.0, initial_angle: 0.0 };
+const TOOL: Turning<RoundTool> =
+    Turning { tool: RoundTool { body_radius: 0.14, lateral_tilt: 0.0 }, rate: 0.0, initial_angle: 0.0 };
 
 /// `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {

@@ -32,6 +32,10 @@ impl Workpiece for Table {
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
         self.arc.or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
     }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
 }
 
 /// The round tool, implemented again.
@@ -45,6 +49,10 @@ impl Tool for Wheel {
 
     fn radius(&self, filament_length: f64) -> f64 {
         0.140 + filament_length
+    }
+
+    fn is_planar(&self) -> bool {
+        true
     }
 
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
@@ -97,7 +105,7 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
 fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     let mut settings = case(5, 20.0, 2e-3);
     settings.workpiece.normal = [1.0, 3.0, -0.5];
-    let tool = RoundTool { body_radius: settings.tool.body_radius_m };
+    let tool = RoundTool::of(&settings);
     let radius = tool.radius(settings.filament.length_m);
     let plane = Plane::of(&settings.workpiece, radius, 2e-3);
     let pass = Pass::with(&settings, tool, plane).expect("the tips touch the plane");

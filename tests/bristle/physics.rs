@@ -214,7 +214,15 @@ impl SecondOrderSystem<f64, 2, 1> for Pendulum {
         self.slope = q[0][0].cos();
     }
 
-    fn factorise(&mut self, _: f64, _: &[[f64; 2]], _: &[[f64; 2]], weights: StepWeights<f64>, _: LaneSet) {
+    fn factorise(
+        &mut self,
+        _: f64,
+        _: &[[f64; 2]],
+        _: &[[f64; 2]],
+        _: &[[f64; 2]],
+        weights: StepWeights<f64>,
+        _: LaneSet,
+    ) {
         let StepWeights { coordinates, rates } = weights;
         self.pivots = [1.0 + coordinates * self.slope, 1.0 + coordinates * self.stiffness + rates * self.damping];
     }

@@ -11,7 +11,7 @@ use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolu
 use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::{ContactSettings, FilamentSettings};
 use bristle::simulation::{
-    AtPole, FilamentState, FilamentSystem, Sample, Statistics, integrate, simulate_with_history,
+    FilamentState, FilamentSystem, Obstacle, Sample, Statistics, integrate, simulate_with_history,
 };
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::Plane;
@@ -495,14 +495,14 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
         }
     };
     let IntegrationError::StepTooSmall { cause, time, .. } = error else { panic!("{error:?}") };
-    assert_eq!(cause, RejectionCause::Refused(AtPole { segment: 1 }));
+    assert_eq!(cause, RejectionCause::Refused(Obstacle::Pole { segment: 1 }));
     assert!((time - (0.35 - POLE)).abs() < 1e-9, "{time}");
     assert!(error.to_string().contains("segment 1 meets a pole"), "{error}");
 
     // Nor can a step start there.
     start.q[0][0] = 0.0;
     let error = integrator.advance(&mut system, &start, &mut end, 1.0).expect_err("a pole");
-    assert!(matches!(error, IntegrationError::Refused { reason: AtPole { segment: 1 }, .. }), "{error:?}");
+    assert!(matches!(error, IntegrationError::Refused { reason: Obstacle::Pole { segment: 1 }, .. }), "{error:?}");
     assert!(error.to_string().contains("segment 1"), "{error}");
 
     // If charts change, the same motion reaches its end.

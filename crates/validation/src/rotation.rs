@@ -191,6 +191,7 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         diameter_m: diameter,
         density_kg_m3: 1.2 / (PI * diameter.powi(2) / 4.0),
         youngs_modulus_pa: 1.4e4 / (PI * diameter.powi(4) / 64.0),
+        lateral_tilt_rad: 0.0,
         damping_ratio: 0.0,
     };
     // Tip along and across the clamp's direction, at the instants of the rows.

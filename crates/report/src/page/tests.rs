@@ -55,6 +55,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         peak_contact_normal_force_n: number(case),
         max_tip_deflection_m: number(case),
         tool_contact_normal_force_n: number(case),
+        lateral_amplification: number(case),
+        laterally_unstable: case % 7 == 0,
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {

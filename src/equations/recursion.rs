@@ -1,0 +1,484 @@
+//! O(n) dynamics of a chain by recursion over its segments, whatever coordinates and vectors have.
+//!
+//! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside joint `k` is a
+//! body that responds to an acceleration with a force. The recursion carries this response from the tip to the root (the
+//! articulated-body recursion of Featherstone 1983, with blocks of the size of a node, because a node only translates). An
+//! implicit step also couples neighbours through the joints. This widens the block by the coordinates of the segment inside it.
+//!
+//! A segment has `D` coordinates, and a node moves in `S` dimensions: 2 and 3 in space, 1 and 2 in the plane of rotation, 1 and
+//! 1 for the lateral variation of a planar motion. A [`Posture`] knows the kernels.
+//!
+//! Coordinates come in blocks of two, of which a posture uses one or both.
+
+use super::linear::{
+    add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
+    transposed_product, unrolled, zero, zero_matrix,
+};
+use super::{LaneSet, Lanewise, NodeLoads, Real, StepWeights};
+
+/// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
+#[derive(Clone, Copy)]
+pub(super) struct Segment<T, const D: usize, const S: usize> {
+    pub inertia: [[T; D]; D],
+    pub coupling: [[T; D]; S],
+    pub bias: [T; D],
+    pub base_bias: [T; S],
+    pub reach: [T; S],
+    pub reach_rate: [T; S],
+    pub reach_jacobian: [[T; D]; S],
+    pub reach_bias: [T; S],
+}
+
+/// Tangent of one segment; see [`kernels::segment_tangent`](super::kernels::segment_tangent).
+#[derive(Clone, Copy)]
+pub(super) struct SegmentTangent<T, const D: usize, const S: usize> {
+    pub torque: [[T; D]; D],
+    pub base_force: [[T; D]; S],
+    pub outer_acceleration: [[T; D]; S],
+}
+
+/// Torques of a joint on the segments inside and outside it.
+#[derive(Clone, Copy)]
+pub(super) struct Joint<T, const D: usize> {
+    pub previous: [T; D],
+    pub next: [T; D],
+}
+
+/// Tangent of a joint; see [`kernels::joint_tangent`](super::kernels::joint_tangent).
+#[derive(Clone, Copy)]
+pub(super) struct JointTangent<T, const D: usize> {
+    pub previous_previous: [[T; D]; D],
+    pub previous_next: [[T; D]; D],
+    pub next_previous: [[T; D]; D],
+    pub next_next: [[T; D]; D],
+}
+
+impl<T: Real, const D: usize> JointTangent<T, D> {
+    /// That of the clamp joint, which has no segment inside.
+    #[inline(always)]
+    pub fn at_clamp(next_next: [[T; D]; D]) -> Self {
+        let none = zero_matrix();
+        Self { previous_previous: none, previous_next: none, next_previous: none, next_next }
+    }
+}
+
+/// How the load on a node changes with its position and velocity.
+#[derive(Clone, Copy)]
+pub(super) struct LoadTangent<T, const S: usize> {
+    pub position: [[T; S]; S],
+    pub velocity: [[T; S]; S],
+}
+
+/// Position and velocity of the root, and its acceleration minus gravity.
+#[derive(Clone, Copy)]
+pub(super) struct Root<T, const S: usize> {
+    pub position: [T; S],
+    pub velocity: [T; S],
+    pub acceleration: [T; S],
+}
+
+/// A chain at one state. It holds the constants by value, so that the compiler can keep them in registers. It would read
+/// constants behind a reference again after every write.
+pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
+    /// Number of segments.
+    fn segments(&self) -> usize;
+
+    /// Mass of a segment.
+    fn mass(&self) -> T;
+
+    /// Takes the coordinates, or what belongs to them, from a block.
+    fn take(block: [T; 2]) -> [T; D];
+
+    /// Puts them into a block.
+    fn put(block: &mut [T; 2], values: [T; D]);
+
+    /// Kinematics and inertia of segment `k`.
+    fn segment(&self, k: usize) -> Segment<T, D, S>;
+
+    /// Torques of the spring and the damper at the inner end of segment `k`.
+    fn inner_joint(&self, k: usize) -> Joint<T, D>;
+
+    /// The load on node `k`.
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; S], velocity: [T; S]) -> Option<[T; S]>;
+
+    /// How `segment(k)` changes with the accelerations of a step.
+    fn segment_tangent(
+        &self,
+        k: usize,
+        accelerations: [T; D],
+        base_acceleration: [T; S],
+        outer_force: [T; S],
+        weights: StepWeights<T>,
+    ) -> SegmentTangent<T, D, S>;
+
+    /// How the torques of `inner_joint(k)` change with them.
+    fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, D>;
+
+    /// How the load on node `k` changes.
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        position: [T; S],
+        velocity: [T; S],
+    ) -> Option<LoadTangent<T, S>>;
+}
+
+/// One segment's share of the factorised step matrix.
+#[derive(Clone, Copy, Debug)]
+struct Elimination<T, const D: usize, const S: usize> {
+    /// Inverse of the pivot.
+    pivot: [[T; D]; D],
+    /// Effect of the segment's own `δq̈` on the force at its inner node and the torque on its inner neighbour.
+    force: [[T; D]; S],
+    torque: [[T; D]; D],
+    /// Effect of the inner node's `δẍ` and the inner neighbour's `δq̈` on the segment's own `δq̈`, with the pivot applied.
+    from_node: [[T; S]; D],
+    from_neighbour: [[T; D]; D],
+    /// `∂ẍ'/∂q̈` along the step.
+    outer: [[T; D]; S],
+}
+
+impl<T: Lanewise, const D: usize, const S: usize> Elimination<T, D, S> {
+    /// `self` in `lanes`, `other` elsewhere.
+    #[inline(always)]
+    fn select(&self, lanes: LaneSet, other: &Self) -> Self {
+        Self {
+            pivot: select(lanes, &self.pivot, &other.pivot),
+            force: select(lanes, &self.force, &other.force),
+            torque: select(lanes, &self.torque, &other.torque),
+            from_node: select(lanes, &self.from_node, &other.from_node),
+            from_neighbour: select(lanes, &self.from_neighbour, &other.from_neighbour),
+            outer: select(lanes, &self.outer, &other.outer),
+        }
+    }
+}
+
+/// The elimination's result for one segment, from which the accelerations follow.
+#[derive(Clone, Copy, Debug)]
+struct Response<T, const D: usize, const S: usize> {
+    /// `q̈` with the inner node at rest.
+    own: [T; D],
+    /// Effect of the inner node's acceleration on `q̈`.
+    from_node: [[T; S]; D],
+    /// `G` and `b` of the segment.
+    jacobian: [[T; D]; S],
+    bias: [T; S],
+}
+
+/// What the recursions compute of each segment and node. Arrays are indexed by segment.
+#[derive(Clone, Debug)]
+pub(super) struct Memory<T, const D: usize, const S: usize> {
+    /// `G` of the segment.
+    jacobians: Vec<[[T; D]; S]>,
+    pub positions: Vec<[T; S]>,
+    pub velocities: Vec<[T; S]>,
+    /// Acceleration of the inner node of each segment and of the tip, minus gravity.
+    pub base_accelerations: Vec<[T; S]>,
+    /// The force that each segment alone requires at its inner node.
+    base_forces: Vec<[T; S]>,
+    /// The force that the chain outside each segment's outer node requires there.
+    pub outer_forces: Vec<[T; S]>,
+    pub root_force: [T; S],
+    eliminations: Vec<Elimination<T, D, S>>,
+    /// Scratch of [`solve`]: `δq̈` with the inner node and the inner neighbour at rest.
+    partial: Vec<[T; D]>,
+    /// Scratch of [`accelerations`].
+    responses: Vec<Response<T, D, S>>,
+}
+
+impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
+    /// For `n` segments.
+    pub fn new(n: usize) -> Self {
+        let elimination = Elimination {
+            pivot: zero_matrix(),
+            force: zero_matrix(),
+            torque: zero_matrix(),
+            from_node: zero_matrix(),
+            from_neighbour: zero_matrix(),
+            outer: zero_matrix(),
+        };
+        let response = Response { own: zero(), from_node: zero_matrix(), jacobian: zero_matrix(), bias: zero() };
+        Self {
+            jacobians: vec![zero_matrix(); n],
+            positions: vec![zero(); n],
+            velocities: vec![zero(); n],
+            base_accelerations: vec![zero(); n + 1],
+            base_forces: vec![zero(); n],
+            outer_forces: vec![zero(); n],
+            root_force: zero(),
+            eliminations: vec![elimination; n],
+            partial: vec![zero(); n],
+            responses: vec![response; n],
+        }
+    }
+}
+
+/// Positions and velocities of the nodes.
+#[inline(always)]
+pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+) {
+    let n = posture.segments();
+    let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
+    let (mut position, mut velocity) = (root.position, root.velocity);
+    for k in 0..n {
+        let segment = posture.segment(k);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+    }
+}
+
+/// [`place`], with the accelerations of the nodes at the `q̈` in `accelerations`.
+#[inline(always)]
+pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+    accelerations: &[[T; 2]],
+) {
+    let n = posture.segments();
+    let accelerations = &accelerations[..n];
+    let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
+    let base_accelerations = &mut memory.base_accelerations[..n + 1];
+    let Root { mut position, mut velocity, acceleration: mut base } = root;
+    for k in 0..n {
+        let segment = posture.segment(k);
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+        base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, P::take(accelerations[k])), segment.reach_bias));
+    }
+    base_accelerations[n] = base;
+}
+
+/// Solves `M q̈ = f + Q` for `q̈`, into `accelerations`. With loads, the nodes must have been placed.
+#[inline(always)]
+pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+    loads: &dyn NodeLoads<T>,
+    accelerations: &mut [[T; 2]],
+) {
+    let n = posture.segments();
+    let accelerations = &mut accelerations[..n];
+    let loaded = !loads.is_empty();
+    let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
+    let responses = &mut memory.responses[..n];
+    let mass = posture.mass();
+    // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
+    let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
+    let mut torque_from_outside = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(force) = posture.load(loads, k, positions[k], velocities[k]) {
+            b = sub(b, force);
+        }
+        let segment = posture.segment(k);
+        let joint = posture.inner_joint(k);
+        let torque = add(joint.next, torque_from_outside);
+        torque_from_outside = joint.previous;
+        let jacobian = &segment.reach_jacobian;
+        let outer = add(mul(&a, segment.reach_bias), b);
+        let spread = product(&a, jacobian);
+        let coupling = add_matrices(&segment.coupling, &spread);
+        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
+        let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
+        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
+        let mut from_node = zero_matrix::<T, D, S>();
+        unrolled!(row < D, {
+            from_node[row] = mul(&coupling, pivot[row]);
+        });
+        let own = mul(&pivot, torque);
+        let correction = product(&coupling, &from_node);
+        // Compute one half and mirror it.
+        unrolled!(row < S, {
+            unrolled!(column < S, {
+                if row <= column {
+                    let entry = a[row][column] - correction[row][column];
+                    a[row][column] = entry;
+                    a[column][row] = entry;
+                }
+            });
+            a[row][row] = mass + a[row][row];
+        });
+        b = add(add(segment.base_bias, outer), mul(&coupling, own));
+        responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
+    }
+
+    let mut base = root.acceleration;
+    for k in 0..n {
+        let Response { own, from_node, jacobian, bias } = &responses[k];
+        let acceleration = sub(*own, mul(from_node, base));
+        base = add(base, add(mul(jacobian, acceleration), *bias));
+        P::put(&mut accelerations[k], acceleration);
+    }
+}
+
+/// `M q̈ − f − Q` at the `q̈` in `accelerations`, into `residual`.
+#[inline(always)]
+pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    residual: &mut [[T; 2]],
+) {
+    let n = posture.segments();
+    let (accelerations, residual) = (&accelerations[..n], &mut residual[..n]);
+    let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
+    let (jacobians, base_accelerations) = (&mut memory.jacobians[..n], &mut memory.base_accelerations[..n + 1]);
+    let (base_forces, outer_forces) = (&mut memory.base_forces[..n], &mut memory.outer_forces[..n]);
+    let mass = posture.mass();
+
+    let Root { mut position, mut velocity, acceleration: mut base } = root;
+    // For the segment before, which still lacks the torque of its outer joint.
+    let mut pending = zero();
+    for k in 0..n {
+        let segment = posture.segment(k);
+        let joint = posture.inner_joint(k);
+        let acceleration = P::take(accelerations[k]);
+        if k > 0 {
+            P::put(&mut residual[k - 1], sub(pending, joint.previous));
+        }
+        let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
+        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
+        let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
+        base_forces[k] = add(scale(mass, base), own);
+        base_accelerations[k] = base;
+        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
+        position = add(position, segment.reach);
+        velocity = add(velocity, segment.reach_rate);
+        (positions[k], velocities[k]) = (position, velocity);
+        jacobians[k] = segment.reach_jacobian;
+    }
+    P::put(&mut residual[n - 1], pending);
+    base_accelerations[n] = base;
+
+    let loaded = !loads.is_empty();
+    let mut force = zero();
+    for k in (0..n).rev() {
+        if loaded && let Some(load) = posture.load(loads, k, positions[k], velocities[k]) {
+            force = sub(force, load);
+        }
+        outer_forces[k] = force;
+        let own = add(P::take(residual[k]), mul_transposed(&jacobians[k], force));
+        P::put(&mut residual[k], own);
+        force = add(force, base_forces[k]);
+    }
+    memory.root_force = force;
+}
+
+/// Factorises `∂(residual)/∂q̈` along a step, in `lanes`, at the point of the last [`residual`].
+#[inline(always)]
+pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    weights: StepWeights<T>,
+    lanes: LaneSet,
+) {
+    let n = posture.segments();
+    let accelerations = &accelerations[..n];
+    let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
+    let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
+    let eliminations = &mut memory.eliminations[..n];
+    let mass = posture.mass();
+    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
+
+    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
+    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+    let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero_matrix::<T, S, D>());
+    let (mut c, mut d) = (zero_matrix::<T, D, S>(), zero_matrix::<T, D, D>());
+    for k in (0..n).rev() {
+        if loaded && let Some(tangent) = posture.load_tangent(loads, k, positions[k], velocities[k]) {
+            unrolled!(row < S, {
+                let elastic = scale(weights.coordinates, tangent.position[row]);
+                let viscous = scale(weights.rates, tangent.velocity[row]);
+                a[row] = sub(sub(a[row], elastic), viscous);
+            });
+        }
+        let segment = posture.segment(k);
+        let jacobian = &segment.reach_jacobian;
+        let acceleration = P::take(accelerations[k]);
+        let tangent = posture.segment_tangent(k, acceleration, base_accelerations[k], outer_forces[k], weights);
+        let joint = posture.inner_joint_tangent(k, weights);
+        let outer = &tangent.outer_acceleration;
+        let spread = add_matrices(&product(&a, outer), &b);
+        let mut pivot = add_matrices(&tangent.torque, &transposed_product(jacobian, &spread));
+        pivot = add_matrices(&pivot, &add_matrices(&product(&c, outer), &d));
+        let pivot = invert(&add_matrices(&pivot, &joint.next_next));
+        let mut coupling = add_matrices(&transposed_product(jacobian, &a), &c);
+        unrolled!(row < D, {
+            unrolled!(column < S, {
+                coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
+            });
+        });
+        let from_node = product(&pivot, &coupling);
+        let from_neighbour = product(&pivot, &joint.next_previous);
+        let force = add_matrices(&tangent.base_force, &spread);
+        let torque = joint.previous_next;
+
+        a = sub_matrices(&a, &product(&force, &from_node));
+        unrolled!(i < S, {
+            a[i][i] = a[i][i] + mass;
+        });
+        b = negative(&product(&force, &from_neighbour));
+        c = negative(&product(&torque, &from_node));
+        d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
+        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
+        eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
+    }
+}
+
+/// Solves the factorised system for `right_side`, in place.
+#[inline(always)]
+pub(super) fn solve<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    n: usize,
+    right_side: &mut [[T; 2]],
+) {
+    let (eliminations, jacobians) = (&memory.eliminations[..n], &memory.jacobians[..n]);
+    let (partial, right_side) = (&mut memory.partial[..n], &mut right_side[..n]);
+    let (mut force, mut torque) = (zero::<T, S>(), zero::<T, D>());
+    for k in (0..n).rev() {
+        let elimination = &eliminations[k];
+        let own = sub(sub(P::take(right_side[k]), mul_transposed(&jacobians[k], force)), torque);
+        let own = mul(&elimination.pivot, own);
+        force = add(force, mul(&elimination.force, own));
+        torque = mul(&elimination.torque, own);
+        partial[k] = own;
+    }
+    let (mut base, mut neighbour) = (zero::<T, S>(), zero::<T, D>());
+    for k in 0..n {
+        let elimination = &eliminations[k];
+        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
+        neighbour = sub(partial[k], inner);
+        base = add(base, mul(&elimination.outer, neighbour));
+        P::put(&mut right_side[k], neighbour);
+    }
+}
+
+/// Moves the nodes to where a `correction`, subtracted from `q̈`, moves them within a step, to first order.
+#[inline(always)]
+pub(super) fn shift<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    n: usize,
+    correction: &[[T; 2]],
+    weights: StepWeights<T>,
+) {
+    let (jacobians, correction) = (&memory.jacobians[..n], &correction[..n]);
+    let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
+    let mut change = zero();
+    for k in 0..n {
+        change = add(change, mul(&jacobians[k], P::take(correction[k])));
+        positions[k] = sub(positions[k], scale(weights.coordinates, change));
+        velocities[k] = sub(velocities[k], scale(weights.rates, change));
+    }
+}

@@ -1,0 +1,164 @@
+//! The equations of a pass: in space, or in the plane of rotation.
+
+use crate::equations::linear::in_lane;
+use crate::equations::{
+    Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
+};
+
+/// The form of the equations of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Form {
+    /// Each segment has a polar angle and an azimuth. A block of coordinates is `[φ, θ]`.
+    Spatial,
+    /// Each segment has an azimuth; its polar angle is `π/2`. A block of coordinates is `[η, θ]`, where `η = ∂φ/∂τ` is the
+    /// lateral variation: how a small tilt `τ` of the clamp, out of the plane and towards `+z`, changes the polar angle.
+    Planar,
+}
+
+/// The equations of one chain, or of one per lane.
+#[derive(Clone, Debug)]
+pub(super) enum Equations<T> {
+    Spatial(Dynamics<T>),
+    Planar(PlanarDynamics<T>),
+}
+
+/// The same expression for either form.
+macro_rules! each {
+    ($equations:expr, $dynamics:ident => $result:expr) => {
+        match $equations {
+            Equations::Spatial($dynamics) => $result,
+            Equations::Planar($dynamics) => $result,
+        }
+    };
+}
+
+impl<T: Compiled> Equations<T> {
+    pub fn new(form: Form, chain: Chain<T>) -> Self {
+        match form {
+            Form::Spatial => Self::Spatial(Dynamics::new(chain)),
+            Form::Planar => Self::Planar(PlanarDynamics::new(chain)),
+        }
+    }
+
+    pub fn form(&self) -> Form {
+        match self {
+            Self::Spatial(_) => Form::Spatial,
+            Self::Planar(_) => Form::Planar,
+        }
+    }
+
+    pub fn segments(&self) -> usize {
+        each!(self, dynamics => dynamics.chain().segments)
+    }
+
+    pub fn set_chain(&mut self, chain: Chain<T>) {
+        each!(self, dynamics => dynamics.set_chain(chain));
+    }
+
+    /// The charts of the coordinates; planar ones have none.
+    pub fn charts(&self) -> &[PolarAxis] {
+        match self {
+            Self::Spatial(dynamics) => dynamics.charts(),
+            Self::Planar(_) => &[],
+        }
+    }
+
+    pub fn set_charts(&mut self, charts: &[PolarAxis]) {
+        if let Self::Spatial(dynamics) = self {
+            dynamics.set_charts(charts);
+        }
+    }
+
+    /// Position in m and velocity in m/s of a node in one lane, where the nodes were last placed.
+    pub fn node(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
+        each!(self, dynamics => dynamics.node(node).each_ref().map(|vector| in_lane(vector, lane)))
+    }
+
+    pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
+        each!(self, dynamics => dynamics.node_motion(node, lane))
+    }
+
+    pub fn root_force(&self) -> [T; 3] {
+        each!(self, dynamics => dynamics.root_force())
+    }
+
+    pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
+        each!(self, dynamics => dynamics.place(clamp, q, v));
+    }
+
+    pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
+        each!(self, dynamics => dynamics.track(clamp, q, v, accelerations));
+    }
+
+    pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
+        each!(self, dynamics => dynamics.shift(correction, weights));
+    }
+
+    /// At the state where the nodes were last placed.
+    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
+        match self {
+            Self::Spatial(dynamics) => dynamics.energies(clamp, v),
+            Self::Planar(dynamics) => dynamics.energies(clamp, q, v),
+        }
+    }
+
+    pub fn dissipation(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> T {
+        match self {
+            Self::Spatial(dynamics) => dynamics.dissipation(clamp, v),
+            Self::Planar(dynamics) => dynamics.dissipation(clamp, q, v),
+        }
+    }
+
+    /// `q̈` at a state, with `scratch` for one entry per segment.
+    pub fn accelerations(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        accelerations: &mut [[T; 2]],
+        scratch: &mut [[T; 2]],
+    ) {
+        match self {
+            Self::Spatial(dynamics) => dynamics.accelerations(clamp, q, v, loads, accelerations),
+            Self::Planar(dynamics) => {
+                dynamics.accelerations(clamp, q, v, loads, accelerations);
+                dynamics.residual(clamp, q, v, accelerations, loads, scratch);
+                dynamics.lateral_accelerations(clamp, q, v, loads, accelerations);
+            }
+        }
+    }
+
+    pub fn residual(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        residual: &mut [[T; 2]],
+    ) {
+        each!(self, dynamics => dynamics.residual(clamp, q, v, accelerations, loads, residual));
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
+    pub fn factorise(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        weights: StepWeights<T>,
+        lanes: LaneSet,
+    ) {
+        match self {
+            Self::Spatial(dynamics) => dynamics.factorise(clamp, v, accelerations, loads, weights, lanes),
+            Self::Planar(dynamics) => dynamics.factorise(clamp, q, v, accelerations, loads, weights, lanes),
+        }
+    }
+
+    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
+        each!(self, dynamics => dynamics.solve(right_side));
+    }
+}
