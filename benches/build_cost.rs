@@ -11,6 +11,7 @@ use std::time::Instant;
 use bristle_codegen::MAKER;
 use bristle_codegen::back::rust::{Origin, count_operations, emit};
 use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
@@ -44,7 +45,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{:24} {:>10} {:>9} {:>10}", "emitted source", "operations", "bytes", "compiled");
     report("kernels of the solver", &kernels()?)?;
     for segments in [5, 25] {
-        report(&format!("whole equations, n = {segments}"), &whole_kernels(segments, Purpose::Computing)?)?;
+        report(
+            &format!("whole equations, n = {segments}"),
+            &whole_kernels(segments, Motion::Spatial, Purpose::Computing)?,
+        )?;
     }
     Ok(())
 }

@@ -4,6 +4,29 @@ Nothing here says what the equations are: that is each derivation's own.
 """
 
 from dataclasses import dataclass
+from enum import Enum
+
+
+class Motion(Enum):
+    """How a chain moves, which decides its coordinates."""
+
+    SPATIAL = "spatial"
+    PLANAR = "planar"
+
+    @property
+    def axes(self) -> str:
+        """The components of a vector."""
+        return "xyz" if self is Motion.SPATIAL else "xy"
+
+    @property
+    def angles(self) -> tuple[tuple[str, str], ...]:
+        """Name and letter of each coordinate of a segment."""
+        theta = ("theta", "θ")
+        return (("phi", "φ"), theta) if self is Motion.SPATIAL else (theta,)
+
+    def named(self, name: str) -> str:
+        """The name of a function whose name in space is `name`."""
+        return name if self is Motion.SPATIAL else f"planar_{name}"
 
 
 @dataclass(frozen=True)
@@ -38,29 +61,33 @@ def _scalar(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
     return ChainArgument(name, doc, ((name, notation, unit),))
 
 
-def _vector(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
-    symbols = tuple((f"{name}_{axis}", f"{notation}{axis}", unit) for axis in "xyz")
-    return ChainArgument(name, doc, symbols)
-
-
-def chain_arguments(segments: int) -> list[ChainArgument]:
+def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
     """The arguments that all three functions have, in order."""
+
+    def vector(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
+        symbols = tuple((f"{name}_{axis}", f"{notation}{axis}", unit) for axis in motion.axes)
+        return ChainArgument(name, doc, symbols)
+
     coordinates, rates = [], []
     for k in range(1, segments + 1):
-        coordinates += [(f"phi_{k}", f"φ{k}", "rad"), (f"theta_{k}", f"θ{k}", "rad")]
+        coordinates += [(f"{name}_{k}", f"{letter}{k}", "rad") for name, letter in motion.angles]
         rates += [
-            (f"phi_rate_{k}", f"φ̇{k}", "rad s^-1"),
-            (f"theta_rate_{k}", f"θ̇{k}", "rad s^-1"),
+            (f"{name}_rate_{k}", f"{letter}̇{k}", "rad s^-1") for name, letter in motion.angles
         ]
+    spatial = motion is Motion.SPATIAL
     return [
-        ChainArgument("q", "φ1, θ1, φ2, … in rad", tuple(coordinates)),
-        ChainArgument("v", "φ̇1, θ̇1, φ̇2, … in rad/s", tuple(rates)),
-        _vector("root_position", "r0", "m", "r0 in m"),
-        _vector("root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
-        _vector("root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
-        _vector("clamp_direction", "e0", "1", "e0"),
-        _vector("clamp_direction_rate", "ė0", "s^-1", "ė0 in 1/s"),
-        _vector("gravity", "g", "m s^-2", "g in m/s²"),
+        ChainArgument(
+            "q", "φ1, θ1, φ2, … in rad" if spatial else "θ1, θ2, … in rad", tuple(coordinates)
+        ),
+        ChainArgument(
+            "v", "φ̇1, θ̇1, φ̇2, … in rad/s" if spatial else "θ̇1, θ̇2, … in rad/s", tuple(rates)
+        ),
+        vector("root_position", "r0", "m", "r0 in m"),
+        vector("root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
+        vector("root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
+        vector("clamp_direction", "e0", "1", "e0"),
+        vector("clamp_direction_rate", "ė0", "s^-1", "ė0 in 1/s"),
+        vector("gravity", "g", "m s^-2", "g in m/s²"),
         _scalar("segment_length", "h", "m", "h in m"),
         _scalar("segment_mass", "m", "kg", "m in kg"),
         _scalar("segment_inertia", "J", "kg m^2", "J in kg m²"),
@@ -71,26 +98,28 @@ def chain_arguments(segments: int) -> list[ChainArgument]:
     ]
 
 
-def chain_functions(segments: int) -> list[ChainFunction]:
+def chain_functions(segments: int, motion: Motion) -> list[ChainFunction]:
     """The functions and their results, in order."""
-    chain = f"a chain of {segments} segment{'' if segments == 1 else 's'}"
-    size = 2 * segments
-    matrix_doc = f"`M`, {size} × {size}, symmetric, rows and columns `φ1, θ1, φ2, …`"
+    planar = "planar " if motion is Motion.PLANAR else ""
+    chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
+    size = len(motion.angles) * segments
+    coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
+    matrix_doc = f"`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"
     return [
         ChainFunction(
-            "mass_matrix",
+            motion.named("mass_matrix"),
             f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
             (ChainOutput("mass_matrix", matrix_doc, "kg m^2", (size, size)),),
         ),
         ChainFunction(
-            "force",
+            motion.named("force"),
             f"Generalised force of {chain}: "
             "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
             "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
             (ChainOutput("force", "`f` of `M q̈ = f + Q`, without contact", "N m", (size,)),),
         ),
         ChainFunction(
-            "energies",
+            motion.named("energies"),
             f"Energies and dissipation function of {chain}.",
             (
                 ChainOutput("kinetic", "`E_kin`", "J", ()),

@@ -1,8 +1,9 @@
-"""Equations of motion of the spatial segment chain, derived by CasADi from its energies.
+"""Equations of motion of the segment chain, derived by CasADi from its energies.
 
 What enters: the number of segments, or `--kernels`; the energies of the project's model page.
 What leaves: a JSON file of single-assignment operations (`graph_format.py`), either the whole
-equations of a chain (mass matrix, force, energies) or the kernels of the solver's O(n) loops.
+equations of a chain (mass matrix, force, energies), in space or in the plane of rotation, or the
+kernels of the solver's O(n) loops.
 
 Only energies, positions and directions are stated here; CasADi differentiates them. No derivative
 is written by hand.
@@ -40,9 +41,20 @@ therefore taken in the frame in which the root, or the inner end of the segment,
 moment: ṙ_0 is set to zero once everything is differentiated. Otherwise large terms would remain
 that differ by roundings only. Of the energies, which do depend on ṙ_0, it is an argument.
 
+In the plane of rotation
+------------------------
+With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a
+segment. Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is
+known by its direction alone; there S(u) stays.
+
+The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
+φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
+φ = π/2 + ψ, and ψ = 0, ψ̇ = 0, ψ̈ = 0 once everything is differentiated.
+
 Run from the repository root:
 
     python derivations/segment_chain.py --segments 2 --out derivations/graphs/chain_2.json
+    python derivations/segment_chain.py --segments 2 --planar --out chain_2_planar.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json --check
 """
@@ -53,11 +65,11 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
-from chain_interface import chain_arguments, chain_functions
+from chain_interface import Motion, chain_arguments, chain_functions
 from graph_format import (
     FormatError,
     Graph,
@@ -118,10 +130,10 @@ class Symbols:
         self.variables.append(variable)
         return variable
 
-    def vector(self, name: str, notation: str, unit: str) -> SX:
-        """Three variables, the components along x, y and z."""
+    def vector(self, name: str, notation: str, unit: str, motion: Motion) -> SX:
+        """A variable for each component of a vector."""
         return casadi.vertcat(
-            *(self.scalar(f"{name}_{axis}", f"{notation}{axis}", unit) for axis in "xyz")
+            *(self.scalar(f"{name}_{axis}", f"{notation}{axis}", unit) for axis in motion.axes)
         )
 
 
@@ -211,8 +223,15 @@ def spring_energy(stiffness: SX, inner: SX, outer: SX) -> SX:
     return stiffness * half_angle_squared(casadi.sumsqr(outer - inner) / 2)
 
 
+def planar_spring_energy(stiffness: SX, inner: SX, outer: SX) -> SX:
+    """½ c (θ' − θ)² between two azimuths less than π apart, in J."""
+    return stiffness / 2 * (outer - inner) ** 2
+
+
 def angular_velocity(direction: SX, direction_rate: SX) -> SX:
-    """ω = e × ė in rad/s."""
+    """ω = e × ė in rad/s; in the plane its component along z."""
+    if direction.shape[0] == 2:
+        return direction[0] * direction_rate[1] - direction[1] * direction_rate[0]
     return casadi.cross(direction, direction_rate)
 
 
@@ -245,41 +264,91 @@ def direction_about_x(phi: SX, theta: SX) -> SX:
     )
 
 
+def direction_near_plane(depression: SX, theta: SX) -> SX:
+    """e for the polar angle φ = π/2 + ψ from z, whose sine is exactly 1 at ψ = 0."""
+    return casadi.vertcat(
+        casadi.cos(depression) * casadi.cos(theta),
+        casadi.cos(depression) * casadi.sin(theta),
+        -casadi.sin(depression),
+    )
+
+
+def direction_in_plane(theta: SX) -> SX:
+    """e in the plane of rotation: φ = π/2."""
+    return casadi.vertcat(casadi.cos(theta), casadi.sin(theta))
+
+
 @dataclass(frozen=True)
 class Segment:
-    """Coordinates (φ, θ) of one segment, and their rates."""
+    """Coordinates of one segment, the last of which is θ, their rates, and e as their function.
+
+    `motion` says which of them are arguments of kernels.
+    """
 
     label: str
+    motion: Motion
     coordinates: SX
     rates: SX
+    direction_of: Callable[..., SX]
 
     @classmethod
-    def new(cls, symbols: Symbols, label: str = "") -> "Segment":
+    def new(
+        cls,
+        symbols: Symbols,
+        motion: Motion,
+        label: str = "",
+        direction_of: Callable[..., SX] | None = None,
+    ) -> "Segment":
         """With the variables `phi_<label>` and so on; without a label `phi`."""
+        if direction_of is None:
+            spatial = motion is Motion.SPATIAL
+            direction_of = direction_about_z if spatial else direction_in_plane
         end = f"_{label}" if label else ""
-        coordinates = casadi.vertcat(
-            symbols.scalar(f"phi{end}", f"φ{label}", "rad"),
-            symbols.scalar(f"theta{end}", f"θ{label}", "rad"),
+        coordinates = [
+            symbols.scalar(f"{name}{end}", f"{letter}{label}", "rad")
+            for name, letter in motion.angles
+        ]
+        rates = [
+            symbols.scalar(f"{name}_rate{end}", f"{letter}̇{label}", "rad s^-1")
+            for name, letter in motion.angles
+        ]
+        return cls(
+            label, motion, casadi.vertcat(*coordinates), casadi.vertcat(*rates), direction_of
         )
-        rates = casadi.vertcat(
-            symbols.scalar(f"phi_rate{end}", f"φ̇{label}", "rad s^-1"),
-            symbols.scalar(f"theta_rate{end}", f"θ̇{label}", "rad s^-1"),
+
+    @classmethod
+    def near_plane(
+        cls,
+        symbols: Symbols,
+        label: str = "",
+        direction_of: Callable[[SX, SX], SX] = direction_near_plane,
+    ) -> "Segment":
+        """With ψ and ψ̇ to differentiate by, which are no arguments of kernels, before θ and θ̇."""
+        planar = cls.new(symbols, Motion.PLANAR, label)
+        return cls(
+            label,
+            Motion.PLANAR,
+            casadi.vertcat(SX.sym("depression"), planar.coordinates),
+            casadi.vertcat(SX.sym("depression_rate"), planar.rates),
+            direction_of,
         )
-        return cls(label, coordinates, rates)
+
+    @property
+    def theta(self) -> SX:
+        """The azimuth."""
+        return self.coordinates[-1]
 
     @property
     def sides(self) -> tuple[SX, SX]:
         """e and ė."""
-        return self.sides_about(direction_about_z)
-
-    def sides_about(self, direction_of: Callable[[SX, SX], SX]) -> tuple[SX, SX]:
-        """e and ė where e is that function of φ and θ."""
-        direction = direction_of(*casadi.vertsplit(self.coordinates))
+        direction = self.direction_of(*casadi.vertsplit(self.coordinates))
         return direction, casadi.jtimes(direction, self.coordinates, self.rates)
 
     def trigonometry(self, name: str) -> Argument:
         """Sines and cosines of the coordinates as an argument."""
-        return Argument(name, "sin φ, cos φ, sin θ, cos θ", self._trigonometry("phi", "theta"))
+        angles = [angle for angle, _ in self.motion.angles]
+        doc = "sin θ, cos θ" if self.motion is Motion.PLANAR else "sin φ, cos φ, sin θ, cos θ"
+        return Argument(name, doc, self._trigonometry(*angles))
 
     def polar_trigonometry(self, name: str) -> Argument:
         """Sine and cosine of φ as an argument."""
@@ -287,7 +356,7 @@ class Segment:
 
     def _trigonometry(self, *angles: str) -> tuple[tuple[str, SX], ...]:
         end = f"_{self.label}" if self.label else ""
-        variables = dict(zip(("phi", "theta"), casadi.vertsplit(self.coordinates), strict=True))
+        variables = {"phi": self.coordinates[0], "theta": self.theta}
         return tuple(
             (f"{function}_{angle}{end}", getattr(casadi, function)(variables[angle]))
             for angle in angles
@@ -295,30 +364,34 @@ class Segment:
         )
 
     def rates_argument(self, name: str) -> Argument:
-        """The rates as an argument."""
-        return Argument.of_symbols(name, "φ̇, θ̇ in rad/s", self.rates)
+        """The rates as an argument, `name`; in the plane θ̇ under its own name."""
+        if self.motion is Motion.SPATIAL:
+            return Argument.of_symbols(name, "φ̇, θ̇ in rad/s", self.rates)
+        return Argument.of_symbols(self.rates[-1].name(), "θ̇ in rad/s", self.rates[-1])
 
 
 # ---------------------------------------------------------------------------- whole equations
 
 
-def whole_equations(segments: int) -> list[Derived]:
+def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     """Mass matrix, force and energies of a chain, as functions of the same arguments."""
     symbols = Symbols()
     variables = {
         argument.name: casadi.vertcat(*(symbols.scalar(*symbol) for symbol in argument.symbols))
-        for argument in chain_arguments(segments)
+        for argument in chain_arguments(segments, motion)
     }
     q, v = variables["q"], variables["v"]
     root_velocity, root_acceleration = variables["root_velocity"], variables["root_acceleration"]
     length, mass = variables["segment_length"], variables["segment_mass"]
+    size = len(motion.angles)
 
     kinetic, spring, weight, dissipated = SX(0), SX(0), SX(0), SX(0)
     node, node_velocity = variables["root_position"], root_velocity
     inner = (variables["clamp_direction"], variables["clamp_direction_rate"])
     for k in range(segments):
-        own = slice(2 * k, 2 * k + 2)
-        outer = Segment(str(k + 1), q[own], v[own]).sides
+        own = slice(size * k, size * (k + 1))
+        direction_of = direction_about_z if motion is Motion.SPATIAL else direction_in_plane
+        outer = Segment(str(k + 1), motion, q[own], v[own], direction_of).sides
         direction, direction_rate = outer
         centre = node + length / 2 * direction
         centre_velocity = node_velocity + length / 2 * direction_rate
@@ -327,7 +400,11 @@ def whole_equations(segments: int) -> list[Derived]:
         )
         weight += gravity_energy(mass, variables["gravity"], centre)
         joint = "root" if k == 0 else "joint"
-        spring += spring_energy(variables[f"{joint}_stiffness"], inner[0], direction)
+        stiffness = variables[f"{joint}_stiffness"]
+        if motion is Motion.PLANAR and k > 0:
+            spring += planar_spring_energy(stiffness, q[k - 1], q[k])
+        else:
+            spring += spring_energy(stiffness, inner[0], direction)
         dissipated += dissipation(variables[f"{joint}_damping"], inner, outer)
         node, node_velocity = node + length * direction, node_velocity + length * direction_rate
         inner = outer
@@ -344,7 +421,7 @@ def whole_equations(segments: int) -> list[Derived]:
         - casadi.gradient(spring + weight, q)
         - casadi.gradient(dissipated, v)
     )
-    force = casadi.substitute(force, root_velocity, SX.zeros(3))
+    force = casadi.substitute(force, root_velocity, SX.zeros(len(motion.axes)))
 
     values = {
         "mass_matrix": mass_matrix,
@@ -356,7 +433,7 @@ def whole_equations(segments: int) -> list[Derived]:
     }
     arguments = [
         Argument.of_symbols(argument.name, argument.doc, variables[argument.name])
-        for argument in chain_arguments(segments)
+        for argument in chain_arguments(segments, motion)
     ]
     return [
         Derived(
@@ -369,11 +446,18 @@ def whole_equations(segments: int) -> list[Derived]:
                 for output in function.outputs
             ],
         )
-        for function in chain_functions(segments)
+        for function in chain_functions(segments, motion)
     ]
 
 
 # ---------------------------------------------------------------------------- kernels: segment
+
+
+def summary_for(motion: Motion, summary: str) -> str:
+    """The summary of a kernel whose summary in space is `summary`."""
+    if motion is Motion.SPATIAL:
+        return summary
+    return f"{summary}\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."
 
 
 @dataclass(frozen=True)
@@ -388,15 +472,24 @@ class FreeSegment:
     inertia: SX
 
     @classmethod
-    def new(cls) -> "FreeSegment":
+    def new(cls, motion: Motion) -> "FreeSegment":
         """With all variables but those of the inner end's motion."""
         symbols = Symbols()
-        segment = Segment.new(symbols)
+        return cls._of(symbols, Segment.new(symbols, motion))
+
+    @classmethod
+    def near_plane(cls) -> "FreeSegment":
+        """Of `Segment.near_plane`."""
+        symbols = Symbols()
+        return cls._of(symbols, Segment.near_plane(symbols))
+
+    @classmethod
+    def _of(cls, symbols: Symbols, segment: Segment) -> "FreeSegment":
         return cls(
             symbols,
             segment,
             # To differentiate by; an argument of the energies only.
-            SX.sym("base_velocity", 3),
+            SX.sym("base_velocity", segment.sides[0].shape[0]),
             symbols.scalar("segment_length", "h", "m"),
             symbols.scalar("segment_mass", "m", "kg"),
             symbols.scalar("segment_inertia", "J", "kg m^2"),
@@ -409,9 +502,44 @@ class FreeSegment:
         centre_velocity = self.base_velocity + self.length / 2 * direction_rate
         return kinetic_energy(self.mass, self.inertia, centre_velocity, direction_rate)
 
+    @property
+    def reach(self) -> tuple[SX, SX]:
+        """h e and h ė."""
+        direction, direction_rate = self.segment.sides
+        return self.length * direction, self.length * direction_rate
+
     def at_rest(self, expression: SX) -> SX:
         """In the inertial frame in which the inner end rests at the moment."""
-        return casadi.substitute(expression, self.base_velocity, SX.zeros(3))
+        rest = SX.zeros(self.base_velocity.shape[0])
+        return casadi.substitute(expression, self.base_velocity, rest)
+
+    def inverse_dynamics(
+        self, accelerations: SX, base_acceleration: SX, outer_force: SX
+    ) -> tuple[SX, SX, SX]:
+        """The torques τ, the force p at the inner end, and the acceleration of the outer end."""
+        q, v = self.segment.coordinates, self.segment.rates
+
+        def time_derivative(expression: SX) -> SX:
+            return casadi.jtimes(
+                expression,
+                casadi.vertcat(q, v, self.base_velocity),
+                casadi.vertcat(v, accelerations, base_acceleration),
+            )
+
+        reach, reach_rate = self.reach
+        torque = (
+            time_derivative(casadi.gradient(self.kinetic, v))
+            - casadi.gradient(self.kinetic, q)
+            # Gᵀ F: the outer force does work on δ(h e).
+            + casadi.gradient(casadi.dot(reach, outer_force), q)
+        )
+        base_force = time_derivative(casadi.gradient(self.kinetic, self.base_velocity))
+        outer_acceleration = base_acceleration + time_derivative(reach_rate)
+        return (
+            self.at_rest(torque),
+            self.at_rest(base_force),
+            self.at_rest(outer_acceleration),
+        )
 
     def constants(self) -> list[Argument]:
         """h, m and J as arguments."""
@@ -422,20 +550,20 @@ class FreeSegment:
         ]
 
 
-def segment_kernel() -> Derived:
+def segment_kernel(motion: Motion) -> Derived:
     """`segment`: kinematics and inertia of one segment."""
-    free = FreeSegment.new()
+    free = FreeSegment.new(motion)
     q, v = free.segment.coordinates, free.segment.rates
-    direction, direction_rate = free.segment.sides
-    reach, reach_rate = free.length * direction, free.length * direction_rate
+    size, axes = len(motion.angles), len(motion.axes)
+    reach, reach_rate = free.reach
     base_momentum = casadi.gradient(free.kinetic, free.base_velocity)
     inertia, momentum = casadi.hessian(free.kinetic, v)
     bias = casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q)
     results = [
-        Result.matrix("inertia", "`I = ∂²E_kin/∂q̇²`, 2 × 2", "kg m^2", inertia),
+        Result.matrix("inertia", f"`I = ∂²E_kin/∂q̇²`, {size} × {size}", "kg m^2", inertia),
         Result.matrix(
             "coupling",
-            "`C = ∂²E_kin/∂ẋ∂q̇`, 3 × 2",
+            f"`C = ∂²E_kin/∂ẋ∂q̇`, {axes} × {size}",
             "kg m",
             casadi.jacobian(base_momentum, v),
         ),
@@ -454,7 +582,10 @@ def segment_kernel() -> Derived:
         Result.vector("reach", "`h e`, outer end less inner end", "m", reach),
         Result.vector("reach_rate", "`h ė`", "m s^-1", reach_rate),
         Result.matrix(
-            "reach_jacobian", "`G = ∂(h e)/∂q`, 3 × 2", "m", casadi.jacobian(reach, q)
+            "reach_jacobian",
+            f"`G = ∂(h e)/∂q`, {axes} × {size}",
+            "m",
+            casadi.jacobian(reach, q),
         ),
         Result.vector(
             "reach_bias",
@@ -473,7 +604,8 @@ def segment_kernel() -> Derived:
         "`p = m ẍ + C q̈ + p_0 + F`, `τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F`, `ẍ' = ẍ + G q̈ + b`,\n"
         "from `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²`."
     )
-    return Derived("segment", summary, free.symbols, arguments, results)
+    name = motion.named("segment")
+    return Derived(name, summary_for(motion, summary), free.symbols, arguments, results)
 
 
 def along_step(
@@ -506,71 +638,68 @@ def step_weights(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
     return coordinate_weight, rate_weight, arguments
 
 
-def segment_tangent_kernel() -> Derived:
+def segment_tangent_kernel(motion: Motion) -> Derived:
     """`segment_tangent`: how a segment's torques and forces follow its own acceleration."""
-    free = FreeSegment.new()
+    free = FreeSegment.new(motion)
     symbols = free.symbols
     q, v = free.segment.coordinates, free.segment.rates
+    size, axes = len(motion.angles), len(motion.axes)
     accelerations = casadi.vertcat(
-        symbols.scalar("phi_acceleration", "φ̈", "rad s^-2"),
-        symbols.scalar("theta_acceleration", "θ̈", "rad s^-2"),
-    )
-    base_acceleration = symbols.vector("base_acceleration", "ẍ", "m s^-2")
-    outer_force = symbols.vector("outer_force", "F", "N")
-    coordinate_weight, rate_weight, weights = step_weights(symbols)
-
-    def time_derivative(expression: SX) -> SX:
-        return casadi.jtimes(
-            expression,
-            casadi.vertcat(q, v, free.base_velocity),
-            casadi.vertcat(v, accelerations, base_acceleration),
+        *(
+            symbols.scalar(f"{name}_acceleration", f"{letter}̈", "rad s^-2")
+            for name, letter in motion.angles
         )
-
-    direction, direction_rate = free.segment.sides
-    reach, reach_rate = free.length * direction, free.length * direction_rate
-    momentum = casadi.gradient(free.kinetic, v)
-    torque = (
-        time_derivative(momentum)
-        - casadi.gradient(free.kinetic, q)
-        # Gᵀ F: the outer force does work on δ(h e).
-        + casadi.gradient(casadi.dot(reach, outer_force), q)
     )
-    base_force = time_derivative(casadi.gradient(free.kinetic, free.base_velocity))
-    outer_acceleration = base_acceleration + time_derivative(reach_rate)
+    base_acceleration = symbols.vector("base_acceleration", "ẍ", "m s^-2", motion)
+    outer_force = symbols.vector("outer_force", "F", "N", motion)
+    coordinate_weight, rate_weight, weights = step_weights(symbols)
+    torque, base_force, outer_acceleration = free.inverse_dynamics(
+        accelerations, base_acceleration, outer_force
+    )
 
     def tangent(expression: SX) -> SX:
         step = [(q, coordinate_weight), (v, rate_weight), (accelerations, 1)]
-        return along_step(free.at_rest(expression), step, 2)
+        return along_step(expression, step, size)
 
     results = [
-        Result.matrix("torque", "`∂τ/∂q̈`, 2 × 2", "kg m^2", tangent(torque)),
-        Result.matrix("base_force", "`∂p/∂q̈`, 3 × 2", "kg m", tangent(base_force)),
+        Result.matrix("torque", f"`∂τ/∂q̈`, {size} × {size}", "kg m^2", tangent(torque)),
+        Result.matrix("base_force", f"`∂p/∂q̈`, {axes} × {size}", "kg m", tangent(base_force)),
         Result.matrix(
-            "outer_acceleration", "`∂ẍ'/∂q̈`, 3 × 2", "m", tangent(outer_acceleration)
+            "outer_acceleration", f"`∂ẍ'/∂q̈`, {axes} × {size}", "m", tangent(outer_acceleration)
         ),
     ]
+    if motion is Motion.SPATIAL:
+        accelerations_argument = Argument.of_symbols(
+            "accelerations", "φ̈, θ̈ in rad/s²", accelerations
+        )
+    else:
+        accelerations_argument = Argument.of_symbols(
+            "theta_acceleration", "θ̈ in rad/s²", accelerations
+        )
     arguments = [
         free.segment.trigonometry("angles"),
         free.segment.rates_argument("rates"),
-        Argument.of_symbols("accelerations", "φ̈, θ̈ in rad/s²", accelerations),
+        accelerations_argument,
         Argument.of_symbols("base_acceleration", "ẍ in m/s²", base_acceleration),
         Argument.of_symbols("outer_force", "F in N", outer_force),
         *free.constants(),
         *weights,
     ]
     summary = (
-        "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`segment`] change with its own `q̈` when\n"
+        f"Tangent of one segment: how `τ`, `p` and `ẍ'` of [`{motion.named('segment')}`] change "
+        "with its own `q̈` when\n"
         "`δq = w_q δq̈` and `δq̇ = w_v δq̈`, for fixed `ẍ` and `F`."
     )
-    return Derived("segment_tangent", summary, symbols, arguments, results)
+    name = motion.named("segment_tangent")
+    return Derived(name, summary_for(motion, summary), symbols, arguments, results)
 
 
-def segment_energy_kernel() -> Derived:
+def segment_energy_kernel(motion: Motion) -> Derived:
     """`segment_energy`: kinetic and potential energy of one segment."""
-    free = FreeSegment.new()
-    base_position = free.symbols.vector("base_position", "x", "m")
-    base_velocity = free.symbols.vector("base_velocity", "ẋ", "m s^-1")
-    gravity = free.symbols.vector("gravity", "g", "m s^-2")
+    free = FreeSegment.new(motion)
+    base_position = free.symbols.vector("base_position", "x", "m", motion)
+    base_velocity = free.symbols.vector("base_velocity", "ẋ", "m s^-1", motion)
+    gravity = free.symbols.vector("gravity", "g", "m s^-2", motion)
     centre = base_position + free.length / 2 * free.segment.sides[0]
     kinetic = casadi.substitute(free.kinetic, free.base_velocity, base_velocity)
     results = [
@@ -588,7 +717,8 @@ def segment_energy_kernel() -> Derived:
     summary = (
         "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`."
     )
-    return Derived("segment_energy", summary, free.symbols, arguments, results)
+    name = motion.named("segment_energy")
+    return Derived(name, summary_for(motion, summary), free.symbols, arguments, results)
 
 
 # ---------------------------------------------------------------------------- kernels: joints
@@ -596,40 +726,38 @@ def segment_energy_kernel() -> Derived:
 
 @dataclass(frozen=True)
 class Joint:
-    """Energy and dissipation function of a joint, and the segments on which it acts."""
+    """Energy and dissipation function of a joint between `sides`, as functions of coordinates."""
 
     symbols: Symbols
-    segments: tuple[Segment, ...]
-    arguments: list[Argument]
+    sides: int
+    coordinates: SX
+    rates: SX
+    # Arguments of the kernels.
+    state: list[Argument]
+    constants: list[Argument]
     spring: SX
     dissipation: SX
-    # A parameter of the energies on which they do not depend, and what to put for it.
-    frame: tuple[SX, SX] | None = None
+    # Variables that the kernels do not have, and their values once everything is differentiated.
+    known: tuple[SX, SX] | None = None
 
     @property
-    def coordinates(self) -> SX:
-        """All coordinates, segment by segment."""
-        return casadi.vertcat(*(segment.coordinates for segment in self.segments))
-
-    @property
-    def rates(self) -> SX:
-        """Their rates."""
-        return casadi.vertcat(*(segment.rates for segment in self.segments))
+    def arguments(self) -> list[Argument]:
+        """The state and the constants."""
+        return [*self.state, *self.constants]
 
     def torques(self) -> SX:
         """−∂E_spring/∂q − ∂D/∂q̇ in N m."""
-        return self._in_frame(
-            -casadi.gradient(self.spring, self.coordinates)
-            - casadi.gradient(self.dissipation, self.rates)
-        )
+        return self._with_known(-self._resistance())
 
     def tangent(self, coordinate_weight: SX, rate_weight: SX) -> SX:
         """Minus the derivative of the torques along q̈, in N m s²."""
         step = [(self.coordinates, coordinate_weight), (self.rates, rate_weight)]
-        resistance = casadi.gradient(self.spring, self.coordinates) + casadi.gradient(
-            self.dissipation, self.rates
-        )
-        return self._in_frame(along_step(resistance, step, self.coordinates.shape[0]))
+        size = self.coordinates.shape[0]
+        return self._with_known(along_step(self._resistance(), step, size))
+
+    def variation(self, variables: SX, direction: SX) -> SX:
+        """The derivative of the torques when `variables` change along `direction`."""
+        return self._with_known(casadi.jtimes(-self._resistance(), variables, direction))
 
     def energies(self) -> list[Result]:
         """E_spring and D."""
@@ -638,8 +766,13 @@ class Joint:
             Result.scalar("dissipation", "`D`", "W", self.dissipation),
         ]
 
-    def _in_frame(self, expression: SX) -> SX:
-        return expression if self.frame is None else casadi.substitute(expression, *self.frame)
+    def _resistance(self) -> SX:
+        return casadi.gradient(self.spring, self.coordinates) + casadi.gradient(
+            self.dissipation, self.rates
+        )
+
+    def _with_known(self, expression: SX) -> SX:
+        return expression if self.known is None else casadi.substitute(expression, *self.known)
 
 
 def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
@@ -653,23 +786,42 @@ def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
     return stiffness, damping, arguments
 
 
+def both(inner: Segment, outer: Segment) -> tuple[SX, SX]:
+    """The coordinates of two segments, and their rates."""
+    return (
+        casadi.vertcat(inner.coordinates, outer.coordinates),
+        casadi.vertcat(inner.rates, outer.rates),
+    )
+
+
+def azimuth_step(inner: Segment, outer: Segment) -> Argument:
+    """Sine and cosine of θ − θ' as an argument."""
+    step = inner.theta - outer.theta
+    return Argument(
+        "azimuth_step",
+        "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
+        (("sin_azimuth_step", casadi.sin(step)), ("cos_azimuth_step", casadi.cos(step))),
+    )
+
+
 def joint_between_segments() -> Joint:
     """As the energies are stated."""
     symbols = Symbols()
-    previous, following = Segment.new(symbols, "previous"), Segment.new(symbols, "next")
+    previous = Segment.new(symbols, Motion.SPATIAL, "previous")
+    following = Segment.new(symbols, Motion.SPATIAL, "next")
     stiffness, damping, constants = joint_constants(symbols)
     inner, outer = previous.sides, following.sides
-    arguments = [
-        previous.trigonometry("previous"),
-        following.trigonometry("next"),
-        previous.rates_argument("previous_rates"),
-        following.rates_argument("next_rates"),
-        *constants,
-    ]
     return Joint(
         symbols,
-        (previous, following),
-        arguments,
+        2,
+        *both(previous, following),
+        [
+            previous.trigonometry("previous"),
+            following.trigonometry("next"),
+            previous.rates_argument("previous_rates"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
         spring_energy(stiffness, inner[0], outer[0]),
         dissipation(damping, inner, outer),
     )
@@ -682,80 +834,109 @@ def joint_in_turned_frame() -> Joint:
     the azimuths enter by their difference θ − θ' only.
     """
     symbols = Symbols()
-    previous, following = Segment.new(symbols, "previous"), Segment.new(symbols, "next")
-    stiffness, damping, constants = joint_constants(symbols)
     frame = SX.sym("frame")
 
     def direction(phi: SX, theta: SX) -> SX:
         return direction_about_z(phi, theta - frame)
 
-    inner, outer = previous.sides_about(direction), following.sides_about(direction)
-    theta_previous, theta_next = previous.coordinates[1], following.coordinates[1]
-    step = theta_previous - theta_next
-    arguments = [
-        previous.polar_trigonometry("previous"),
-        following.polar_trigonometry("next"),
-        Argument(
-            "azimuth_step",
-            "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
-            (("sin_azimuth_step", casadi.sin(step)), ("cos_azimuth_step", casadi.cos(step))),
-        ),
-        previous.rates_argument("previous_rates"),
-        following.rates_argument("next_rates"),
-        *constants,
-    ]
+    previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction)
+    following = Segment.new(symbols, Motion.SPATIAL, "next", direction)
+    stiffness, damping, constants = joint_constants(symbols)
+    inner, outer = previous.sides, following.sides
     return Joint(
         symbols,
-        (previous, following),
-        arguments,
+        2,
+        *both(previous, following),
+        [
+            previous.polar_trigonometry("previous"),
+            following.polar_trigonometry("next"),
+            azimuth_step(previous, following),
+            previous.rates_argument("previous_rates"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
         spring_energy(stiffness, inner[0], outer[0]),
         dissipation(damping, inner, outer),
-        (frame, theta_next),
+        (frame, following.theta),
     )
 
 
-def clamp_joint() -> tuple[Joint, SX, SX]:
+def planar_joint() -> Joint:
+    """In the plane, where the angle of the joint is known."""
+    symbols = Symbols()
+    previous = Segment.new(symbols, Motion.PLANAR, "previous")
+    following = Segment.new(symbols, Motion.PLANAR, "next")
+    stiffness, damping, constants = joint_constants(symbols)
+    theta_doc = "θ' in rad, less than π from θ"
+    return Joint(
+        symbols,
+        2,
+        *both(previous, following),
+        [
+            Argument.of_symbols("theta_previous", "θ in rad", previous.theta),
+            Argument.of_symbols("theta_next", theta_doc, following.theta),
+            previous.rates_argument("previous_rates"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
+        planar_spring_energy(stiffness, previous.theta, following.theta),
+        # ω = θ̇, stated: CasADi does not see that e × ė reduces to it.
+        damping / 2 * (following.rates - previous.rates) ** 2,
+    )
+
+
+def clamp_joint(motion: Motion) -> tuple[Joint, SX, SX]:
     """The joint between the clamp and the first segment, with e_0 and ė_0."""
     symbols = Symbols()
-    direction = symbols.vector("clamp_direction", "e0", "1")
-    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1")
-    following = Segment.new(symbols, "next")
+    direction = symbols.vector("clamp_direction", "e0", "1", motion)
+    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1", motion)
+    following = Segment.new(symbols, motion, "next")
+    joint = joint_to_clamp(symbols, direction, direction_rate, following)
+    return joint, direction, direction_rate
+
+
+def joint_to_clamp(
+    symbols: Symbols, direction: SX, direction_rate: SX, following: Segment
+) -> Joint:
+    """The joint between a clamp and the segment that follows; the kernel's arguments first."""
     stiffness, damping, constants = joint_constants(symbols)
+    axes = len(following.motion.axes)
     outer = following.sides
-    arguments = [
-        Argument.of_symbols("clamp_direction", "e0", direction),
-        Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", direction_rate),
-        following.trigonometry("next"),
-        following.rates_argument("next_rates"),
-        *constants,
-    ]
-    joint = Joint(
+    return Joint(
         symbols,
-        (following,),
-        arguments,
+        1,
+        following.coordinates,
+        following.rates,
+        [
+            Argument.of_symbols("clamp_direction", "e0", direction[:axes]),
+            Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", direction_rate[:axes]),
+            following.trigonometry("next"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
         spring_energy(stiffness, direction, outer[0]),
         dissipation(damping, (direction, direction_rate), outer),
     )
-    return joint, direction, direction_rate
 
 
 def crossed_joint() -> Joint:
     """A joint between a segment with the polar axis z and one with the polar axis x."""
     symbols = Symbols()
-    about_z, about_x = Segment.new(symbols, "z"), Segment.new(symbols, "x")
+    about_z = Segment.new(symbols, Motion.SPATIAL, "z")
+    about_x = Segment.new(symbols, Motion.SPATIAL, "x", direction_about_x)
     stiffness, damping, constants = joint_constants(symbols)
-    z_side, x_side = about_z.sides, about_x.sides_about(direction_about_x)
-    arguments = [
-        about_z.trigonometry("z_angles"),
-        about_x.trigonometry("x_angles"),
-        about_z.rates_argument("z_rates"),
-        about_x.rates_argument("x_rates"),
-        *constants,
-    ]
+    z_side, x_side = about_z.sides, about_x.sides
     return Joint(
         symbols,
-        (about_z, about_x),
-        arguments,
+        2,
+        *both(about_z, about_x),
+        [
+            about_z.trigonometry("z_angles"),
+            about_x.trigonometry("x_angles"),
+            about_z.rates_argument("z_rates"),
+            about_x.rates_argument("x_rates"),
+        ],
+        constants,
         spring_energy(stiffness, z_side[0], x_side[0]),
         dissipation(damping, z_side, x_side),
     )
@@ -765,68 +946,87 @@ def torques_kernel(
     name: str, summary: str, joint: Joint, sides: Sequence[tuple[str, str]]
 ) -> Derived:
     """The torques on each side; `sides` has the output's name and the segment's."""
-    torques = joint.torques()
+    torques = casadi.vertsplit(joint.torques(), joint.coordinates.shape[0] // joint.sides)
+    what = "torques on `(φ, θ)`" if torques[0].shape[0] == 2 else "torque on `θ`"
     results = [
-        Result.vector(
-            side,
-            f"torques on `(φ, θ)` of the {words}",
-            "N m",
-            torques[2 * i : 2 * i + 2],
-        )
-        for i, (side, words) in enumerate(sides)
+        Result.vector(side, f"{what} of the {words}", "N m", torque)
+        for torque, (side, words) in zip(torques, sides, strict=True)
     ]
     return Derived(name, summary, joint.symbols, joint.arguments, results)
 
 
 def tangent_kernel(
-    name: str, summary: str, joint: Joint, blocks: Sequence[tuple[str, str]]
+    name: str,
+    summary: str,
+    joint: Joint,
+    blocks: Sequence[tuple[str, str]],
 ) -> Derived:
     """The tangent, block by block; `blocks` has the output's name and its words, by rows."""
     coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
     tangent = joint.tangent(coordinate_weight, rate_weight)
-    sides = len(joint.segments)
+    size = joint.coordinates.shape[0] // joint.sides
+    what = "torque" if size == 1 else "torques"
+    found = [block for row in casadi.blocksplit(tangent, size, size) for block in row]
     results = [
-        Result.matrix(
-            block,
-            f"torques on the {words}",
-            "N m s^2",
-            tangent[
-                2 * (i // sides) : 2 * (i // sides) + 2, 2 * (i % sides) : 2 * (i % sides) + 2
-            ],
-        )
-        for i, (block, words) in enumerate(blocks)
+        Result.matrix(name_of_block, f"{what} on the {words}", "N m s^2", block)
+        for block, (name_of_block, words) in zip(found, blocks, strict=True)
     ]
     return Derived(name, summary, joint.symbols, [*joint.arguments, *weights], results)
 
 
-def joint_kernels() -> list[Derived]:
+# The blocks of the tangent of a joint between two segments.
+BLOCKS = [
+    ("previous_previous", "previous segment along its `q̈`"),
+    ("previous_next", "previous segment along the next one's `q̈`"),
+    ("next_previous", "next segment along the previous one's `q̈`"),
+    ("next_next", "next segment along its `q̈`"),
+]
+
+
+def joint_kernels(motion: Motion) -> list[Derived]:
     """`joint`, `joint_tangent`, `joint_energy`."""
-    energy = joint_between_segments()
+    if motion is Motion.SPATIAL:
+        joint, energy = joint_in_turned_frame(), joint_between_segments()
+        tangent = joint_in_turned_frame()
+        energies = (
+            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
+            "`D = ½ d |ω' − ω|²`, `ω = e × ė`."
+        )
+    else:
+        joint, energy = planar_joint(), planar_joint()
+        energies = "`E_spring = ½ c (θ' − θ)²` and `D = ½ d (θ̇' − θ̇)²`."
+        # The torques are linear: their derivative does not depend on the state.
+        tangent = replace(planar_joint(), state=[])
+    size = len(motion.angles)
+    plain = motion.named("joint")
     return [
         torques_kernel(
-            "joint",
-            "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, "
-            "from\n"
-            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
-            "`D = ½ d |ω' − ω|²`, `ω = e × ė`.",
-            joint_in_turned_frame(),
+            plain,
+            summary_for(
+                motion,
+                "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it "
+                f"connects, from\n{energies}",
+            ),
+            joint,
             [("previous", "previous segment"), ("next", "next segment")],
         ),
         tangent_kernel(
-            "joint_tangent",
-            "Tangent of a joint: minus the derivative of the torques of [`joint`] along `q̈`, when\n"
-            "`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
-            joint_in_turned_frame(),
-            [
-                ("previous_previous", "previous segment along its `q̈`"),
-                ("previous_next", "previous segment along the next one's `q̈`"),
-                ("next_previous", "next segment along the previous one's `q̈`"),
-                ("next_next", "next segment along its `q̈`"),
-            ],
+            motion.named("joint_tangent"),
+            summary_for(
+                motion,
+                f"Tangent of a joint: minus the derivative of the torques of [`{plain}`] along "
+                "`q̈`, when\n"
+                f"`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}.",
+            ),
+            tangent,
+            BLOCKS,
         ),
         Derived(
-            "joint_energy",
-            "Energy and dissipation function of a joint: `c S(½|e' − e|²)` and `½ d |ω' − ω|²`.",
+            motion.named("joint_energy"),
+            summary_for(
+                motion,
+                f"Energy and dissipation function of a joint, from\n{energies}",
+            ),
             energy.symbols,
             energy.arguments,
             energy.energies(),
@@ -834,30 +1034,41 @@ def joint_kernels() -> list[Derived]:
     ]
 
 
-def clamp_kernels() -> list[Derived]:
+def clamp_kernels(motion: Motion) -> list[Derived]:
     """`clamp`, `clamp_tangent`, `clamp_energy`."""
-    energy, direction, direction_rate = clamp_joint()
+    energy, direction, direction_rate = clamp_joint(motion)
     power = casadi.dot(casadi.gradient(energy.spring, direction), direction_rate) + casadi.dot(
         casadi.gradient(energy.dissipation, direction_rate), direction_rate
     )
+    plain = motion.named("clamp")
     return [
         torques_kernel(
-            "clamp",
-            "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
-            "[`joint`], with\nthe clamp's `e0` and `ω0 = e0 × ė0` on the inner side.",
-            clamp_joint()[0],
+            plain,
+            summary_for(
+                motion,
+                "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
+                f"[`{motion.named('joint')}`], with\n"
+                "the clamp's `e0` and `ω0 = e0 × ė0` on the inner side.",
+            ),
+            clamp_joint(motion)[0],
             [("next", "first segment")],
         ),
         tangent_kernel(
-            "clamp_tangent",
-            "Tangent of the clamp joint: minus the derivative of the torques of [`clamp`] along "
-            "`q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
-            clamp_joint()[0],
+            motion.named("clamp_tangent"),
+            summary_for(
+                motion,
+                "Tangent of the clamp joint: minus the derivative of the torques of "
+                f"[`{plain}`] along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
+            ),
+            clamp_joint(motion)[0],
             [("next_next", "first segment along its `q̈`")],
         ),
         Derived(
-            "clamp_energy",
-            "Energy and dissipation function of the clamp joint, and the power of its turning.",
+            motion.named("clamp_energy"),
+            summary_for(
+                motion,
+                "Energy and dissipation function of the clamp joint, and the power of its turning.",
+            ),
             energy.symbols,
             energy.arguments,
             [
@@ -899,15 +1110,297 @@ def crossed_joint_kernels() -> list[Derived]:
     ]
 
 
-def solver_kernels() -> list[Derived]:
-    """All kernels, in the order in which the solver meets them."""
+# ---------------------------------------------------------------------------- kernels: lateral
+
+# Where the lateral kernels hold.
+ALONG_PLANAR_MOTION = (
+    "Lateral variation of a motion in the plane of rotation: "
+    "`q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp."
+)
+
+
+def lateral_variables(
+    symbols: Symbols, label: str = ""
+) -> tuple[tuple[SX, SX], list[Argument]]:
+    """η and η̇ of a segment."""
+    end = f"_{label}" if label else ""
+    variation = symbols.scalar(f"phi_variation{end}", f"η{label}", "rad")
+    rate = symbols.scalar(f"phi_variation_rate{end}", f"η̇{label}", "rad s^-1")
+    arguments = [
+        Argument.of_symbols(variation.name(), "η", variation),
+        Argument.of_symbols(rate.name(), "η̇ in 1/s", rate),
+    ]
+    return (variation, rate), arguments
+
+
+@dataclass(frozen=True)
+class LateralSegment:
+    """The spatial equations of a segment: τ_φ, and p and ẍ' along z, to be varied in the plane."""
+
+    free: FreeSegment
+    arguments: list[Argument]
+    torque: SX
+    base_force: SX
+    outer_acceleration: SX
+    # ψ, ψ̇, ψ̈.
+    lateral: SX
+    # All variables of the lateral motion: zero in the plane.
+    vanishing: SX
+
+    @classmethod
+    def new(cls) -> "LateralSegment":
+        """With the variables of the planar motion, but without those of the variation."""
+        free = FreeSegment.near_plane()
+        segment, symbols = free.segment, free.symbols
+        base_acceleration = symbols.vector("base_acceleration", "ẍ", "m s^-2", Motion.PLANAR)
+        outer_force = symbols.vector("outer_force", "F", "N", Motion.PLANAR)
+        base_height, force_height = SX.sym("base_acceleration_z"), SX.sym("outer_force_z")
+        # θ̈ has no part in these equations: ∂e/∂θ is perpendicular to ∂e/∂φ and to z.
+        accelerations = casadi.vertcat(SX.sym("depression_acceleration"), 0)
+        torque, base_force, outer_acceleration = free.inverse_dynamics(
+            accelerations,
+            casadi.vertcat(base_acceleration, base_height),
+            casadi.vertcat(outer_force, force_height),
+        )
+        lateral = casadi.vertcat(segment.coordinates[0], segment.rates[0], accelerations[0])
+        arguments = [
+            segment.trigonometry("angles"),
+            segment.rates_argument("rates"),
+            Argument.of_symbols(
+                "base_acceleration", "ẍ in m/s², along x and y", base_acceleration
+            ),
+            Argument.of_symbols("outer_force", "F in N, along x and y", outer_force),
+        ]
+        return cls(
+            free,
+            arguments,
+            torque[0],
+            base_force[2],
+            outer_acceleration[2],
+            lateral,
+            casadi.vertcat(lateral, base_height, force_height),
+        )
+
+    def variation(self, expression: SX, direction: Sequence[SX | int]) -> SX:
+        """The derivative of `expression` along `direction` of ψ, ψ̇, ψ̈, in the plane."""
+        slope = casadi.jtimes(expression, self.lateral, casadi.vertcat(*direction))
+        return casadi.substitute(slope, self.vanishing, SX.zeros(self.vanishing.shape[0]))
+
+
+def lateral_segment_kernel() -> Derived:
+    """`lateral_segment`: as `segment`, of the variation along z."""
+    segment = LateralSegment.new()
+    free = segment.free
+    (variation, rate), variables = lateral_variables(free.symbols)
+    reach, reach_rate = free.reach
+    state, acceleration = (variation, rate, 0), (0, 0, 1)
+    results = [
+        Result.matrix(
+            "inertia",
+            "`I = ∂τ_φ/∂η̈`",
+            "kg m^2",
+            segment.variation(segment.torque, acceleration),
+        ),
+        Result.matrix(
+            "coupling",
+            "`C = ∂p_z/∂η̈ = ∂τ_φ/∂z̈`",
+            "kg m",
+            segment.variation(segment.base_force, acceleration),
+        ),
+        Result.vector(
+            "bias",
+            "`τ_0`: `τ_φ` for `z̈ = 0`, `η̈ = 0`, `F_z = 0`",
+            "N m",
+            segment.variation(segment.torque, state),
+        ),
+        Result.vector(
+            "reach",
+            "`z' − z`, outer end less inner end",
+            "m",
+            segment.variation(reach[2], state),
+        ),
+        Result.vector("reach_rate", "`ż' − ż`", "m s^-1", segment.variation(reach_rate[2], state)),
+        Result.matrix(
+            "reach_jacobian",
+            "`G = ∂z̈'/∂η̈`",
+            "m",
+            segment.variation(segment.outer_acceleration, acceleration),
+        ),
+    ]
+    summary = (
+        "Kinematics and inertia of one segment, seen from its inner end:\n"
+        "`p_z = m z̈ + C η̈ + F_z`, `τ_φ = C z̈ + I η̈ + τ_0 + G F_z`, `z̈' = z̈ + G η̈`.\n"
+        f"{ALONG_PLANAR_MOTION}"
+    )
+    arguments = [*segment.arguments, *variables, *free.constants()]
+    return Derived("lateral_segment", summary, free.symbols, arguments, results)
+
+
+def lateral_segment_tangent_kernel() -> Derived:
+    """`lateral_segment_tangent`: how the variation's torque and force follow its acceleration."""
+    segment = LateralSegment.new()
+    free = segment.free
+    coordinate_weight, rate_weight, weights = step_weights(free.symbols)
+    step = (coordinate_weight, rate_weight, 1)
+    results = [
+        Result.matrix("torque", "`∂τ_φ/∂η̈`", "kg m^2", segment.variation(segment.torque, step)),
+        Result.matrix(
+            "base_force", "`∂p_z/∂η̈`", "kg m", segment.variation(segment.base_force, step)
+        ),
+        Result.matrix(
+            "outer_acceleration",
+            "`∂z̈'/∂η̈`",
+            "m",
+            segment.variation(segment.outer_acceleration, step),
+        ),
+    ]
+    summary = (
+        "Tangent of one segment: how `τ_φ`, `p_z` and `z̈'` of [`lateral_segment`] change with its "
+        "own `η̈` when\n"
+        f"`δη = w_q δη̈` and `δη̇ = w_v δη̈`, for fixed `z̈` and `F_z`.\n{ALONG_PLANAR_MOTION}"
+    )
+    arguments = [*segment.arguments, *free.constants(), *weights]
+    return Derived("lateral_segment_tangent", summary, free.symbols, arguments, results)
+
+
+def lateral_joint() -> Joint:
+    """The spatial joint as a function of the polar angles alone, in the plane.
+
+    In a frame turned about z, as in `joint_in_turned_frame`.
+    """
+    symbols = Symbols()
+    frame = SX.sym("frame")
+
+    def direction(depression: SX, theta: SX) -> SX:
+        return direction_near_plane(depression, theta - frame)
+
+    previous = Segment.near_plane(symbols, "previous", direction)
+    following = Segment.near_plane(symbols, "next", direction)
+    stiffness, damping, constants = joint_constants(symbols)
+    inner, outer = previous.sides, following.sides
+    polar = casadi.vertcat(previous.coordinates[0], following.coordinates[0])
+    polar_rates = casadi.vertcat(previous.rates[0], following.rates[0])
+    return Joint(
+        symbols,
+        2,
+        polar,
+        polar_rates,
+        [
+            azimuth_step(previous, following),
+            previous.rates_argument("previous_rates"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
+        spring_energy(stiffness, inner[0], outer[0]),
+        dissipation(damping, inner, outer),
+        (
+            casadi.vertcat(polar, polar_rates, frame),
+            casadi.vertcat(SX.zeros(4), following.theta),
+        ),
+    )
+
+
+def lateral_clamp() -> tuple[Joint, SX]:
+    """The spatial clamp joint as a function of the polar angle alone, in the plane, and e_0z."""
+    symbols = Symbols()
+    direction = symbols.vector("clamp_direction", "e0", "1", Motion.PLANAR)
+    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1", Motion.PLANAR)
+    height = SX.sym("clamp_direction_z")
+    following = Segment.near_plane(symbols, "next")
+    joint = joint_to_clamp(
+        symbols,
+        casadi.vertcat(direction, height),
+        # A clamp that turns about z keeps its height.
+        casadi.vertcat(direction_rate, 0),
+        following,
+    )
+    polar, polar_rate = following.coordinates[0], following.rates[0]
+    vanishing = casadi.vertcat(polar, polar_rate, height)
+    lateral = replace(
+        joint, coordinates=polar, rates=polar_rate, known=(vanishing, SX.zeros(3))
+    )
+    return lateral, height
+
+
+def lateral_joint_kernels() -> list[Derived]:
+    """`lateral_joint`, `lateral_joint_tangent`."""
+    joint = lateral_joint()
+    (previous, previous_rate), previous_arguments = lateral_variables(joint.symbols, "previous")
+    (following, following_rate), next_arguments = lateral_variables(joint.symbols, "next")
+    torques = joint.variation(
+        casadi.vertcat(joint.coordinates, joint.rates),
+        casadi.vertcat(previous, following, previous_rate, following_rate),
+    )
+    results = [
+        Result.vector("previous", "torque on `φ` of the previous segment", "N m", torques[0]),
+        Result.vector("next", "torque on `φ` of the next segment", "N m", torques[1]),
+    ]
     return [
-        segment_kernel(),
-        segment_tangent_kernel(),
-        segment_energy_kernel(),
-        *joint_kernels(),
-        *clamp_kernels(),
+        Derived(
+            "lateral_joint",
+            "Torques of a joint on the polar angles of the two segments that it connects.\n"
+            f"{ALONG_PLANAR_MOTION}",
+            joint.symbols,
+            [*joint.state, *previous_arguments, *next_arguments, *joint.constants],
+            results,
+        ),
+        tangent_kernel(
+            "lateral_joint_tangent",
+            "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along "
+            f"`η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
+            lateral_joint(),
+            BLOCKS,
+        ),
+    ]
+
+
+def lateral_clamp_kernels() -> list[Derived]:
+    """`lateral_clamp`, `lateral_clamp_tangent`."""
+    joint, height = lateral_clamp()
+    (variation, rate), variables = lateral_variables(joint.symbols, "next")
+    torque = joint.variation(
+        casadi.vertcat(joint.coordinates, joint.rates, height),
+        casadi.vertcat(variation, rate, 1),
+    )
+    return [
+        Derived(
+            "lateral_clamp",
+            "Torque of the clamp joint on the polar angle of the first segment. The clamp itself "
+            f"varies by `∂e0z/∂τ = 1`.\n{ALONG_PLANAR_MOTION}",
+            joint.symbols,
+            [*joint.arguments, *variables],
+            [Result.vector("next", "torque on `φ` of the first segment", "N m", torque)],
+        ),
+        tangent_kernel(
+            "lateral_clamp_tangent",
+            "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] "
+            f"along `η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
+            lateral_clamp()[0],
+            [("next_next", "first segment along its `η̈`")],
+        ),
+    ]
+
+
+def solver_kernels() -> list[Derived]:
+    """All kernels, in the order in which the solver meets them: in space, planar, lateral."""
+
+    def of_motion(motion: Motion) -> list[Derived]:
+        return [
+            segment_kernel(motion),
+            segment_tangent_kernel(motion),
+            segment_energy_kernel(motion),
+            *joint_kernels(motion),
+            *clamp_kernels(motion),
+        ]
+
+    return [
+        *of_motion(Motion.SPATIAL),
         *crossed_joint_kernels(),
+        *of_motion(Motion.PLANAR),
+        lateral_segment_kernel(),
+        lateral_segment_tangent_kernel(),
+        *lateral_joint_kernels(),
+        *lateral_clamp_kernels(),
     ]
 
 
@@ -1025,7 +1518,14 @@ def main() -> None:
         help="whole equations of a chain of so many segments: mass_matrix, force, energies",
     )
     what.add_argument(
-        "--kernels", action="store_true", help="the kernels of one segment and one joint"
+        "--kernels",
+        action="store_true",
+        help="all kernels of the solver: in space, in the plane, and of the lateral variation",
+    )
+    parser.add_argument(
+        "--planar",
+        action="store_true",
+        help="with --segments: the equations in the plane of rotation, one coordinate per segment",
     )
     parser.add_argument(
         "--out", required=True, metavar="FILE", help="file to write; - for the standard output"
@@ -1039,10 +1539,19 @@ def main() -> None:
     if arguments.check and arguments.out == "-":
         parser.error("--check compares with a file, so --out cannot be -")
 
+    if arguments.planar and arguments.kernels:
+        parser.error("--kernels derives the planar kernels, too; --planar belongs to --segments")
+
+    motion = Motion.PLANAR if arguments.planar else Motion.SPATIAL
     choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"
+    choice += " --planar" if arguments.planar else ""
     command = f"derivations/segment_chain.py {choice}"
     try:
-        derived = solver_kernels() if arguments.kernels else whole_equations(arguments.segments)
+        derived = (
+            solver_kernels()
+            if arguments.kernels
+            else whole_equations(arguments.segments, motion)
+        )
         kernels = [exported(function) for function in derived]
         text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
     except (DerivationError, FormatError) as error:

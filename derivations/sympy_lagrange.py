@@ -31,7 +31,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import sympy
-from chain_interface import ChainFunction, chain_arguments, chain_functions
+from chain_interface import ChainFunction, Motion, chain_arguments, chain_functions
 from graph_format import Graph, Input, Kernel, Output, file_text, staleness, write_whole
 from sympy.physics.mechanics import (
     LagrangesMethod,
@@ -260,7 +260,7 @@ def exported(
     """One of the three functions in the format."""
     graph = Graph()
     indices, inputs = {}, []
-    for argument in chain_arguments(segments):
+    for argument in chain_arguments(segments, Motion.SPATIAL):
         elements = []
         for name, notation, unit in argument.symbols:
             indices[name] = graph.symbol(name, notation, unit)
@@ -301,7 +301,7 @@ def main() -> None:
     try:
         kernels = [
             exported(function, segments, chain.names, values)
-            for function in chain_functions(segments)
+            for function in chain_functions(segments, Motion.SPATIAL)
         ]
     except UnknownExpressionError as error:
         sys.exit(f"sympy_lagrange.py: {error}")

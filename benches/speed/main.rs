@@ -21,6 +21,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
 use bristle_codegen::back::rust::{Origin, emit};
+use bristle_codegen::model::chain;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_study::document::Document;
@@ -219,12 +220,15 @@ fn derivation(criterion: &mut Criterion) {
     });
     for (name, purpose) in [("to read", Purpose::Reading), ("to compute", Purpose::Computing)] {
         group.bench_function(format!("whole equations n=25 {name}, derived"), |bencher| {
-            bencher.iter(|| whole_kernels(black_box(25), purpose));
+            bencher.iter(|| whole_kernels(black_box(25), chain::Motion::Spatial, purpose));
         });
         group.bench_function(format!("whole equations n=25 {name}, derived and emitted"), |bencher| {
             bencher.iter(|| {
-                emit(&whole_kernels(black_box(25), purpose).expect("the derivation is sound"), ORIGIN)
-                    .expect("they can be emitted")
+                emit(
+                    &whole_kernels(black_box(25), chain::Motion::Spatial, purpose).expect("the derivation is sound"),
+                    ORIGIN,
+                )
+                .expect("they can be emitted")
             });
         });
     }

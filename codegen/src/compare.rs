@@ -11,6 +11,8 @@ use fastrand::Rng;
 use crate::ir::graph::{NodeId, Symbol};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::unit::Unit;
+use crate::model::chain::Motion;
+use crate::model::whole::NAMES;
 
 /// How well one output agrees.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +27,8 @@ pub struct Deviation {
     /// side is not finite.
     ///
     /// The size is that of the largest element at the state, but at least [`LEAST_SHARE`] of that at any state: where an
-    /// output almost vanishes, the terms that cancel in it carry its rounding.
+    /// output almost vanishes, the terms that cancel in it carry its rounding. The size of an output that vanishes at every
+    /// state is 1, because all quantities are of order one.
     pub largest: f64,
 }
 
@@ -124,7 +127,7 @@ pub fn compare(
         let bends = if which == States::Bent { &STRONG_BENDS[..] } else { &BENDS };
         let mut sizes: Vec<Vec<Size>> = vec![Vec::with_capacity(states); expected.outputs.len()];
         for state in 0..states {
-            let point = random_point(expected.graph.symbols(), bends[state % bends.len()], &mut rng);
+            let point = random_point(expected, bends[state % bends.len()], &mut rng);
             let other: Vec<f64> = order.iter().map(|&symbol| point[symbol]).collect();
             let values = [expected.graph.evaluate(&point), found.graph.evaluate(&other)];
             check_arguments(expected, &values[0], found, &values[1])?;
@@ -133,11 +136,11 @@ pub fn compare(
             }
         }
         for (output, sizes) in expected.outputs.iter().zip(sizes) {
-            let least = LEAST_SHARE * sizes.iter().map(|size| size.largest).fold(0.0, f64::max);
-            let relative = |size: &Size| match size.difference {
-                0.0 => 0.0,
-                difference => difference / size.largest.max(least),
+            let least = match sizes.iter().map(|size| size.largest).fold(0.0, f64::max) {
+                0.0 => 1.0,
+                largest => LEAST_SHARE * largest,
             };
+            let relative = |size: &Size| size.difference / size.largest.max(least);
             deviations.push(Deviation {
                 kernel: expected.name.clone(),
                 output: output.name.clone(),
@@ -252,12 +255,24 @@ fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values
     size
 }
 
-/// A state: directions that follow each other with bends of the sizes `bend`, unit clamp vectors, positive constants.
-fn random_point(symbols: &[Symbol], bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
+/// True if the arguments of `kernel` have no polar angle: it is for motion in the plane of rotation.
+fn is_planar(kernel: &Kernel) -> bool {
+    let mut names = kernel.inputs.iter().flat_map(|input| &input.elements).map(|(name, _)| name);
+    names.all(|name| !name.contains("phi") || name.starts_with(VARIATION))
+}
+
+/// How the names of the lateral variations of a planar motion begin.
+const VARIATION: &str = "phi_variation";
+
+/// A state of `kernel`: directions that follow each other with bends of the sizes `bend`, unit clamp vectors, positive
+/// constants.
+fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
+    let symbols = kernel.graph.symbols();
     // Off the x axis, where the second chart has its poles, if there is a segment in it.
     let crossed = symbols.iter().any(|symbol| symbol.name == "phi_x");
     let azimuth = if crossed { 0.5 * PI + symmetric(0.5, rng) } else { symmetric(PI, rng) };
-    let mut angles = [0.9 + 1.3 * rng.f64(), azimuth];
+    let polar = if is_planar(kernel) { 0.5 * PI } else { 0.9 + 1.3 * rng.f64() };
+    let mut angles = [polar, azimuth];
     let clamp = clamp_vectors(angles, rng);
     let mut second_azimuth = 0.0;
     let mut values = Vec::with_capacity(symbols.len());
@@ -273,7 +288,7 @@ fn random_point(symbols: &[Symbol], bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
             x.acos()
         } else if name == "theta_x" {
             second_azimuth
-        } else if symbol.unit == Unit::RADIAN {
+        } else if symbol.unit == Unit::RADIAN && !name.starts_with(VARIATION) {
             let coordinate = usize::from(!name.starts_with("phi"));
             angles[coordinate] = bent(angles, coordinate, bend, crossed, rng);
             angles[coordinate]
@@ -331,22 +346,25 @@ fn clamp_vectors(angles: [f64; 2], rng: &mut Rng) -> [(&'static str, f64); 6] {
     ]
 }
 
-/// The number of segments of whole equations, if `kernels` are such; none for other kernels.
-pub fn whole_segments(kernels: &[Kernel]) -> Option<usize> {
-    let names = kernels.iter().map(|kernel| kernel.name.as_str());
+/// The number of segments and the motion of whole equations, if `kernels` are such; none for other kernels.
+pub fn whole_chain(kernels: &[Kernel]) -> Option<(usize, Motion)> {
+    let names = || kernels.iter().map(|kernel| kernel.name.as_str());
+    let named = |motion: &Motion| names().eq(NAMES.map(|name| motion.name_for(name)));
+    let motion = [Motion::Spatial, Motion::Planar].into_iter().find(named)?;
     let [Output { shape: Shape::Matrix(rows, columns), .. }] = kernels.first()?.outputs[..] else { return None };
-    let whole = names.eq(["mass_matrix", "force", "energies"]) && rows == columns && rows % 2 == 0;
-    whole.then_some(rows / 2)
+    let coordinates = motion.coordinates_per_segment();
+    (rows == columns && rows.is_multiple_of(coordinates)).then_some((rows / coordinates, motion))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ir::constant::Constant;
     use crate::model::kernels::kernels;
     use crate::model::whole::{Purpose, whole_kernels};
 
     fn whole(segments: usize, purpose: Purpose) -> Vec<Kernel> {
-        whole_kernels(segments, purpose).expect("the derivation is sound")
+        whole_kernels(segments, Motion::Spatial, purpose).expect("the derivation is sound")
     }
 
     #[test]
@@ -369,7 +387,9 @@ mod tests {
         assert!(matches!(compare(&one, &two, 1, States::All, 1), Err(CompareError::Signature { .. })));
         let kernels = kernels().expect("the derivation is sound");
         assert!(matches!(compare(&one, &kernels, 1, States::All, 1), Err(CompareError::Kernels { .. })));
-        assert_eq!((whole_segments(&two), whole_segments(&kernels)), (Some(2), None));
+        assert_eq!((whole_chain(&two), whole_chain(&kernels)), (Some((2, Motion::Spatial)), None));
+        let planar = whole_kernels(2, Motion::Planar, Purpose::Computing).expect("the derivation is sound");
+        assert_eq!(whole_chain(&planar), Some((2, Motion::Planar)));
     }
 
     #[test]
@@ -396,7 +416,7 @@ mod tests {
             let mut rng = Rng::with_seed(4);
             for (bend, [least, most]) in BENDS.into_iter().zip([[0.0, 1e-7], [1e-6, 0.08], [1e-6, 0.5], [1e-6, 1.8]]) {
                 for _ in 0..1000 {
-                    let point = random_point(symbols, bend, &mut rng);
+                    let point = random_point(kernel, bend, &mut rng);
                     let at = |name: String| {
                         let symbol = symbols.iter().position(|symbol| symbol.name == name);
                         point[symbol.expect("it is a symbol of the kernel")]
@@ -428,11 +448,25 @@ mod tests {
     }
 
     #[test]
+    fn one_that_vanishes_everywhere_is_measured_absolutely() {
+        let mut kernel = whole(1, Purpose::Computing).swap_remove(2);
+        kernel.outputs.truncate(1);
+        let mut rounded = kernel.clone();
+        for (kernel, value) in [(&mut kernel, 0.0), (&mut rounded, 1e-17)] {
+            kernel.outputs[0].nodes[0] = kernel.graph.constant(Constant::Float(value));
+        }
+        let deviations = compare(&[kernel], &[rounded], 2, States::All, 1).expect("they compute the same things");
+        assert_eq!(deviations[0].largest, 1e-17);
+    }
+
+    #[test]
     fn a_straight_state_is_straight_to_the_last_bit() {
-        let kernel = &whole(3, Purpose::Computing)[2];
-        let point = random_point(kernel.graph.symbols(), BENDS[0], &mut Rng::with_seed(2));
-        let values = kernel.graph.evaluate(&point);
-        assert_eq!(kernel.outputs[1].name, "spring");
-        assert_eq!(values[kernel.outputs[1].nodes[0].index()], 0.0);
+        for motion in [Motion::Spatial, Motion::Planar] {
+            let kernel = &whole_kernels(3, motion, Purpose::Computing).expect("the derivation is sound")[2];
+            let point = random_point(kernel, BENDS[0], &mut Rng::with_seed(2));
+            let values = kernel.graph.evaluate(&point);
+            assert_eq!(kernel.outputs[1].name, "spring");
+            assert_eq!(values[kernel.outputs[1].nodes[0].index()], 0.0, "{motion:?}");
+        }
     }
 }

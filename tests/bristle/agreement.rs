@@ -8,6 +8,7 @@ use bristle::simulation::FilamentSystem;
 use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::{Plane, Workpiece};
 use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::whole_equations;
 use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
@@ -18,7 +19,7 @@ const TOOL: Turning<RoundTool> =
 
 /// `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let whole = whole_equations(state.q.len());
+    let whole = whole_equations(state.q.len(), Motion::Spatial);
     let values = whole.graph.evaluate(&symbol_values(&whole, &state.chain, &state.clamp, &state.q, &state.v));
     let at = |node: &NodeId| values[node.index()];
     (whole.mass_matrix.iter().map(|row| row.iter().map(at).collect()).collect(), whole.force.iter().map(at).collect())
@@ -67,7 +68,7 @@ fn energies_match_the_whole_equations() {
     let mut rng = Rng::with_seed(3);
     for segments in [1, 2, 5, 25] {
         let state = random_state(&mut rng, segments);
-        let whole = whole_equations(segments);
+        let whole = whole_equations(segments, Motion::Spatial);
         let values = whole.graph.evaluate(&symbol_values(&whole, &state.chain, &state.clamp, &state.q, &state.v));
         let mut dynamics = Dynamics::new(state.chain);
         dynamics.place(&state.clamp, &state.q, &state.v);

@@ -39,11 +39,27 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The name of a function for this motion, whose name in space is `name`.
+    pub fn name_for(self, name: &str) -> String {
+        match self {
+            Self::Spatial => name.into(),
+            Self::Planar => format!("planar_{name}"),
+        }
+    }
+
     /// The number of components of a vector.
     pub fn axes(self) -> usize {
         match self {
             Self::Spatial => 3,
             Self::Planar => 2,
+        }
+    }
+
+    /// The number of coordinates of a segment.
+    pub fn coordinates_per_segment(self) -> usize {
+        match self {
+            Self::Spatial => 2,
+            Self::Planar => 1,
         }
     }
 

@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::model::chain::{self, Clamp, Parameters, Segment, Vec3};
+use crate::model::chain::{self, Clamp, Motion, Parameters, Segment, Vec3};
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
 /// The whole equations of a chain of `n` segments, as expressions.
 ///
 /// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav` (Uhlmann and Hoyer 2021,
-/// Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1, θ1, …, φn, θn`.
+/// Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1, θ1, …, φn, θn`; in the plane of rotation,
+/// where every `φ = π/2`, in the order `θ1, …, θn`. In what follows `N` is their number.
 #[derive(Clone, Debug)]
 pub struct WholeEquations {
+    /// How the chain moves.
+    pub motion: Motion,
     /// The graph that holds the expressions.
     pub graph: Graph,
     /// The constants.
@@ -20,9 +23,9 @@ pub struct WholeEquations {
     pub clamp: Clamp,
     /// The coordinates and rates of each segment.
     pub segments: Vec<Segment>,
-    /// `M`, 2n × 2n, in kg m² (rows and columns are angles).
+    /// `M`, N × N, in kg m² (rows and columns are angles).
     pub mass_matrix: Vec<Vec<NodeId>>,
-    /// `f`, 2n, in N m: everything but the terms in `q̈` and the contact.
+    /// `f`, N elements in N m: everything but the terms in `q̈` and the contact.
     pub force: Vec<NodeId>,
     /// `E_kin` in J.
     pub kinetic_energy: NodeId,
@@ -36,13 +39,13 @@ pub struct WholeEquations {
     pub tip: Vec3,
 }
 
-/// Derives the whole equations for `segments` segments.
+/// Derives the whole equations of `motion` for `segments` segments.
 ///
 /// The expressions share their subexpressions: `M` takes O(n²) nodes and `f` takes O(n).
 ///
 /// # Panics
 /// If `segments` is zero.
-pub fn whole_equations(segments: usize) -> WholeEquations {
+pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
     assert!(segments > 0, "a chain has at least one segment");
     let mut graph = Graph::new();
     let g = &mut graph;
@@ -67,12 +70,14 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
     }
     let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
         [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));
+    let [x, y, z] = position;
+    let [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z] =
+        motion.specialise(g, &segments, [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z]);
 
-    let coordinates: Vec<NodeId> = segments.iter().flat_map(Segment::coordinates).collect();
-    let rates: Vec<NodeId> = segments.iter().flat_map(Segment::rates).collect();
+    let [coordinates, rates] = variables(&segments, motion);
     let momenta = gradient(g, kinetic_energy, &rates);
     let mass_matrix = jacobian(g, &momenta, &rates);
-    let momentum_rates = directional_derivative(g, &momenta, &free_motion(&segments, &clamp));
+    let momentum_rates = directional_derivative(g, &momenta, &free_motion(&coordinates, &rates, &clamp));
     let kinetic_gradient = gradient(g, kinetic_energy, &coordinates);
     let potential = g.add(spring_energy, gravity_energy);
     let potential_gradient = gradient(g, potential, &coordinates);
@@ -84,6 +89,7 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
     });
     let force = force.collect();
     WholeEquations {
+        motion,
         graph,
         parameters,
         clamp,
@@ -94,14 +100,21 @@ pub fn whole_equations(segments: usize) -> WholeEquations {
         spring_energy,
         gravity_energy,
         dissipation,
-        tip: position,
+        tip: [x, y, z],
     }
 }
 
+/// The coordinates of all segments, and their rates.
+fn variables(segments: &[Segment], motion: Motion) -> [Vec<NodeId>; 2] {
+    [
+        segments.iter().flat_map(|segment| motion.coordinates(segment)).collect(),
+        segments.iter().flat_map(|segment| motion.rates(segment)).collect(),
+    ]
+}
+
 /// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and the motion of the clamp.
-fn free_motion(segments: &[Segment], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
-    let coordinates = segments.iter().flat_map(Segment::coordinates);
-    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.zip(segments.iter().flat_map(Segment::rates)).collect();
+fn free_motion(coordinates: &[NodeId], rates: &[NodeId], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
+    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.iter().copied().zip(rates.iter().copied()).collect();
     motion.extend(clamp.velocity.into_iter().zip(clamp.acceleration));
     motion
 }
@@ -122,11 +135,15 @@ pub struct Parts {
 }
 
 impl WholeEquations {
+    /// The coordinates, and their rates, in the order of the rows of `M`.
+    pub fn variables(&self) -> [Vec<NodeId>; 2] {
+        variables(&self.segments, self.motion)
+    }
+
     /// Derives the momenta and the parts whose sum is [`WholeEquations::force`].
     pub fn parts(&mut self) -> Parts {
-        let coordinates: Vec<NodeId> = self.segments.iter().flat_map(Segment::coordinates).collect();
-        let rates: Vec<NodeId> = self.segments.iter().flat_map(Segment::rates).collect();
-        let motion = free_motion(&self.segments, &self.clamp);
+        let [coordinates, rates] = self.variables();
+        let motion = free_motion(&coordinates, &rates, &self.clamp);
         let g = &mut self.graph;
         let momenta = gradient(g, self.kinetic_energy, &rates);
         let momentum_rates = directional_derivative(g, &momenta, &motion);
@@ -151,15 +168,17 @@ mod tests {
     fn the_parts_sum_to_the_force() {
         // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
-        let mut whole = whole_equations(3);
-        let parts = whole.parts();
-        let point: Vec<f64> = (0..whole.graph.symbols().len()).map(|i| 0.3 + 0.1 * (i as f64).sin()).collect();
-        let values = whole.graph.evaluate(&point);
-        let at = |node: NodeId| values[node.index()];
-        for (i, &force) in whole.force.iter().enumerate() {
-            let sum: f64 =
-                [&parts.inertial, &parts.spring, &parts.gravity, &parts.damping].map(|part| at(part[i])).iter().sum();
-            assert!((sum - at(force)).abs() < TOLERANCE, "{i}: {sum} {}", at(force));
+        for motion in [Motion::Spatial, Motion::Planar] {
+            let mut whole = whole_equations(3, motion);
+            let parts = whole.parts();
+            let point: Vec<f64> = (0..whole.graph.symbols().len()).map(|i| 0.3 + 0.1 * (i as f64).sin()).collect();
+            let values = whole.graph.evaluate(&point);
+            let at = |node: NodeId| values[node.index()];
+            for (i, &force) in whole.force.iter().enumerate() {
+                let parts = [&parts.inertial, &parts.spring, &parts.gravity, &parts.damping];
+                let sum: f64 = parts.map(|part| at(part[i])).iter().sum();
+                assert!((sum - at(force)).abs() < TOLERANCE, "{motion:?}, {i}: {sum} {}", at(force));
+            }
         }
     }
 }

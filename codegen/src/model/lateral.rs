@@ -5,7 +5,7 @@
 //! follow the planar motion. Here they are derived from the spatial equations: the derivative of the torque on `φ` and of the
 //! forces along `z`, at `φ = π/2`, `φ̇ = 0`.
 //!
-//! The variations form a chain of the same structure as that of [`super::kernels`], with one coordinate `η` a segment and one
+//! The variations form a chain of the same structure as that of `kernels`, with one coordinate `η` a segment and one
 //! component `z` a node:
 //!
 //! ```text
@@ -20,7 +20,7 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
-use crate::model::kernels::{
+use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_step,
     clamp_inputs, joint_constants, rates, resistance, segment_constants, step_weights, tangent_blocks, trigonometry,
     vector_input, weights,
@@ -32,7 +32,7 @@ use crate::passes::specialise::substitute;
 
 /// Where the lateral kernels hold.
 const WHERE: &str =
-    "Lateral variation along a motion in the plane of rotation: `q = η = ∂φ/∂τ`, `τ` the tilt of the clamp.";
+    "Lateral variation of a motion in the plane of rotation: `q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp.";
 
 /// The kernels of the lateral variation, in the order in which the solver uses them.
 pub(super) fn kernels() -> Result<Vec<Kernel>, DimensionError> {
@@ -133,8 +133,8 @@ fn segment() -> Result<Kernel, DimensionError> {
         Output::matrix("inertia", "`I = ∂τ_φ/∂η̈`", INERTIA, vec![vec![inertia]]),
         Output::matrix("coupling", "`C = ∂p_z/∂η̈ = ∂τ_φ/∂z̈`", MASS_LENGTH, vec![vec![coupling]]),
         Output::vector("bias", "`τ_0`: `τ_φ` for `z̈ = 0`, `η̈ = 0`, `F_z = 0`", TORQUE, vec![bias]),
-        Output::vector("reach", "variation of the outer end less that of the inner one", Unit::METRE, vec![reach]),
-        Output::vector("reach_rate", "its rate", VELOCITY, vec![reach_rate]),
+        Output::vector("reach", "`z' − z`, outer end less inner end", Unit::METRE, vec![reach]),
+        Output::vector("reach_rate", "`ż' − ż`", VELOCITY, vec![reach_rate]),
         Output::matrix("reach_jacobian", "`G = ∂z̈'/∂η̈`", Unit::METRE, vec![vec![jacobian]]),
     ];
     let summary = format!(
@@ -227,7 +227,7 @@ fn joint() -> Result<Kernel, DimensionError> {
         Output::vector("previous", "torque on `φ` of the previous segment", TORQUE, vec![torques[0]]),
         Output::vector("next", "torque on `φ` of the next segment", TORQUE, vec![torques[1]]),
     ];
-    let summary = format!("Torques of a joint on the polar angles of the segments that it connects.\n{WHERE}");
+    let summary = format!("Torques of a joint on the polar angles of the two segments that it connects.\n{WHERE}");
     Derivation { graph, outputs }.kernel("lateral_joint", &summary, Some(Style::Cheap), |graph| {
         let mut inputs = planar_joint_inputs(graph);
         inputs.extend(["previous", "next"].iter().flat_map(|label| Variation::inputs(graph, label)));
@@ -256,7 +256,7 @@ fn clamp() -> Result<Kernel, DimensionError> {
     let LateralJoint { graph, torques, .. } = at_clamp();
     let outputs = vec![Output::vector("next", "torque on `φ` of the first segment", TORQUE, torques.to_vec())];
     let summary = format!(
-        "Torque of the clamp joint on the polar angle of the first segment, for a clamp tilted by `τ = 1`.\n{WHERE}"
+        "Torque of the clamp joint on the polar angle of the first segment. The clamp itself varies by `∂e0z/∂τ = 1`.\n{WHERE}"
     );
     Derivation { graph, outputs }.kernel("lateral_clamp", &summary, Some(Style::Cheap), |graph| {
         let mut inputs = clamp_inputs(graph, Motion::Planar);

@@ -1,6 +1,7 @@
 //! The filament: its energies, and the equations of motion that follow from them.
 
 pub mod chain;
+mod elements;
 pub mod kernels;
 pub mod lagrange;
 pub mod lateral;

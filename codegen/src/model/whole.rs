@@ -3,7 +3,7 @@
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
-use crate::model::chain::{INERTIA, STIFFNESS, Segment};
+use crate::model::chain::{INERTIA, Motion, STIFFNESS, Vec3};
 use crate::model::lagrange::{WholeEquations, whole_equations};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
@@ -17,7 +17,10 @@ pub enum Purpose {
     Computing,
 }
 
-/// The functions `mass_matrix`, `force` and `energies` of a chain of `segments` segments.
+/// The names of the whole equations of motion in space. [`Motion::name_for`] gives those of other motions.
+pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
+
+/// The functions [`NAMES`] of a chain of `segments` segments.
 ///
 /// Each takes all inputs, so that all are called in the same way.
 ///
@@ -26,12 +29,16 @@ pub enum Purpose {
 ///
 /// # Panics
 /// If `segments` is zero.
-pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
-    let whole = whole_equations(segments);
-    let size = 2 * segments;
+pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
+    let whole = whole_equations(segments, motion);
+    let size = whole.force.len();
+    let coordinates = match motion {
+        Motion::Spatial => "φ1, θ1, φ2, …",
+        Motion::Planar => "θ1, θ2, …",
+    };
     let mass_matrix = Output::matrix(
         "mass_matrix",
-        &format!("`M`, {size} × {size}, symmetric, rows and columns `φ1, θ1, φ2, …`"),
+        &format!("`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"),
         INERTIA,
         whole.mass_matrix.clone(),
     );
@@ -43,11 +50,16 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, D
         Output::scalar("dissipation", "`D`", Unit::WATT, whole.dissipation),
     ];
     let plural = if segments == 1 { "" } else { "s" };
-    let chain = format!("of a chain of {segments} segment{plural}");
+    let planar = match motion {
+        Motion::Spatial => "",
+        Motion::Planar => "planar ",
+    };
+    let chain = format!("of a {planar}chain of {segments} segment{plural}");
+    let [mass_matrix_name, force_name, energies_name] = NAMES;
     [
-        ("mass_matrix", format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
+        (mass_matrix_name, format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
         (
-            "force",
+            force_name,
             format!(
                 "Generalised force {chain}: `f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n\
                  the first term without its part in `q̈`, `E_pot = E_spring + E_grav`."
@@ -55,7 +67,7 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, D
             vec![force],
         ),
         (
-            "energies",
+            energies_name,
             format!(
                 "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`,\n\
                  `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
@@ -64,7 +76,7 @@ pub fn whole_kernels(segments: usize, purpose: Purpose) -> Result<Vec<Kernel>, D
         ),
     ]
     .into_iter()
-    .map(|(name, summary, outputs)| kernel(&whole, purpose, name, summary, outputs))
+    .map(|(name, summary, outputs)| kernel(&whole, purpose, &motion.name_for(name), summary, outputs))
     .collect()
 }
 
@@ -96,16 +108,22 @@ fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
         let names = symbols.into_iter().filter_map(|symbol| whole.graph.symbol_name(symbol));
         Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
     };
-    let WholeEquations { parameters, clamp, segments, .. } = whole;
+    let WholeEquations { motion, parameters, clamp, .. } = whole;
+    let vector = |name: &str, doc: &str, symbols: Vec3| group(name, doc, symbols[..motion.axes()].to_vec());
+    let [coordinates, rates] = whole.variables();
+    let [coordinates_doc, rates_doc] = match motion {
+        Motion::Spatial => ["φ1, θ1, φ2, … in rad", "φ̇1, θ̇1, φ̇2, … in rad/s"],
+        Motion::Planar => ["θ1, θ2, … in rad", "θ̇1, θ̇2, … in rad/s"],
+    };
     vec![
-        group("q", "φ1, θ1, φ2, … in rad", segments.iter().flat_map(Segment::coordinates).collect()),
-        group("v", "φ̇1, θ̇1, φ̇2, … in rad/s", segments.iter().flat_map(Segment::rates).collect()),
-        group("root_position", "r0 in m", clamp.position.into()),
-        group("root_velocity", "ṙ0 in m/s", clamp.velocity.into()),
-        group("root_acceleration", "r̈0 in m/s²", clamp.acceleration.into()),
-        group("clamp_direction", "e0", clamp.direction.into()),
-        group("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate.into()),
-        group("gravity", "g in m/s²", parameters.gravity.into()),
+        group("q", coordinates_doc, coordinates),
+        group("v", rates_doc, rates),
+        vector("root_position", "r0 in m", clamp.position),
+        vector("root_velocity", "ṙ0 in m/s", clamp.velocity),
+        vector("root_acceleration", "r̈0 in m/s²", clamp.acceleration),
+        vector("clamp_direction", "e0", clamp.direction),
+        vector("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate),
+        vector("gravity", "g in m/s²", parameters.gravity),
         group("segment_length", "h in m", vec![parameters.length]),
         group("segment_mass", "m in kg", vec![parameters.mass]),
         group("segment_inertia", "J in kg m²", vec![parameters.inertia]),

@@ -94,7 +94,9 @@ mod tests {
         for [angle, other] in [[0.3, 0.3], [0.1, 1.9], [-2.0, 1.1], [1.0, -2.1]] {
             let values = graph.evaluate(&[angle, other]);
             assert!((values[rewritten.index()] - 0.5 * (other - angle).powi(2)).abs() < 1e-15);
-            assert!((values[rewritten.index()] - values[energy.index()]).abs() < 1e-14);
+            // Towards the fold at π the energy depends ever more on the last digits of `u`.
+            let fold = (0.5 * (other - angle)).cos();
+            assert!((values[rewritten.index()] - values[energy.index()]).abs() < 4e-15 / fold);
         }
     }
 

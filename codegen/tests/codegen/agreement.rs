@@ -5,8 +5,9 @@
 use std::path::Path;
 
 use bristle_codegen::back::json::{GraphFile, from_json};
-use bristle_codegen::compare::{States, TOLERANCE, compare, whole_segments};
+use bristle_codegen::compare::{States, TOLERANCE, compare, whole_chain};
 use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
@@ -19,11 +20,11 @@ fn committed(name: &str) -> GraphFile {
     from_json(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The built-in derivation of the whole equations of `segments`.
+/// The built-in derivation of the whole equations of `segments` and `motion`.
 ///
 /// In the form for computing: the one for reading writes the chord of a joint through cosines, which cancel.
-fn built_in(segments: usize) -> Vec<Kernel> {
-    whole_kernels(segments, Purpose::Computing).expect("the derivation is sound")
+fn built_in(segments: usize, motion: Motion) -> Vec<Kernel> {
+    whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")
 }
 
 fn assert_agreement(expected: &[Kernel], name: &str, states: States) {
@@ -36,10 +37,12 @@ fn assert_agreement(expected: &[Kernel], name: &str, states: States) {
 
 #[test]
 fn casadi_derives_the_same_whole_equations() {
-    for segments in [1, 2, 3, 5] {
-        let name = format!("chain_{segments}.json");
-        assert_eq!(whole_segments(&committed(&name).kernels), Some(segments));
-        assert_agreement(&built_in(segments), &name, States::All);
+    for (motion, end) in [(Motion::Spatial, ""), (Motion::Planar, "_planar")] {
+        for segments in [1, 2, 3, 5] {
+            let name = format!("chain_{segments}{end}.json");
+            assert_eq!(whole_chain(&committed(&name).kernels), Some((segments, motion)));
+            assert_agreement(&built_in(segments, motion), &name, States::All);
+        }
     }
 }
 
@@ -52,6 +55,6 @@ fn casadi_derives_the_same_kernels_and_tangents() {
 #[test]
 fn sympy_derives_the_same_whole_equations() {
     for segments in [1, 2] {
-        assert_agreement(&built_in(segments), &format!("sympy_{segments}.json"), States::Bent);
+        assert_agreement(&built_in(segments, Motion::Spatial), &format!("sympy_{segments}.json"), States::Bent);
     }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use bristle_codegen::back::json::{self, ExchangeError, KernelError, from_json, to_json};
 use bristle_codegen::back::rust::{Origin, emit};
 use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use proptest::prelude::*;
@@ -40,9 +41,13 @@ fn refused(text: &str) -> ExchangeError {
 }
 
 /// What the engine derives and writes.
-fn derived() -> [Vec<Kernel>; 5] {
-    let whole = |segments| whole_kernels(segments, Purpose::Computing).expect("the derivation is sound");
-    [kernels().expect("the derivation is sound"), whole(1), whole(2), whole(3), whole(5)]
+fn derived() -> Vec<Vec<Kernel>> {
+    let mut derived = vec![kernels().expect("the derivation is sound")];
+    for motion in [Motion::Spatial, Motion::Planar] {
+        let whole = |segments| whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound");
+        derived.extend([1, 2, 3, 5].map(whole));
+    }
+    derived
 }
 
 fn written(kernels: &[Kernel]) -> String {
@@ -392,7 +397,7 @@ fn check_any(text: &str) {
 fn originals() -> &'static [String] {
     static FILES: OnceLock<[String; 2]> = OnceLock::new();
     FILES.get_or_init(|| {
-        let whole = whole_kernels(1, Purpose::Computing).expect("the derivation is sound");
+        let whole = whole_kernels(1, Motion::Spatial, Purpose::Computing).expect("the derivation is sound");
         [EXAMPLE.into(), written(&whole)]
     })
 }

@@ -5,10 +5,11 @@
 use std::fmt::Write;
 
 use bristle_codegen::back::json::to_json;
-use bristle_codegen::back::print::{self, Form, equations};
+use bristle_codegen::back::print::{self, Form, equations, walkthrough};
 use bristle_codegen::back::rust::{Origin, count_operations, emit};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::simplify::RULES;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels as derived_kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::normal_form::SUM_RULES;
@@ -20,8 +21,11 @@ fn origin(title: &str) -> Origin<'_> {
     Origin { title, maker: "a test of bristle-codegen", again: AGAIN }
 }
 
-fn whole(segments: usize, purpose: Purpose) -> Vec<Kernel> {
-    whole_kernels(segments, purpose).expect("the derivation is sound")
+/// The motions, each with what the names of its snapshots begin with.
+const MOTIONS: [(Motion, &str); 2] = [(Motion::Spatial, ""), (Motion::Planar, "planar_")];
+
+fn whole(segments: usize, motion: Motion, purpose: Purpose) -> Vec<Kernel> {
+    whole_kernels(segments, motion, purpose).expect("the derivation is sound")
 }
 
 fn kernels() -> Vec<Kernel> {
@@ -30,14 +34,26 @@ fn kernels() -> Vec<Kernel> {
 
 #[test]
 fn readable_equations() {
-    for segments in [1, 2, 3] {
-        let text = equations(Form::Text, segments, &whole(segments, Purpose::Reading), AGAIN);
-        insta::assert_snapshot!(format!("equations_{segments}"), text);
+    for (motion, start) in MOTIONS {
+        for segments in [1, 2, 3] {
+            insta::assert_snapshot!(format!("{start}equations_{segments}"), page(Form::Text, segments, motion));
+        }
+        for segments in [1, 2] {
+            insta::assert_snapshot!(format!("{start}equations_{segments}_latex"), page(Form::Latex, segments, motion));
+        }
     }
-    for segments in [1, 2] {
-        let text = equations(Form::Latex, segments, &whole(segments, Purpose::Reading), AGAIN);
-        insta::assert_snapshot!(format!("equations_{segments}_latex"), text);
-    }
+}
+
+/// The whole equations of `segments` and `motion` in `form`.
+fn page(form: Form, segments: usize, motion: Motion) -> String {
+    equations(form, segments, motion, &whole(segments, motion, Purpose::Reading), AGAIN)
+}
+
+#[test]
+fn the_derivation_step_by_step() {
+    // docs/equations.md has that in space.
+    let page = walkthrough(1, Motion::Planar, AGAIN).expect("the derivation is sound");
+    insta::assert_snapshot!("planar_walkthrough_1", page);
 }
 
 #[test]
@@ -49,8 +65,10 @@ fn readable_kernels() {
 
 #[test]
 fn latex_is_ascii() {
-    for segments in [1, 2, 3, 5] {
-        assert!(equations(Form::Latex, segments, &whole(segments, Purpose::Reading), AGAIN).is_ascii());
+    for (motion, _) in MOTIONS {
+        for segments in [1, 2, 3, 5] {
+            assert!(page(Form::Latex, segments, motion).is_ascii());
+        }
     }
     assert!(print::kernels(Form::Latex, "Kernels – of “the” solver", &kernels(), AGAIN).is_ascii());
 }
@@ -63,25 +81,33 @@ fn emitted_kernels() {
 
 #[test]
 fn emitted_whole_equations() {
-    let source = emit(&whole(1, Purpose::Computing), origin("One segment.")).expect("the equations can be emitted");
-    insta::assert_snapshot!("whole_1", source);
+    for (motion, start) in MOTIONS {
+        let kernels = whole(1, motion, Purpose::Computing);
+        let source = emit(&kernels, origin("One segment.")).expect("the equations can be emitted");
+        insta::assert_snapshot!(format!("{start}whole_1"), source);
+    }
 }
 
 #[test]
 fn exchanged_equations() {
-    let json = to_json(&whole(1, Purpose::Computing), "one segment").expect("the equations can be written");
-    insta::assert_snapshot!("whole_1_json", json);
+    for (motion, start) in MOTIONS {
+        let json = to_json(&whole(1, motion, Purpose::Computing), "one segment").expect("the equations can be written");
+        insta::assert_snapshot!(format!("{start}whole_1_json"), json);
+    }
 }
 
 #[test]
 fn operation_counts() {
     let mut table = String::new();
     for kernel in kernels() {
-        writeln!(table, "{:16} {}", kernel.name, count_operations(&kernel)).expect("a string takes everything");
+        writeln!(table, "{:23} {}", kernel.name, count_operations(&kernel)).expect("a string takes everything");
     }
-    for segments in [1, 2, 3, 25] {
-        for kernel in whole(segments, Purpose::Computing) {
-            writeln!(table, "n = {segments:2}  {:12} {}", kernel.name, count_operations(&kernel)).expect("see above");
+    for (motion, _) in MOTIONS {
+        for segments in [1, 2, 3, 25] {
+            for kernel in whole(segments, motion, Purpose::Computing) {
+                writeln!(table, "n = {segments:2}  {:18} {}", kernel.name, count_operations(&kernel))
+                    .expect("see above");
+            }
         }
     }
     insta::assert_snapshot!("operation_counts", table);
@@ -89,10 +115,11 @@ fn operation_counts() {
 
 #[test]
 fn same_input_gives_the_same_bytes() {
-    let text = || emit(&whole(4, Purpose::Computing), origin("Four segments.")).expect("the equations can be emitted");
-    assert_eq!(text(), text());
-    let text = || equations(Form::Text, 4, &whole(4, Purpose::Reading), AGAIN);
-    assert_eq!(text(), text());
+    for (motion, _) in MOTIONS {
+        let source = || emit(&whole(4, motion, Purpose::Computing), origin("Four segments."));
+        assert_eq!(source().expect("the equations can be emitted"), source().expect("the equations can be emitted"));
+        assert_eq!(page(Form::Text, 4, motion), page(Form::Text, 4, motion));
+    }
 }
 
 #[test]

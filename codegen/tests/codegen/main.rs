@@ -6,4 +6,5 @@ mod exchange;
 mod expressions;
 mod golden;
 mod layers;
+mod planar;
 mod rules;

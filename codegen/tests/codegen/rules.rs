@@ -7,6 +7,7 @@ use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
 use bristle_codegen::ir::simplify::RULES;
 use bristle_codegen::ir::unit::Unit;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::lagrange::whole_equations;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
@@ -151,8 +152,8 @@ fn trigonometric_identities_are_found() {
 
 #[test]
 fn derived_graphs_keep_their_invariants() {
-    for segments in [1, 2, 7] {
-        let whole = whole_equations(segments);
+    for (segments, motion) in [1, 2, 7].into_iter().flat_map(|segments| MOTIONS.map(|motion| (segments, motion))) {
+        let whole = whole_equations(segments, motion);
         assert_eq!(whole.graph.validate(), Ok(()));
         for (i, row) in whole.mass_matrix.iter().enumerate() {
             for (j, &entry) in row.iter().enumerate() {
@@ -161,7 +162,7 @@ fn derived_graphs_keep_their_invariants() {
                 assert!((values[entry.index()] - values[mirrored.index()]).abs() < 1e-14);
             }
         }
-        for kernel in whole_kernels(segments, Purpose::Reading).expect("the derivation is sound") {
+        for kernel in whole_kernels(segments, motion, Purpose::Reading).expect("the derivation is sound") {
             assert_eq!(kernel.graph.validate(), Ok(()));
         }
     }
@@ -170,14 +171,19 @@ fn derived_graphs_keep_their_invariants() {
     }
 }
 
+const MOTIONS: [Motion; 2] = [Motion::Spatial, Motion::Planar];
+
 #[test]
 fn readable_form_has_the_values_of_the_compact_one() {
-    let symbols = whole_equations(3).graph.symbols().len();
-    let point: Vec<f64> = (0..symbols).map(|i| 0.4 + 0.37 * (i as f64 * 1.7).sin()).collect();
-    let [compact, readable] = [Purpose::Computing, Purpose::Reading]
-        .map(|purpose| whole_kernels(3, purpose).expect("the derivation is sound"));
-    for (compact, readable) in compact.iter().zip(&readable) {
-        let values = [compact, readable].map(|kernel| kernel.graph.evaluate(&point));
+    let pairs = MOTIONS.into_iter().flat_map(|motion| {
+        let [compact, readable] = [Purpose::Computing, Purpose::Reading]
+            .map(|purpose| whole_kernels(3, motion, purpose).expect("the derivation is sound"));
+        compact.into_iter().zip(readable)
+    });
+    for (compact, readable) in pairs {
+        let symbols = compact.graph.symbols().len();
+        let point: Vec<f64> = (0..symbols).map(|i| 0.4 + 0.37 * (i as f64 * 1.7).sin()).collect();
+        let values = [&compact, &readable].map(|kernel| kernel.graph.evaluate(&point));
         for (expected, result) in compact.outputs.iter().zip(&readable.outputs) {
             for (expected, result) in expected.nodes.iter().zip(&result.nodes) {
                 let (expected, result) = (values[0][expected.index()], values[1][result.index()]);

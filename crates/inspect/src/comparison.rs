@@ -3,12 +3,14 @@
 use std::fmt::{self, Display, Formatter};
 
 use bristle_codegen::back::json::{self, ExchangeError, from_json};
-use bristle_codegen::compare::{self, CompareError, Deviation, compare, whole_segments};
-use bristle_codegen::model::kernels::kernels;
-use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::compare::{self, CompareError, Deviation, compare, whole_chain};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::whole::Purpose;
 use bristle_codegen::passes::dimension::DimensionError;
 
 use bristle::model::parameters::MAX_SEGMENTS;
+
+use crate::derive::{Equations, Motion};
 
 pub use bristle_codegen::compare::States;
 
@@ -20,8 +22,8 @@ pub const MAX_GRAPH_BYTES: usize = json::MAX_BYTES;
 pub struct Comparison {
     /// The program that made the graph, as stated in the graph.
     pub generator: String,
-    /// Number of segments of whole equations; `None` for the solver's kernels.
-    pub segments: Option<usize>,
+    /// What the graph computes.
+    pub equations: Equations,
     /// Number of states.
     pub states: usize,
     /// The largest deviation of each output.
@@ -62,22 +64,36 @@ fn agrees(deviation: &Deviation) -> bool {
 /// If the graph cannot be read or computes something else.
 pub fn compare_graph(text: &str, states: usize, which: States, seed: u64) -> Result<Comparison, ComparisonError> {
     let file = from_json(text)?;
-    let segments = whole_segments(&file.kernels);
-    let expected = match segments {
-        Some(segments) if segments > MAX_SEGMENTS => return Err(ComparisonError::TooManySegments(segments)),
-        Some(segments) => whole_kernels(segments, Purpose::Computing)?,
-        None => kernels()?,
-    };
+    let equations = equations_of(&file.kernels);
+    if let Equations::Whole { segments, .. } = equations
+        && segments > MAX_SEGMENTS
+    {
+        return Err(ComparisonError::TooManySegments(segments));
+    }
+    let expected = equations.derived(Purpose::Computing)?;
     let deviations = compare(&expected, &file.kernels, states, which, seed)?;
-    Ok(Comparison { generator: file.generator, segments, states, deviations })
+    Ok(Comparison { generator: file.generator, equations, states, deviations })
+}
+
+/// What `kernels` are to be compared with, by their names.
+fn equations_of(kernels: &[Kernel]) -> Equations {
+    if let Some((segments, motion)) = whole_chain(kernels) {
+        return Equations::Whole { segments, motion };
+    }
+    let planar = kernels.first().is_some_and(|kernel| kernel.name.starts_with("planar_"));
+    if planar { Equations::PlanarKernels } else { Equations::Kernels }
 }
 
 impl Display for Comparison {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let what = match self.segments {
-            Some(1) => "whole equations of 1 segment".to_owned(),
-            Some(segments) => format!("whole equations of {segments} segments"),
-            None => "kernels of the solver".to_owned(),
+        let what = match self.equations {
+            Equations::Whole { segments, motion } => {
+                let planar = if motion == Motion::Planar { "planar " } else { "" };
+                let plural = if segments == 1 { "" } else { "s" };
+                format!("whole {planar}equations of {segments} segment{plural}")
+            }
+            Equations::Kernels => "kernels of the solver".to_owned(),
+            Equations::PlanarKernels => "planar kernels of the solver".to_owned(),
         };
         let generator: String = self.generator.chars().take(200).collect();
         writeln!(formatter, "{what}, by {generator}")?;

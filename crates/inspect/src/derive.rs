@@ -4,32 +4,63 @@ use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::print::{self, Form};
 use bristle_codegen::back::rust::{EmitError, Origin, emit};
-use bristle_codegen::model::kernels::kernels;
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::kernels::{kernels, planar_kernels};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::dimension::DimensionError;
 
+pub use bristle_codegen::model::chain::Motion;
+
 /// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
-
-/// Title of the kernels.
-const KERNELS: &str = "Kernels of the solver";
 
 /// The equations to derive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Equations {
     /// The whole equations of a chain with this number of segments.
-    Whole(usize),
-    /// The kernels of one segment and one joint, which the solver loops over.
+    Whole {
+        /// Number of segments.
+        segments: usize,
+        /// How the chain moves.
+        motion: Motion,
+    },
+    /// All kernels of one segment and one joint, which the solver loops over: for motion in space, for motion in the plane of
+    /// rotation, and for the lateral variation of a planar motion.
     Kernels,
+    /// Those kernels without the ones for motion in space.
+    PlanarKernels,
 }
 
 impl Equations {
     /// The command that derives them.
     fn command(self, format: DeriveFormat) -> String {
-        let format = format.name();
+        let equations = match self {
+            Self::Whole { segments, motion: Motion::Spatial } => format!("--segments {segments}"),
+            Self::Whole { segments, motion: Motion::Planar } => format!("--segments {segments} --planar"),
+            Self::Kernels => "--kernels".into(),
+            Self::PlanarKernels => "--kernels --planar".into(),
+        };
+        format!("bristle derive {equations} --format {}", format.name())
+    }
+
+    /// Their title.
+    fn title(self) -> String {
         match self {
-            Self::Whole(segments) => format!("bristle derive --segments {segments} --format {format}"),
-            Self::Kernels => format!("bristle derive --kernels --format {format}"),
+            Self::Whole { segments, motion } => print::title(segments, motion),
+            Self::Kernels => "Kernels of the solver".into(),
+            Self::PlanarKernels => "Kernels of the solver for motion in the plane of rotation".into(),
+        }
+    }
+
+    /// Derives them.
+    ///
+    /// # Errors
+    /// If a term of the derivation makes no physical sense.
+    pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
+        match self {
+            Self::Whole { segments, motion } => whole_kernels(segments, motion, purpose),
+            Self::Kernels => kernels(),
+            Self::PlanarKernels => planar_kernels(),
         }
     }
 }
@@ -84,7 +115,7 @@ pub enum DeriveError {
 /// # Errors
 /// If there are no segments, or a form cannot be written.
 pub fn derive(equations: Equations, format: DeriveFormat) -> Result<String, DeriveError> {
-    if equations == Equations::Whole(0) {
+    if matches!(equations, Equations::Whole { segments: 0, .. }) {
         return Err(DeriveError::NoSegments);
     }
     let again = equations.command(format);
@@ -95,26 +126,24 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<String, Deri
         DeriveFormat::Rust | DeriveFormat::Json => return written_for_programs(equations, format, &again),
     };
     Ok(match equations {
-        Equations::Kernels => print::kernels(form, KERNELS, &kernels()?, &again),
-        Equations::Whole(segments) if form == Form::Markdown => print::walkthrough(segments, &again)?,
-        Equations::Whole(segments) => {
-            print::equations(form, segments, &whole_kernels(segments, Purpose::Reading)?, &again)
+        Equations::Kernels | Equations::PlanarKernels => {
+            print::kernels(form, &equations.title(), &equations.derived(Purpose::Reading)?, &again)
+        }
+        Equations::Whole { segments, motion } if form == Form::Markdown => {
+            print::walkthrough(segments, motion, &again)?
+        }
+        Equations::Whole { segments, motion } => {
+            print::equations(form, segments, motion, &equations.derived(Purpose::Reading)?, &again)
         }
     })
 }
 
 fn written_for_programs(equations: Equations, format: DeriveFormat, again: &str) -> Result<String, DeriveError> {
-    let (title, kernels) = match equations {
-        Equations::Whole(segments) => {
-            let plural = if segments == 1 { "" } else { "s" };
-            let title = format!("Equations of motion of a filament of {segments} segment{plural}.");
-            (title, whole_kernels(segments, Purpose::Computing)?)
-        }
-        Equations::Kernels => (format!("{KERNELS}."), kernels()?),
-    };
+    let kernels = equations.derived(Purpose::Computing)?;
     if format == DeriveFormat::Json {
         return Ok(to_json(&kernels, GENERATOR)?);
     }
+    let title = format!("{}.", equations.title());
     let source = emit(&kernels, Origin { title: &title, maker: MAKER, again })?;
     // The import goes below the header, which ends at the first empty line.
     Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))

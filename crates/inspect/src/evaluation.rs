@@ -1,6 +1,7 @@
 //! Evaluates the equations of motion at one state.
 
 use bristle_codegen::ir::graph::NodeId;
+use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
 use serde::Serialize;
 
@@ -88,7 +89,7 @@ pub fn evaluate(
     dynamics.check_poles(&q)?;
     let mut accelerations = vec![[0.0; 2]; q.len()];
     dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut accelerations);
-    let whole = whole_equations(q.len());
+    let whole = whole_equations(q.len(), Motion::Spatial);
     let values = whole.graph.evaluate(&symbol_values(&whole, &chain, &clamp, &q, &v));
     let at = |node: &NodeId| values[node.index()];
     let evaluation = Evaluation {
@@ -109,7 +110,7 @@ fn pairs(values: &[f64]) -> Vec<[f64; 2]> {
     values.as_chunks().0.to_vec()
 }
 
-/// The values of all symbols of `whole`, by symbol index.
+/// The values of all symbols of `whole`, for motion in space or in the plane, by symbol index.
 ///
 /// # Panics
 /// If the chain, `q` or `v` differs from `whole` in the number of segments.

@@ -33,7 +33,10 @@ pub enum StateError {
         message: String,
     },
     /// The coordinates do not form whole segments, or form too many.
-    #[error("`q` has {length} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments")]
+    #[error(
+        "`q` has {length} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments; in the plane of rotation \
+         φ = π/2 = 1.5707963267948966"
+    )]
     SegmentCount {
         /// Length of `q`.
         length: usize,

@@ -17,7 +17,7 @@ pub(super) struct Row {
 }
 
 /// The families of symbols: the name without segment and axis, and the meaning. The unit is that of the symbol.
-const FAMILIES: [(&str, &str); 33] = [
+const FAMILIES: [(&str, &str); 35] = [
     ("phi", "polar angle of a segment from `+z`"),
     ("theta", "azimuth of a segment about `z`"),
     ("phi_x", "polar angle of a segment in the second chart, from `+x`"),
@@ -26,6 +26,8 @@ const FAMILIES: [(&str, &str); 33] = [
     ("theta_rate", "rate of the azimuth"),
     ("phi_acceleration", "second derivative of the polar angle"),
     ("theta_acceleration", "second derivative of the azimuth"),
+    ("phi_variation", "lateral variation, `∂φ/∂τ` with the tilt `τ` of the clamp out of the plane of rotation"),
+    ("phi_variation_rate", "its rate"),
     ("root_position", "root of the filament, which the tool moves"),
     ("root_velocity", "velocity of the root"),
     ("root_acceleration", "acceleration of the root"),
@@ -140,12 +142,13 @@ fn shown(symbols: Vec<String>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::chain::Motion;
     use crate::model::kernels::kernels;
     use crate::model::whole::{Purpose, whole_kernels};
 
     #[test]
     fn every_symbol_of_the_model_has_an_entry() {
-        let whole = whole_kernels(3, Purpose::Computing).expect("the derivation is sound");
+        let whole = whole_kernels(3, Motion::Spatial, Purpose::Computing).expect("the derivation is sound");
         for kernel in whole.into_iter().chain(kernels().expect("the derivation is sound")) {
             for symbol in kernel.graph.symbols() {
                 let entry = family(&symbol.name);

@@ -6,33 +6,42 @@
 
 use crate::back::print::page::Page;
 use crate::back::print::printer::Printer;
+use crate::back::print::wording::PLANE;
 use crate::ir::kernel::Kernel;
 use crate::ir::unit::Unit;
+use crate::model::chain::Motion;
 
 mod legend;
 mod page;
 mod printer;
 mod walkthrough;
+mod wording;
 
 pub use crate::back::print::page::Form;
 pub use crate::back::print::walkthrough::walkthrough;
+pub use crate::back::print::wording::title;
 
-/// The equations of motion of a chain of `segments` segments.
+/// The equations of `motion` of a chain of `segments` segments.
 ///
 /// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading. `again` is the command that
 /// makes the page.
-pub fn equations(form: Form, segments: usize, kernels: &[Kernel], again: &str) -> String {
-    let plural = if segments == 1 { "" } else { "s" };
-    let title = format!("Equations of motion of a filament of {segments} rigid segment{plural}");
-    let mut page = Page::new(form, &title, again);
+pub fn equations(form: Form, segments: usize, motion: Motion, kernels: &[Kernel], again: &str) -> String {
+    let mut page = Page::new(form, &title(segments, motion), again);
+    let coordinates = match motion {
+        Motion::Spatial => "φ1, θ1, …, φn, θn",
+        Motion::Planar => "θ1, …, θn",
+    };
     page.prose(&format!(
-        "`M(q) q̈ = f(q, q̇, t) + Q`,   `q = (φ1, θ1, …, φn, θn)`,   `n = {segments}`\n\
+        "`M(q) q̈ = f(q, q̇, t) + Q`,   `q = ({coordinates})`,   `n = {segments}`\n\
          from `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`,   `L = E_kin − E_spring − E_grav`"
     ));
+    if motion == Motion::Planar {
+        page.prose(PLANE);
+    }
     page.legend(&legend::rows(kernels.iter().map(|kernel| (&kernel.graph, kernel.output_nodes()))));
     for kernel in kernels {
         page.prose(&kernel.summary);
-        let printer = Printer::closed(&kernel.graph, &kernel.output_nodes(), page.notation());
+        let printer = Printer::closed(&kernel.graph, &kernel.output_nodes(), motion, page.notation());
         let mut definitions = printer.named_definitions();
         definitions.extend(kernel.outputs.iter().flat_map(|output| printer.output(output)));
         page.definitions(&definitions);

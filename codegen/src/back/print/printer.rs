@@ -5,6 +5,7 @@ use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::notation::Notation;
 use crate::ir::writer::Writer;
+use crate::model::chain::Motion;
 
 /// Expressions deeper than this are cut by a name.
 const MAX_DEPTH: usize = 6;
@@ -20,20 +21,20 @@ pub(super) struct Printer<'a> {
     defined: Vec<NodeId>,
     /// By index: whether the node is an input under its name.
     given: Vec<bool>,
-    /// True if rows and columns of all outputs are the coordinates.
-    by_coordinates: bool,
+    /// The motion whose coordinates are the rows and columns of all outputs, if they are.
+    motion: Option<Motion>,
 }
 
 impl<'a> Printer<'a> {
     /// Without names.
     fn plain(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
         let (writer, given) = (Writer::new(graph, notation), vec![false; graph.nodes().len()]);
-        Self { graph, notation, writer, defined: Vec::new(), given, by_coordinates: false }
+        Self { graph, notation, writer, defined: Vec::new(), given, motion: None }
     }
 
-    /// Whole equations in closed form: the arguments of `S` are named, nothing else.
-    pub fn closed(graph: &'a Graph, outputs: &[NodeId], notation: &'a dyn Notation) -> Self {
-        let mut printer = Self { by_coordinates: true, ..Self::plain(graph, notation) };
+    /// Whole equations of `motion` in closed form: the arguments of `S` are named, nothing else.
+    pub fn closed(graph: &'a Graph, outputs: &[NodeId], motion: Motion, notation: &'a dyn Notation) -> Self {
+        let mut printer = Self { motion: Some(motion), ..Self::plain(graph, notation) };
         let mut arguments: Vec<NodeId> = graph
             .reachable(outputs)
             .into_iter()
@@ -143,7 +144,6 @@ impl<'a> Printer<'a> {
 
     /// A definition for each element, without zeros and without repetitions by symmetry.
     pub fn output(&self, output: &Output) -> Vec<Definition> {
-        let coordinates = self.by_coordinates || matches!(output.name.as_str(), "mass_matrix" | "force");
         let symbol = match output.name.as_str() {
             "mass_matrix" => "M",
             "force" => "f",
@@ -153,7 +153,7 @@ impl<'a> Printer<'a> {
             "dissipation" => "D",
             name => name,
         };
-        let index = |i: usize| if coordinates { coordinate(i) } else { (i + 1).to_string() };
+        let index = |i: usize| self.motion.map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i));
         let head = |indices: &[usize]| {
             let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
             self.notation.element(symbol, &indices)
@@ -180,6 +180,9 @@ impl<'a> Printer<'a> {
 }
 
 /// The coordinate at position `i` of `q`.
-pub(super) fn coordinate(i: usize) -> String {
-    format!("{}{}", ["φ", "θ"][i % 2], i / 2 + 1)
+pub(super) fn coordinate(motion: Motion, i: usize) -> String {
+    match motion {
+        Motion::Spatial => format!("{}{}", ["φ", "θ"][i % 2], i / 2 + 1),
+        Motion::Planar => format!("θ{}", i + 1),
+    }
 }

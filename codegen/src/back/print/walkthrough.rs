@@ -3,13 +3,14 @@
 use crate::back::print::legend;
 use crate::back::print::page::{Definition, Form, Page};
 use crate::back::print::printer::{Printer, coordinate};
+use crate::back::print::wording::{PLANE, title};
 use crate::ir::graph::{Graph, NodeId};
-use crate::ir::kernel::{Output, output_nodes, set_output_nodes};
+use crate::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::notation::Notation;
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
+use crate::model::chain::{self, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
 use crate::model::lagrange::whole_equations;
-use crate::model::whole::{Purpose, whole_kernels};
+use crate::model::whole::{NAMES, Purpose, whole_kernels};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
 
@@ -17,17 +18,23 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A step of the derivation: named expressions of one graph.
 struct Step {
+    motion: Motion,
     graph: Graph,
     outputs: Vec<Output>,
 }
 
 impl Step {
     /// Reduced to sums of products, collected by the constants of the model.
-    fn collected(source: &Graph, parameters: &Parameters, mut outputs: Vec<Output>) -> Result<Self, DimensionError> {
+    fn collected(
+        motion: Motion,
+        source: &Graph,
+        parameters: &Parameters,
+        mut outputs: Vec<Output>,
+    ) -> Result<Self, DimensionError> {
         dimension::check(source, &outputs)?;
         let normalised = normalise(source, &output_nodes(&outputs), Style::Collected(&parameters.constants()));
         set_output_nodes(&mut outputs, normalised.outputs);
-        Ok(Self { graph: normalised.graph, outputs })
+        Ok(Self { motion, graph: normalised.graph, outputs })
     }
 
     fn nodes(&self) -> Vec<NodeId> {
@@ -35,29 +42,33 @@ impl Step {
     }
 
     fn definitions(&self, notation: &dyn Notation) -> Vec<Definition> {
-        let printer = Printer::closed(&self.graph, &self.nodes(), notation);
+        let printer = Printer::closed(&self.graph, &self.nodes(), self.motion, notation);
         let mut definitions = printer.named_definitions();
         definitions.extend(self.outputs.iter().flat_map(|output| printer.output(output)));
         definitions
     }
 }
 
-/// The components of a vector, named `head` and the axis.
-fn components(head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
+/// The components of a vector that moves in `motion`, named `head` and the axis.
+fn components(motion: Motion, head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
     let component = |(axis, node)| Output::scalar(&format!("{head}{axis}"), "", unit, node);
-    AXES.into_iter().zip(vector).map(component).collect()
+    AXES.into_iter().zip(vector).take(motion.axes()).map(component).collect()
 }
 
-/// One segment and one joint as the model states them.
-fn stated() -> (Step, Step) {
+/// The direction of one segment and its rate.
+fn frames(motion: Motion) -> Step {
     let mut graph = Graph::new();
     let g = &mut graph;
     let segment = Segment::new(g, "k");
-    let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
-    let mut outputs = components("e_k_", Unit::ONE, direction);
-    outputs.extend(components("ė_k_", Unit::SECOND.powi(-1), rate));
-    let frames = Step { graph, outputs };
+    let ([x, y, z], [x_rate, y_rate, z_rate]) = (segment.direction(g), segment.direction_rate(g));
+    let [x, y, z, x_rate, y_rate, z_rate] = motion.specialise(g, &[segment], [x, y, z, x_rate, y_rate, z_rate]);
+    let mut outputs = components(motion, "e_k_", Unit::ONE, [x, y, z]);
+    outputs.extend(components(motion, "ė_k_", Unit::SECOND.powi(-1), [x_rate, y_rate, z_rate]));
+    Step { motion, graph, outputs }
+}
 
+/// The energies of one segment and one joint as the model states them.
+fn stated() -> Step {
     // Without rules, which would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
@@ -78,10 +89,10 @@ fn stated() -> (Step, Step) {
         Output::scalar("spring", "", Unit::JOULE, spring),
         Output::scalar("dissipation", "", Unit::WATT, dissipation),
     ];
-    (frames, Step { graph, outputs })
+    Step { motion: Motion::Spatial, graph, outputs }
 }
 
-/// The derivation of the equations of motion of a chain of `segments` segments from the energies, for readers.
+/// The derivation of the equations of `motion` of a chain of `segments` segments from the energies, for readers.
 ///
 /// `again` is the command that makes the page.
 ///
@@ -90,17 +101,18 @@ fn stated() -> (Step, Step) {
 ///
 /// # Panics
 /// If `segments` is zero.
-pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionError> {
-    let mut whole = whole_equations(segments);
+pub fn walkthrough(segments: usize, motion: Motion, again: &str) -> Result<String, DimensionError> {
+    let mut whole = whole_equations(segments, motion);
     let parts = whole.parts();
-    let (frames, stated) = stated();
-    let centres = centre_velocities(segments)?;
+    let (frames, stated) = (frames(motion), stated());
+    let centres = centre_velocities(segments, motion)?;
     let collected = |name: &str, nodes: &[NodeId]| {
         let outputs = vec![Output::vector(name, "", STIFFNESS, nodes.to_vec())];
-        Step::collected(&whole.graph, &whole.parameters, outputs)
+        Step::collected(motion, &whole.graph, &whole.parameters, outputs)
     };
     let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
     let momenta = Step::collected(
+        motion,
         &whole.graph,
         &whole.parameters,
         vec![Output::vector("p", "", angular_momentum, parts.momenta.clone())],
@@ -109,16 +121,11 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     let spring = collected("f_spring", &parts.spring)?;
     let gravity = collected("f_gravity", &parts.gravity)?;
     let damping = collected("f_damping", &parts.damping)?;
-    let kernels = whole_kernels(segments, Purpose::Reading)?;
-    let find = |name: &str| {
-        let kernel = kernels.iter().find(|kernel| kernel.name == name).expect("the whole equations have this part");
-        Step { graph: kernel.graph.clone(), outputs: kernel.outputs.clone() }
-    };
-    let (mass_matrix, force, energies) = (find("mass_matrix"), find("force"), find("energies"));
+    let kernels: [Kernel; NAMES.len()] =
+        whole_kernels(segments, motion, Purpose::Reading)?.try_into().expect("one kernel for each name");
+    let [mass_matrix, force, energies] = kernels.map(|Kernel { graph, outputs, .. }| Step { motion, graph, outputs });
 
-    let plural = if segments == 1 { "" } else { "s" };
-    let title = format!("Equations of motion of a filament of {segments} rigid segment{plural}, step by step");
-    let mut page = Page::new(Form::Markdown, &title, again);
+    let mut page = Page::new(Form::Markdown, &format!("{}, step by step", title(segments, motion)), again);
     page.prose(
         "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",
@@ -128,11 +135,17 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
     page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
 
     page.heading("Frames and coordinates");
-    let coordinates: Vec<String> = (0..2 * segments).map(coordinate).collect();
+    let coordinates: Vec<String> = (0..whole.force.len()).map(|i| coordinate(motion, i)).collect();
+    let angles = match motion {
+        Motion::Spatial => "The coordinates are the polar angle from `+z` and the azimuth about `z` of each segment",
+        Motion::Planar => {
+            "The filament stays in the plane of rotation, where the polar angle from `+z` is `φ = π/2`. The coordinates are \
+             the azimuths about `z` of the segments"
+        }
+    };
     page.prose(&format!(
-        "The inertial frame has its origin on the tool axis and `z` along it. The coordinates are the polar angle from \
-         `+z` and the azimuth about `z` of each segment: `q = ({})`. They are absolute: segment `k` points along `e_k` \
-         whatever the others do. This vector and its rate are",
+        "The inertial frame has its origin on the tool axis and `z` along it. {angles}: `q = ({})`. They are absolute: \
+         segment `k` points along `e_k` whatever the others do. This vector and its rate are",
         coordinates.join(", ")
     ));
     step(&mut page, &frames);
@@ -151,10 +164,17 @@ pub fn walkthrough(segments: usize, again: &str) -> Result<String, DimensionErro
          and `d`.",
     );
     step(&mut page, &stated);
-    page.prose(
+    if motion == Motion::Planar {
+        page.prose(PLANE);
+    }
+    let joints = match motion {
+        Motion::Spatial => "`u1`, `u2`, … belong to the joints, from the clamp outwards.",
+        Motion::Planar => "`u1` belongs to the clamp joint.",
+    };
+    page.prose(&format!(
         "Summed over the chain, with the directions and velocities from above inserted, expanded and collected by the \
-         constants, they are as follows. `u1`, `u2`, … belong to the joints, from the clamp outwards.",
-    );
+         constants, they are as follows. {joints}"
+    ));
     step(&mut page, &energies);
 
     page.heading("Lagrange's equations");
@@ -197,24 +217,26 @@ fn step(page: &mut Page, step: &Step) {
 }
 
 /// `ċ_k` of each segment.
-fn centre_velocities(segments: usize) -> Result<Step, DimensionError> {
+fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, DimensionError> {
     let mut graph = Graph::new();
     let g = &mut graph;
     let parameters = Parameters::new(g);
     let mut velocity = chain::Clamp::new(g).velocity;
     let mut outputs = Vec::new();
     for k in 1..=segments {
-        let rate = Segment::new(g, &k.to_string()).direction_rate(g);
+        let segment = Segment::new(g, &k.to_string());
+        let rate = segment.direction_rate(g);
+        let rate = motion.specialise(g, &[segment], rate);
         let end = chain::outer_end(g, &parameters, velocity, rate);
         let half = g.ratio(1, 2);
         let centre = std::array::from_fn(|i| {
             let sum = g.add(velocity[i], end[i]);
             g.mul(half, sum)
         });
-        outputs.extend(components(&format!("ċ_{k}_"), VELOCITY, centre));
+        outputs.extend(components(motion, &format!("ċ_{k}_"), VELOCITY, centre));
         velocity = end;
     }
-    Step::collected(&graph, &parameters, outputs)
+    Step::collected(motion, &graph, &parameters, outputs)
 }
 
 #[cfg(test)]
@@ -223,15 +245,16 @@ mod tests {
 
     #[test]
     fn every_formula_of_the_page_is_in_its_place() {
-        let page = walkthrough(1, "command").expect("the derivation is sound");
-        for part in [
-            "\\dot e_{k,x} &= ",
-            "\\dot c_{1,z} &= ",
-            "E_{\\mathrm{kin}} &= ",
-            "p_{\\varphi_{1}} &= ",
-            "f_{\\mathrm{spring},\\theta_{1}} &= ",
-        ] {
-            assert!(page.contains(part), "{part}");
+        let common = ["\\dot e_{k,x} &= ", "E_{\\mathrm{kin}} &= ", "f_{\\mathrm{spring},\\theta_{1}} &= "];
+        let spatial = ["\\dot c_{1,z} &= ", "p_{\\varphi_{1}} &= "];
+        for motion in [Motion::Spatial, Motion::Planar] {
+            let page = walkthrough(1, motion, "command").expect("the derivation is sound");
+            for part in common {
+                assert!(page.contains(part), "{motion:?}: {part}");
+            }
+            for part in spatial {
+                assert_eq!(page.contains(part), motion == Motion::Spatial, "{motion:?}: {part}");
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_inspect::derive::{DeriveFormat, Equations, derive};
+use bristle_inspect::derive::{DeriveFormat, Equations, Motion, derive};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
@@ -15,10 +15,14 @@ use crate::values::parse_count;
 /// Show the equations of motion of a filament
 ///
 /// Shows either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
+/// With --planar, the filament moves in the plane of rotation, and each segment has one coordinate instead of two.
 #[derive(Args)]
 pub struct DeriveArgs {
     #[command(flatten)]
     equations: EquationsArgs,
+    /// For motion in the plane of rotation; with --kernels only those for it and for its lateral variation, instead of all
+    #[arg(long)]
+    planar: bool,
     /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
@@ -33,15 +37,20 @@ pub struct EquationsArgs {
     /// The whole equations of N segments, 1 to 400
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
     segments: Option<usize>,
-    /// The kernels of the solver
+    /// The kernels of the solver: in space, in the plane of rotation, and of its lateral variation
     #[arg(long)]
     kernels: bool,
 }
 
-impl From<&EquationsArgs> for Equations {
-    fn from(arguments: &EquationsArgs) -> Self {
-        // clap accepts exactly one of the two.
-        arguments.segments.map_or(Self::Kernels, Self::Whole)
+impl From<&DeriveArgs> for Equations {
+    fn from(arguments: &DeriveArgs) -> Self {
+        let motion = if arguments.planar { Motion::Planar } else { Motion::Spatial };
+        // clap accepts either a number of segments or the kernels.
+        match arguments.equations.segments {
+            Some(segments) => Self::Whole { segments, motion },
+            None if arguments.planar => Self::PlanarKernels,
+            None => Self::Kernels,
+        }
     }
 }
 
@@ -73,7 +82,7 @@ impl From<Format> for DeriveFormat {
 
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    let equations = derive((&arguments.equations).into(), arguments.format.into())?;
+    let equations = derive(arguments.into(), arguments.format.into())?;
     match &arguments.out {
         None => print(&equations)?,
         Some(path) => {

@@ -509,13 +509,16 @@ fn evaluate_prints_the_equations_at_a_state() {
     }
 }
 
+/// What `derive` can derive, for 1 segment.
+const EQUATIONS: [&str; 4] = ["--segments 1", "--segments 1 --planar", "--kernels", "--kernels --planar"];
+
 /// All values of `--format` in `derive`.
 const FORMATS: [&str; 5] = ["math", "latex", "markdown", "rust", "json"];
 
 #[test]
 fn derive_prints_or_writes() {
     let workspace = Workspace::new();
-    for equations in ["--segments 1", "--kernels"] {
+    for equations in EQUATIONS {
         for format in FORMATS {
             let arguments = format!("derive {equations} --format {format}");
             let printed = workspace.bristle(&arguments).assert().success();
@@ -529,7 +532,7 @@ fn derive_prints_or_writes() {
 #[test]
 fn derive_gives_the_same_bytes_in_every_process() {
     let workspace = Workspace::new();
-    for equations in ["--segments 3", "--kernels"] {
+    for equations in EQUATIONS.map(|equations| equations.replace('1', "3")) {
         for format in FORMATS {
             let run = || workspace.bristle(&format!("derive {equations} --format {format}")).assert().success();
             assert_eq!(run().get_output().stdout, run().get_output().stdout, "{equations} {format}");
@@ -540,7 +543,7 @@ fn derive_gives_the_same_bytes_in_every_process() {
 #[test]
 fn derived_source_states_its_origin() {
     let workspace = Workspace::new();
-    for equations in ["--segments 2", "--kernels"] {
+    for equations in EQUATIONS.map(|equations| equations.replace('1', "2")) {
         let command = format!("derive {equations} --format rust");
         let assert = workspace.bristle(&command).assert().success();
         let source = String::from_utf8(assert.get_output().stdout.clone()).expect("source in UTF-8");
@@ -564,26 +567,37 @@ fn exactly_one_kind_of_equations_is_derived() {
 }
 
 #[test]
-fn the_page_of_the_equations_is_up_to_date() {
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/equations.md")).expect("the page");
-    let derived = bristle_inspect::derive::derive(
-        bristle_inspect::derive::Equations::Whole(2),
-        bristle_inspect::derive::DeriveFormat::Markdown,
-    );
-    assert!(
-        page == derived.expect("the derivation is sound"),
-        "docs/equations.md is stale; regenerate it: \
-         cargo run --release -- derive --segments 2 --format markdown --out docs/equations.md"
-    );
+fn the_pages_of_the_equations_are_up_to_date() {
+    let workspace = Workspace::new();
+    for (name, planar) in [("equations.md", ""), ("planar-equations.md", " --planar")] {
+        let page = fs::read_to_string(format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"))).expect("the page");
+        let command = format!("derive --segments 2{planar} --format markdown");
+        let derived = workspace.bristle(&command).assert().success();
+        assert!(
+            page.as_bytes() == derived.get_output().stdout,
+            "docs/{name} is stale; regenerate it: cargo run --release -- {command} --out docs/{name}"
+        );
+    }
+}
+
+#[test]
+fn derived_graphs_agree_with_themselves() {
+    let workspace = Workspace::new();
+    for equations in EQUATIONS {
+        workspace.bristle(&format!("derive {equations} --format json --out graph.json")).assert().success();
+        workspace.bristle("compare graph.json --states 4").assert().success().stdout(contains("all agree"));
+    }
 }
 
 #[test]
 fn compare_tells_agreement_and_deviation() {
     let workspace = Workspace::new();
     let graph = |name: &str| format!("{}/../../derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR"));
-    for (name, outputs) in
-        [("chain_2.json", ["mass_matrix", "energies.dissipation"]), ("kernels.json", ["joint.next", "clamp"])]
-    {
+    for (name, outputs) in [
+        ("chain_2.json", ["whole equations of 2 segments", "energies.dissipation"]),
+        ("chain_2_planar.json", ["whole planar equations of 2 segments", "planar_energies.dissipation"]),
+        ("kernels.json", ["joint.next", "lateral_clamp.next"]),
+    ] {
         let agreement = workspace.bristle("compare").args([&graph(name), "--states", "50"]).assert().success();
         let table = String::from_utf8(agreement.get_output().stdout.clone()).expect("the table is text");
         assert!(table.contains("all agree to 1e-12") && table.contains("CasADi"), "{table}");
