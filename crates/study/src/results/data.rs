@@ -5,7 +5,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 /// Version of the format of `study.json` and `case.json`.
-pub(super) const FORMAT: u32 = 2;
+pub(super) const FORMAT: u32 = 3;
 
 /// What to do about results that do not belong together.
 pub(super) const AGAIN: &str = "run the command that made the results again";

@@ -10,6 +10,8 @@ use crate::digest::digest;
 use crate::study::{Study, Sweep, SweepText};
 use crate::uncertainty::check;
 
+const IN_JSON: &str = "checked settings have a form in JSON";
+
 /// A study as read from `study.json`.
 #[derive(Clone, Debug)]
 pub struct SavedStudy {
@@ -38,6 +40,16 @@ struct StudyFile {
     measured: bool,
     settings: Settings,
     axes: Vec<SweepText>,
+    /// Hash of all other keys: figures and advice would show results of other settings if one of these were changed.
+    sha256: String,
+}
+
+impl StudyFile {
+    /// The hash of all keys but `sha256`.
+    fn digest(&self) -> String {
+        let Self { format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, sha256: _ } = self;
+        digest(text(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes)).as_bytes())
+    }
 }
 
 /// The text of `case.json`.
@@ -52,7 +64,7 @@ struct CaseFile {
 /// results.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
-    pretty(&StudyFile {
+    let mut file = StudyFile {
         format: FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
         equations_sha256: FINGERPRINT.to_owned(),
@@ -60,7 +72,10 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
         measured,
         settings: study.base().clone(),
         axes: study.sweep_texts(),
-    })
+        sha256: String::new(),
+    };
+    file.sha256 = file.digest();
+    pretty(&file)
 }
 
 /// The text of `case.json`.
@@ -71,7 +86,11 @@ pub fn case_text(settings: &Settings) -> String {
 }
 
 fn pretty(value: &impl Serialize) -> String {
-    serde_json::to_string_pretty(value).expect("checked settings have a form in JSON") + "\n"
+    serde_json::to_string_pretty(value).expect(IN_JSON) + "\n"
+}
+
+fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect(IN_JSON)
 }
 
 /// Reads `study.json`. Errors use `name` for the file.
@@ -81,6 +100,7 @@ fn pretty(value: &impl Serialize) -> String {
 pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
     let file: StudyFile = source.object()?;
+    let digest = file.digest();
     let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
@@ -92,6 +112,10 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
         );
     }
     let study = Study::new(file.settings, sweeps).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    // Checked last, because all checks above can state where the text is wrong.
+    if digest != file.sha256 {
+        return Err(source.error(1, None, "the file has changed since it was written", AGAIN));
+    }
     Ok(SavedStudy {
         study,
         version: file.bristle_version,
