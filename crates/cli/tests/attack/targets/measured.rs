@@ -1,0 +1,79 @@
+//! Tables of measured forces, read and compared in this process.
+
+use bristle_study::measured::{COLUMNS, Measurement, compare, comparison_table, read_measured, write_comparison};
+use bristle_study::study::{CaseResult, Study};
+use fastrand::Rng;
+
+use super::{STUDY, change_table, simulated};
+use crate::runner::{Mutant, Target, Verdict};
+
+/// Measured forces within the study and outside of it.
+pub const FORCES: &str = "\
+brushing_velocity_m_s,penetration_depth_m,force_n,std_n,note
+5.0,0.001,110.5,4.0,first
+7.5,0.001,95.25,3.5,between
+20.0,0.001,60.0,0.0,last
+25.0,0.002,1e2,5.0,outside
+";
+
+/// Tables of measured forces.
+pub struct Measured {
+    study: Study,
+    results: Vec<CaseResult>,
+}
+
+impl Measured {
+    pub fn new() -> Self {
+        let (study, results) = simulated(STUDY);
+        Self { study, results }
+    }
+
+    /// Compares the forces with the study: a bounded table for people, and one row per point in a file.
+    fn compare(&self, points: &[Measurement]) {
+        let comparisons = compare(&self.study, &self.results, points);
+        let mut written = Vec::new();
+        write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
+        let table = comparison_table(&comparisons);
+        assert!(table.len() < 20_000, "a table of {} bytes", table.len());
+        let rows = String::from_utf8(written).expect("a table is text").lines().count();
+        assert_eq!(rows, 1 + comparisons.len() * points.len());
+    }
+}
+
+/// The table of measured forces.
+fn text(points: &[Measurement]) -> String {
+    let row = |point: &Measurement| {
+        let Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n } = point;
+        format!("{brushing_velocity_m_s:?},{penetration_depth_m:?},{force_n:?},{std_n:?}\n")
+    };
+    COLUMNS.join(",") + "\n" + &points.iter().map(row).collect::<String>()
+}
+
+impl Target for Measured {
+    fn name(&self) -> &'static str {
+        "measured"
+    }
+
+    fn count(&self) -> usize {
+        5_000
+    }
+
+    fn originals(&self) -> Vec<Mutant> {
+        vec![Mutant::file("", "forces.csv", FORCES)]
+    }
+
+    fn mutant(&self, random: &mut Rng) -> Mutant {
+        let (change, bytes) = change_table(FORCES, random);
+        Mutant::file(change, "forces.csv", bytes)
+    }
+
+    fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
+        let points = match read_measured(&mutant.text(0), "forces.csv") {
+            Ok(points) => points,
+            Err(error) => return Verdict::Refused(error.to_string()),
+        };
+        assert_eq!(read_measured(&text(&points), "again.csv").as_ref(), Ok(&points));
+        self.compare(&points);
+        Verdict::Accepted
+    }
+}
