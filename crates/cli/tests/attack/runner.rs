@@ -40,6 +40,11 @@ pub trait Target: Sync {
     /// Valid files, all of which must be accepted.
     fn originals(&self) -> Vec<Mutant>;
 
+    /// Invalid files, and a part of the message that they must be refused with.
+    fn refusals(&self) -> Vec<(Mutant, &'static str)> {
+        Vec::new()
+    }
+
     /// Damaged files.
     fn mutant(&self, random: &mut Rng) -> Mutant;
 
@@ -61,6 +66,9 @@ pub struct Mutant {
     pub files: Vec<(String, Vec<u8>)>,
     /// Arguments, if a program reads the files.
     pub call: Vec<String>,
+    /// What a shell does before the call, and where the call writes.
+    pub before: &'static str,
+    pub redirection: &'static str,
 }
 
 impl Limits {
@@ -74,7 +82,7 @@ impl Limits {
 impl Mutant {
     /// One file.
     pub fn file(change: &'static str, name: &str, content: impl Into<Vec<u8>>) -> Self {
-        Self { change, files: vec![(name.to_owned(), content.into())], call: Vec::new() }
+        Self { change, files: vec![(name.to_owned(), content.into())], ..Self::default() }
     }
 
     /// The content of a file as text; readers of text never see anything else.
@@ -106,13 +114,11 @@ pub struct Limits {
     pub time: Duration,
     /// Memory in bytes at any one time, for a file of no length.
     pub memory: u64,
-    /// Whether messages show the input only in short pieces without control characters.
-    pub plain: bool,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { time: Duration::from_secs(20), memory: 64 << 20, plain: false }
+        Self { time: Duration::from_secs(20), memory: 64 << 20 }
     }
 }
 
@@ -163,22 +169,29 @@ pub fn judge(limits: Limits, check: impl FnOnce() -> Verdict) -> (Result<Verdict
             return Err(format!("took {} MiB of memory", memory.bytes_max >> 20));
         }
         match &verdict {
-            Verdict::Refused(message) if message.trim().is_empty() => Err("an empty message".to_owned()),
-            Verdict::Refused(message) if limits.plain => presentable(message).map(|()| verdict),
-            _ => Ok(verdict),
+            Verdict::Refused(message) => presentable(message).map(|()| verdict),
+            Verdict::Accepted => Ok(verdict),
         }
     });
     (verdict, memory.bytes_max)
 }
 
-/// Checks that a message is short, and that it cannot control the terminal.
+/// Checks a message: there is one, it is short, and it cannot control the terminal.
 pub fn presentable(message: &str) -> Result<(), String> {
+    if message.trim().is_empty() {
+        return Err("an empty message".to_owned());
+    }
     let (length, lines) = (message.chars().count(), message.lines().count());
     if length > LONGEST_MESSAGE || lines > MOST_LINES {
         return Err(format!("a message of {length} characters in {lines} lines: {message:.300?}"));
     }
-    match message.chars().find(|&character| character != '\n' && character.is_control()) {
-        Some(control) => Err(format!("a raw {control:?} in the message {message:.1000?}")),
+    plain(message)
+}
+
+/// Checks that a text cannot control the terminal.
+pub fn plain(text: &str) -> Result<(), String> {
+    match text.find(|character: char| character != '\n' && character.is_control()) {
+        Some(at) => Err(format!("a raw {:.1?} in {text:.1000?}", &text[at..])),
         None => Ok(()),
     }
 }
@@ -211,6 +224,7 @@ pub fn attack(target: &dyn Target, plan: &Plan) -> usize {
     let done = AtomicBool::new(false);
     if plan.only.is_none() {
         judge_originals(target, &counts);
+        judge_refusals(target, &counts);
     }
     let threads = plan.threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
     let slots: Vec<Slot> = (0..threads).map(|_| Mutex::new(None)).collect();
@@ -295,6 +309,19 @@ fn judge_originals(target: &dyn Target, counts: &Mutex<Counts>) {
                 Err(problem) => problem,
             };
         lock(counts).failures.push((None, format!("the valid files number {number}: {problem}")));
+    }
+}
+
+fn judge_refusals(target: &dyn Target, counts: &Mutex<Counts>) {
+    for (mutant, expected) in target.refusals() {
+        let problem = match judge(target.limits().reading(&mutant), || target.check(&mutant, &mut Rng::with_seed(0))).0
+        {
+            Ok(Verdict::Refused(message)) if message.contains(expected) => continue,
+            Ok(Verdict::Refused(message)) => format!("is refused without a word on {expected}: {message}"),
+            Ok(Verdict::Accepted) => "is accepted".to_owned(),
+            Err(problem) => problem,
+        };
+        lock(counts).failures.push((None, format!("`{}` {problem}", mutant.change)));
     }
 }
 
@@ -391,7 +418,8 @@ fn show_mutant(target: &dyn Target, plan: &Plan, number: usize) {
     let mutant = target.mutant(&mut random(target, plan, number));
     let directory = directory().join(format!("{name}-{seed}-{number}"));
     let saved = save(&directory, &mutant).map_or_else(|error| error.to_string(), |()| directory.display().to_string());
-    println!("    made by `{}`; call: {:?}; files: {saved}", mutant.change, mutant.call);
+    let Mutant { change, before, call, redirection, .. } = mutant;
+    println!("    made by `{change}`; call: {before} {call:?} {redirection}; files: {saved}");
     println!("    repeat: cargo test -p bristle-cli --test attack -- {name} --seed {seed} --mutant {number}");
 }
 

@@ -9,7 +9,7 @@ use crate::targets::program::observe;
 
 /// Plants one of each fault.
 pub fn run() {
-    let limits = Limits { time: Duration::from_millis(50), memory: 1 << 20, plain: true };
+    let limits = Limits { time: Duration::from_millis(50), memory: 1 << 20 };
     let refused = |message: &str| Verdict::Refused(message.to_owned());
     let found = |check: &dyn Fn() -> Verdict| judge(limits, check).0;
     let noticed = |expected: &str, check: &dyn Fn() -> Verdict| {
@@ -35,7 +35,7 @@ pub fn run() {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
         let observed = observe(command, Duration::from_millis(500)).and_then(|observed| observed.verdict(&[]));
-        judge(Limits { plain: true, ..Limits::default() }, || observed.unwrap_or_else(|problem| panic!("{problem}"))).0
+        judge(Limits::default(), || observed.unwrap_or_else(|problem| panic!("{problem}"))).0
     };
     assert_eq!(shell("exit 0"), Ok(Verdict::Accepted));
     assert_eq!(shell("echo 'error: wrong' >&2; exit 2"), Ok(refused("error: wrong\n")));

@@ -5,7 +5,7 @@ use bristle_inspect::comparison::{States, compare_graph};
 use fastrand::Rng;
 
 use super::{of_text, one_of};
-use crate::runner::{Limits, Mutant, Target, Verdict};
+use crate::runner::{Mutant, Target, Verdict};
 use crate::tree::Tree;
 
 #[path = "../../../../../fuzz/fuzz_targets/reading.rs"]
@@ -36,10 +36,6 @@ impl Target for Graph {
 
     fn count(&self) -> usize {
         2_500
-    }
-
-    fn limits(&self) -> Limits {
-        Limits { plain: true, ..Limits::default() }
     }
 
     fn originals(&self) -> Vec<Mutant> {

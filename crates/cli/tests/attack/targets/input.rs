@@ -141,6 +141,22 @@ impl Target for Input {
         self.seeds.iter().map(|seed| Mutant::file("", "case.toml", seed.as_str())).collect()
     }
 
+    fn refusals(&self) -> Vec<(Mutant, &'static str)> {
+        let without = |section: &str| {
+            let Tree::Object(mut sections) = Tree::of_toml(STUDY) else { return String::new() };
+            sections.retain(|(name, _)| name != section && name != "study");
+            Tree::Object(sections).toml()
+        };
+        let refusal = |text: String, expected| (Mutant::file("a refusal", "case.toml", text), expected);
+        let radius = ALL.replace("radius_m = 0.0  ", "radius_m = 1e6  ");
+        vec![
+            refusal(without("tool"), "[tool]"),
+            refusal(without("filament"), "[filament]"),
+            refusal(without("process"), "[process]"),
+            refusal(radius, "contact.radius_m"),
+        ]
+    }
+
     fn mutant(&self, random: &mut Rng) -> Mutant {
         let seed = one_of(&self.seeds.each_ref().map(String::as_str), random);
         of_text("case.toml", seed, Tree::of_toml, Tree::toml, random)

@@ -5,7 +5,7 @@ use bristle_study::study::{CaseResult, Study};
 use fastrand::Rng;
 
 use super::{STUDY, change_bytes, simulated};
-use crate::runner::{Limits, Mutant, Target, Verdict};
+use crate::runner::{Mutant, Target, Verdict};
 
 /// Journals.
 pub struct Journaled {
@@ -44,10 +44,6 @@ impl Target for Journaled {
 
     fn count(&self) -> usize {
         10_000
-    }
-
-    fn limits(&self) -> Limits {
-        Limits { plain: true, ..Limits::default() }
     }
 
     fn originals(&self) -> Vec<Mutant> {

@@ -16,6 +16,8 @@ brushing_velocity_m_s,penetration_depth_m,force_n,std_n,note
 25.0,0.002,1e2,5.0,outside
 ";
 
+const ROWS: u32 = 200_000;
+
 /// Tables of measured forces.
 pub struct Measured {
     study: Study,
@@ -35,9 +37,18 @@ impl Measured {
         write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
         let table = comparison_table(&comparisons);
         assert!(table.len() < 20_000, "a table of {} bytes", table.len());
-        let rows = String::from_utf8(written).expect("a table is text").lines().count();
-        assert_eq!(rows, 1 + comparisons.len() * points.len());
+        let rows = String::from_utf8(written).expect("a table is text");
+        assert_eq!(rows.lines().count(), 1 + comparisons.len() * points.len());
+        for report in [table, rows] {
+            assert!(!report.contains("NaN") && !report.contains("inf"), "not finite: {report:.1000}");
+        }
     }
+}
+
+/// A table so long that it must be read in linear time.
+fn many_rows() -> String {
+    let row = |index: u32| format!("{:?},0.001,100.0,4.0\n", 5.0 + f64::from(index) * 1e-4);
+    COLUMNS.join(",") + "\n" + &(0..ROWS).map(row).collect::<String>()
 }
 
 /// The table of measured forces.
@@ -59,7 +70,12 @@ impl Target for Measured {
     }
 
     fn originals(&self) -> Vec<Mutant> {
-        vec![Mutant::file("", "forces.csv", FORCES)]
+        vec![Mutant::file("", "forces.csv", FORCES), Mutant::file("", "forces.csv", many_rows())]
+    }
+
+    fn refusals(&self) -> Vec<(Mutant, &'static str)> {
+        let twice = FORCES.replace(",note", ",force_n").replace("first", "1.0");
+        vec![(Mutant::file("a heading twice", "forces.csv", twice), "force_n")]
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {

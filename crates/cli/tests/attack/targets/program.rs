@@ -21,10 +21,10 @@ use super::results::{Results, saved};
 use super::state::{SEEDS, State};
 use super::{STUDY, contact, one_of, simulated};
 use crate::odd::{EXTREMES, odd_text};
-use crate::runner::{Limits, Mutant, Target, Verdict};
+use crate::runner::{Limits, Mutant, Target, Verdict, plain};
 
 /// Longest run of the program. All calls are quick.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Address space, in KiB, and size of a file, in blocks of 512 bytes.
 const BOUNDS: &str = "ulimit -v 6000000; ulimit -f 100000";
 /// The statuses that the help states: success, a comparison found a deviation, bad input, a simulation failed.
@@ -76,6 +76,7 @@ impl Program {
             file("contact/case.json", &case_json),
             file("contact/history.csv", &history),
             file("begun/journal.jsonl", &written(&study, &results[..2])),
+            file("outside/kept", "not a result\n"),
         ];
         let reader = |target: Box<dyn Target>, directory, calls| Reader { target, directory, calls };
         let readers = vec![
@@ -124,9 +125,11 @@ impl Program {
         for (name, content) in self.files.iter().chain(&mutant.files) {
             write(&directory.path().join(name), content).map_err(|error| format!("{name}: {error}"))?;
         }
-        let before = contents(directory.path());
+        let before_call = contents(directory.path());
         let mut command = Command::new("sh");
-        command.args(["-c", &format!("{BOUNDS}\nexec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_bristle")]);
+        let Mutant { before, redirection, .. } = mutant;
+        let script = format!("{BOUNDS}\n{before}\nexec \"$0\" \"$@\" {redirection}");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_bristle")]);
         command.args(&mutant.call).current_dir(directory.path()).env_remove("RUST_LOG");
         let observed = observe(command, PATIENCE)?;
         let after = contents(directory.path());
@@ -135,8 +138,23 @@ impl Program {
             return Err(format!("left the temporary file {name}"));
         }
         let is_refused = matches!(verdict, Verdict::Refused(_));
-        if let Some((name, _)) = before.iter().find(|(name, content)| is_refused && after.get(*name) != Some(content)) {
+        if let Some((name, _)) =
+            before_call.iter().find(|(name, content)| is_refused && after.get(*name) != Some(content))
+        {
             return Err(format!("changed {name}, though it refused the call"));
+        }
+        let outside = |files: &BTreeMap<String, Vec<u8>>| -> Vec<(String, Vec<u8>)> {
+            files.clone().into_iter().filter(|(name, _)| name.starts_with("outside/")).collect()
+        };
+        if outside(&before_call) != outside(&after) {
+            return Err(format!("wrote outside of its directory: {:?}", outside(&after)));
+        }
+        if !is_refused && !mutant.redirection.is_empty() {
+            return Err("did not notice that its output was lost".to_owned());
+        }
+        if let Some((name, content)) = after.iter().find(|(name, _)| name.ends_with(".html") || name.ends_with(".svg"))
+        {
+            plain(&String::from_utf8_lossy(content)).map_err(|problem| format!("{name}: {problem:.200}"))?;
         }
         let resumes = mutant.files.iter().any(|(name, _)| name == "begun/journal.jsonl");
         if resumes && !is_refused && after.get("begun/runs.csv").map(Vec::as_slice) != Some(self.runs.as_bytes()) {
@@ -216,7 +234,70 @@ fn damaged_arguments(random: &mut Rng) -> Mutant {
             "other file"
         }
     };
-    Mutant { change, files: Vec::new(), call }
+    Mutant { change, call, ..Mutant::default() }
+}
+
+/// A call in adverse circumstances.
+fn adverse(random: &mut Rng) -> Mutant {
+    /// What happens, what the shell does, and the call.
+    const CIRCUMSTANCES: [(&str, &str, &str); 19] = [
+        ("FIFO", "rm case.toml; mkfifo case.toml", "study case.toml --out out"),
+        ("FIFO", "rm case.toml; mkfifo case.toml", "simulate case.toml --out out"),
+        ("FIFO", "rm state.json; mkfifo state.json", "evaluate case.toml --state state.json"),
+        ("FIFO", "rm graph.json; mkfifo graph.json", "compare graph.json"),
+        ("FIFO", "rm forces.csv; mkfifo forces.csv", "study compared.toml --out out"),
+        ("FIFO", "rm study/runs.csv; mkfifo study/runs.csv", "advise study"),
+        ("FIFO", "mkdir out; mkfifo out/journal.jsonl", "study case.toml --out out"),
+        ("directory", "rm case.toml; mkdir case.toml", "study case.toml --out out"),
+        ("directory", "mkdir -p out/journal.jsonl", "study case.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/kept out/runs.csv", "study case.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/kept out/report.html", "study case.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/kept out/metrics.json", "simulate case.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/new out/journal.jsonl", "study case.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/new out/history.csv", "simulate case.toml --out out"),
+        ("link", "ln -s outside/kept out.rs", "derive --kernels --format rust --out out.rs"),
+        ("killed before", "mkdir out; echo > out/.metrics.json.bristle-0a1B2c", "simulate case.toml --out out"),
+        ("killed before", "mkdir out; echo > out/.history.csv.bristle-0a1B2c", "simulate case.toml --out out"),
+        ("killed before", "mkdir out; echo > out/.runs.csv.bristle-0a1B2c", "study case.toml --out out"),
+        (
+            "killed before",
+            "mkdir -p out/figures; echo > out/figures/.history.svg.bristle-0a1B2c",
+            "simulate case.toml --out out",
+        ),
+    ];
+    /// Calls that print to stdout.
+    const PRINTING: [&str; 8] = [
+        "study case.toml --out out --json",
+        "evaluate case.toml --state state.json",
+        "compare graph.json --states 3",
+        "derive --segments 1",
+        "derive --kernels --format json",
+        "advise study",
+        "advise study --json",
+        "schema",
+    ];
+    match random.u8(..6) {
+        0 => Mutant {
+            change: "full device",
+            call: words(one_of(&PRINTING, random)),
+            redirection: "> /dev/full",
+            ..Mutant::default()
+        },
+        1 => {
+            let name = format!("{}.toml", odd_text(random).replace(['\0', '/'], ""))
+                .chars()
+                .rev()
+                .take(80)
+                .collect::<String>();
+            let name: String = name.chars().rev().collect();
+            let call = vec!["study".to_owned(), format!("./{name}"), "--out".to_owned(), "out".to_owned()];
+            Mutant { change: "odd name", files: vec![(name, small().into_bytes())], call, ..Mutant::default() }
+        }
+        _ => {
+            let (change, before, call) = CIRCUMSTANCES[random.usize(..CIRCUMSTANCES.len())];
+            Mutant { change, call: words(call), before, ..Mutant::default() }
+        }
+    }
 }
 
 impl Target for Program {
@@ -234,12 +315,14 @@ impl Target for Program {
 
     fn originals(&self) -> Vec<Mutant> {
         let calls = self.readers.iter().flat_map(|reader| reader.calls);
-        calls.map(|call| Mutant { change: "", files: Vec::new(), call: words(call) }).collect()
+        calls.map(|call| Mutant { call: words(call), ..Mutant::default() }).collect()
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
-        if random.u8(..4) == 0 {
-            return damaged_arguments(random);
+        match random.u8(..5) {
+            0 => return damaged_arguments(random),
+            1 => return adverse(random),
+            _ => {}
         }
         loop {
             let mutant = self.damaged_files(random);
@@ -310,10 +393,8 @@ impl Observed {
             return Err(format!("status {code}: {stderr:.500}"));
         }
         if code != REFUSED {
-            let shown = stdout.find(|character: char| character != '\n' && character.is_control());
-            if shown.is_some() {
-                return Err(format!("a raw control character on stdout: {stdout:.500?}"));
-            }
+            plain(&stderr)?;
+            plain(&stdout)?;
             return match ["NaN", "_n\":null", ":inf"].iter().find(|text| stdout.contains(**text)) {
                 Some(text) => Err(format!("`{text}` on stdout, which is not finite: {stdout:.500}")),
                 None => Ok(Verdict::Accepted),
@@ -344,9 +425,11 @@ fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
         let Ok(entries) = fs::read_dir(&path) else { continue };
         for entry in entries.flatten() {
             let path = entry.path();
-            if path.is_dir() {
+            // Neither links nor FIFOs are followed.
+            let Ok(kind) = entry.file_type() else { continue };
+            if kind.is_dir() {
                 open.push(path);
-            } else if let Ok(content) = fs::read(&path) {
+            } else if let Some(content) = kind.is_file().then(|| fs::read(&path).ok()).flatten() {
                 let name = path.strip_prefix(directory).unwrap_or(&path);
                 found.insert(name.to_string_lossy().into_owned(), content);
             }

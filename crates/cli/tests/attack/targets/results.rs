@@ -93,5 +93,5 @@ impl Target for Results {
 }
 
 fn pair(change: &'static str, [study, runs]: [Vec<u8>; 2]) -> Mutant {
-    Mutant { change, files: vec![("study.json".to_owned(), study), ("runs.csv".to_owned(), runs)], call: Vec::new() }
+    Mutant { change, files: vec![("study.json".to_owned(), study), ("runs.csv".to_owned(), runs)], ..Mutant::default() }
 }
