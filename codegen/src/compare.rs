@@ -5,11 +5,11 @@
 
 use std::f64::consts::PI;
 
+use bristle_text::shown;
 use fastrand::Rng;
 
 use crate::ir::graph::{NodeId, Symbol};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
-use crate::ir::naming::shown;
 use crate::ir::unit::Unit;
 
 /// How well one output agrees.

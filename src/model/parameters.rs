@@ -307,6 +307,13 @@ impl Settings {
                 allowed: format!("less than filament.length_m = {length_m:?}"),
             });
         }
+        if self.contact.radius_m >= length_m {
+            return Err(Violation {
+                path: "contact.radius_m",
+                value: format!("{:?}", self.contact.radius_m),
+                allowed: format!("less than filament.length_m = {length_m:?}"),
+            });
+        }
         let penetration_depth_m = self.process.penetration_depth_m;
         if penetration_depth_m >= length_m {
             return Err(Violation {

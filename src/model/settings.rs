@@ -123,7 +123,7 @@ pub struct ContactSettings {
     pub exponent: f64,
     /// Contact damping `χ` (Hunt and Crossley), in s/m.
     pub damping_s_m: f64,
-    /// Contact radius of a node, subtracted from the gap, in m.
+    /// Contact radius of a node, subtracted from the gap, in m. Less than the length of the filament.
     pub radius_m: f64,
     /// Coefficient of friction `µ`.
     pub friction_coefficient: f64,

@@ -29,7 +29,8 @@ Exit status:
   0    success
   1    a comparison found a deviation
   2    the input or the call is wrong, or a file cannot be read or written; no result file has
-       changed, and a study keeps the cases it has simulated in its journal
+       changed, and a study keeps the cases it has simulated in its journal; or stdout cannot be
+       written, and the result files are complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
   130  Ctrl-C stopped a study; the same command resumes it";
 

@@ -11,6 +11,7 @@ use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
 use bristle_study::advice::AdviceError;
 use bristle_study::input_error::InputError;
+use bristle_text::shown_path;
 use thiserror::Error;
 
 use crate::files::FileError;
@@ -32,13 +33,13 @@ pub enum CliError {
     File(#[from] FileError),
     #[error(transparent)]
     Input(#[from] InputError),
-    #[error("{}: {error}", path.display())]
+    #[error("{}: {error}", shown_path(path))]
     State { path: PathBuf, error: StateError },
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
     Derive(#[from] DeriveError),
-    #[error("{}: {error}", path.display())]
+    #[error("{}: {error}", shown_path(path))]
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
@@ -46,7 +47,7 @@ pub enum CliError {
     Pictures(#[from] PicturesError),
     #[error(transparent)]
     Saved(#[from] SavedError),
-    #[error("{}: {error}", path.display())]
+    #[error("{}: {error}", shown_path(path))]
     Advice { path: PathBuf, error: AdviceError },
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
@@ -56,11 +57,22 @@ pub enum CliError {
         "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
     )]
     Unfinished { error: FileError, done: usize, total: usize },
+    /// The arguments are wrong. Its text begins with `error:` and shows how to call the program.
+    #[error("{}", .0.render())]
+    Call(clap::Error),
     #[error("cannot write to stdout: {0}")]
     Stdout(#[from] io::Error),
 }
 
 impl CliError {
+    /// The message for the user.
+    pub fn message(&self) -> String {
+        match self {
+            Self::Call(_) => self.to_string().trim_end().to_owned(),
+            _ => format!("error: {self}"),
+        }
+    }
+
     /// The exit status of a command that ends with it.
     pub fn status(&self) -> ExitCode {
         match self {

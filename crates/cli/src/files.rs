@@ -1,18 +1,19 @@
 //! Result files that appear whole or not at all.
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
+use std::fs::{self, DirEntry, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use bristle_inspect::comparison::MAX_GRAPH_BYTES;
+use bristle_text::shown_path;
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
 
 /// A file or directory that cannot be read or written.
 #[derive(Debug, Error)]
-#[error("cannot {action} `{}`: {source}", path.display())]
+#[error("cannot {action} `{}`: {source}", shown_path(path))]
 pub struct FileError {
     action: &'static str,
     path: PathBuf,
@@ -25,15 +26,23 @@ impl FileError {
     }
 }
 
-/// A longer input file is regarded as a mistake.
-const MAX_INPUT_BYTES: u64 = 64 << 20;
+/// A longer file of settings, or of a state, is regarded as a mistake. Its tree takes some 80 times as much memory.
+const MAX_INPUT_BYTES: u64 = 4 << 20;
+
+/// A longer table of measured forces is regarded as a mistake: a million points with four numbers each fit.
+const MAX_TABLE_BYTES: u64 = 64 << 20;
 
 /// A longer result file cannot be one of ours: a study has at most a million cases, and a row has some 300 bytes.
 const MAX_RESULT_BYTES: u64 = 1 << 30;
 
-/// Reads a text file.
-pub fn read_text(path: &Path) -> Result<String, FileError> {
+/// Reads a file of settings, or of a state.
+pub fn read_input(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
+}
+
+/// Reads a table of measured forces.
+pub fn read_table(path: &Path) -> Result<String, FileError> {
+    read_limited(path, MAX_TABLE_BYTES)
 }
 
 /// Reads a result file, whose size grows with the study.
@@ -48,8 +57,9 @@ pub fn read_graph(path: &Path) -> Result<String, FileError> {
 
 fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
     let read = || {
+        check_source(path)?;
         let mut bytes = Vec::new();
-        fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+        File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
         if bytes.len() as u64 > limit {
             return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
         }
@@ -62,37 +72,91 @@ fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
     read().map_err(|error| FileError::new("read", path, error))
 }
 
-/// Creates a directory if it does not exist, and checks that the files `names` can be created in it.
-pub fn prepare_directory(path: &Path, names: &[&str]) -> Result<(), FileError> {
-    for name in names {
-        writable_target(&path.join(name))?;
+/// An error if a path is neither a regular file nor an input that the caller of the program has opened: reading a pipe by its
+/// name would wait for a writer, and a device may have no end.
+fn check_source(path: &Path) -> io::Result<()> {
+    let is_open = ["/dev/stdin", "/dev/fd", "/proc/self/fd"].iter().any(|open| path.starts_with(open));
+    if is_open || fs::metadata(path)?.is_file() {
+        Ok(())
+    } else {
+        Err(io::Error::other("it is not a regular file; to read from a pipe, name /dev/stdin"))
     }
+}
+
+/// Creates a directory if it does not exist, and checks that files can be created in it.
+pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(|error| FileError::new("create the directory", path, error))?;
-    let any = OsStr::new(names.first().copied().unwrap_or_default());
-    temporary_file(path, any).map(drop).map_err(|error| FileError::new("write to the directory", path, error))
+    temporary_file(path, OsStr::new(PROBE))
+        .map(drop)
+        .map_err(|error| FileError::new("write to the directory", path, error))
 }
 
-/// Removes temporary files of `names` that a killed process left behind. No other process may be writing these files.
-pub fn remove_leftovers(path: &Path, names: &[&str]) {
-    remove_leftovers_of(path, |name| names.contains(&name));
+/// Name of the file by which a directory is tried.
+const PROBE: &str = "probe";
+
+/// A directory that this process writes to, until it is dropped.
+#[derive(Debug)]
+#[must_use]
+pub struct Occupied {
+    /// Shared with other processes that write there. `None` if the system cannot lock directories.
+    _lock: Option<File>,
 }
 
-/// Removes temporary files that a killed process left behind, of those files whose names are `ours`.
-pub fn remove_leftovers_of(path: &Path, ours: impl Fn(&str) -> bool) {
+/// A subdirectory of the results, empty for the directory itself, and the names of the files that a command writes to it.
+pub type Written<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
+
+/// Announces that this process writes to a directory, and checks that nothing is in the way of what is `written`. If no other
+/// process writes there, removes temporary files of these files that a killed process has left behind.
+///
+/// The announcement is a lock on the directory, which the operating system releases when the process ends, however it ends.
+/// Where directories cannot be locked, leftovers stay, as they may belong to a running process.
+///
+/// # Errors
+/// If a link or anything else than a regular file is in the place of a file, or a link in that of a subdirectory.
+pub fn occupy(directory: &Path, written: &[Written<'_>]) -> Result<Occupied, FileError> {
+    for (subdirectory, ours) in written {
+        let path = directory.join(subdirectory);
+        if !subdirectory.is_empty() && path.is_symlink() {
+            return Err(FileError::new("write to the directory", &path, io::Error::other(LINK)));
+        }
+        for entry in entries(&path).filter(|entry| entry.file_name().to_str().is_some_and(ours)) {
+            check_target(&entry.path())?;
+        }
+    }
+    let Ok(lock) = File::open(directory) else { return Ok(Occupied { _lock: None }) };
+    if lock.try_lock().is_ok() {
+        for (subdirectory, ours) in written {
+            remove_leftovers(&directory.join(subdirectory), |name| name == PROBE || ours(name));
+        }
+        // An error would show again when a shared lock is requested.
+        let _ = lock.unlock();
+    }
+    let is_locked = lock.lock_shared().is_ok();
+    Ok(Occupied { _lock: is_locked.then_some(lock) })
+}
+
+/// The entries of a directory that can be seen.
+fn entries(path: &Path) -> impl Iterator<Item = DirEntry> {
+    fs::read_dir(path).into_iter().flatten().flatten()
+}
+
+/// Removes temporary files of those files whose names are `ours`. No other process may be writing them.
+fn remove_leftovers(path: &Path, ours: impl Fn(&str) -> bool) {
     // A leftover that cannot be seen or removed does no harm.
-    let Ok(entries) = fs::read_dir(path) else { return };
-    for entry in entries.flatten() {
+    for entry in entries(path) {
         let file = entry.file_name();
         let is_leftover = file.to_str().and_then(final_name).is_some_and(&ours);
         if is_leftover && fs::remove_file(entry.path()).is_ok() {
-            debug!(path = %entry.path().display(), "removed a temporary file of a killed process");
+            debug!(path = %shown_path(&entry.path()), "removed a temporary file of a killed process");
         }
     }
 }
 
 /// The final name that a temporary file was meant to get.
 fn final_name(temporary: &str) -> Option<&str> {
-    Some(temporary.strip_prefix('.')?.split_once(SUFFIX)?.0)
+    let (name, random) = temporary.strip_prefix('.')?.rsplit_once(SUFFIX)?;
+    let is_random = random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    is_random.then_some(name)
 }
 
 /// Removes a file of earlier results, if it exists, as it would be mistaken for a new one.
@@ -103,14 +167,24 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// The file that a target refers to after following links. An error if it exists and is not a regular file.
-fn writable_target(target: &Path) -> Result<PathBuf, FileError> {
-    match fs::metadata(target) {
-        Ok(metadata) if !metadata.is_file() => {
-            Err(FileError::new("write", target, io::Error::other("it exists and is not a regular file")))
-        }
-        Ok(_) => fs::canonicalize(target).map_err(|error| FileError::new("write", target, error)),
-        Err(_) => Ok(target.to_owned()),
+/// What is wrong with a link in the place of results.
+const LINK: &str = "it is a symbolic link, which may lead anywhere; remove it, or choose another place";
+
+/// An error if a target exists and is not a regular file. Links are not followed.
+fn check_target(target: &Path) -> Result<(), FileError> {
+    let problem = match fs::symlink_metadata(target) {
+        Ok(metadata) if metadata.is_symlink() => LINK,
+        Ok(metadata) if !metadata.is_file() => "it exists and is not a regular file",
+        _ => return Ok(()),
+    };
+    Err(FileError::new("write", target, io::Error::other(problem)))
+}
+
+/// The directory of a file.
+pub fn directory_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
     }
 }
 
@@ -130,13 +204,9 @@ impl StagedFile {
         target: PathBuf,
         content: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
     ) -> Result<Self, FileError> {
-        let target = writable_target(&target)?;
-        let directory = match target.parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        };
+        check_target(&target)?;
         let write = || {
-            let file = temporary_file(directory, target.file_name().unwrap_or_default())?;
+            let file = temporary_file(directory_of(&target), target.file_name().unwrap_or_default())?;
             // Written to the file itself, so that an error names the target and not its temporary name.
             let mut writer = BufWriter::new(file.as_file());
             content(&mut writer)?;
@@ -168,6 +238,8 @@ impl StagedFile {
 
 /// Separates the name of a file from the random characters of its temporary name.
 const SUFFIX: &str = ".bristle-";
+/// The number of these random characters.
+const RANDOM: usize = 6;
 
 /// The start of all temporary names of a file.
 fn temporary_prefix(name: &OsStr) -> OsString {
@@ -181,7 +253,7 @@ fn temporary_prefix(name: &OsStr) -> OsString {
 fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
     let prefix = temporary_prefix(name);
     let mut builder = Builder::new();
-    builder.prefix(&prefix);
+    builder.prefix(&prefix).rand_bytes(RANDOM);
     #[cfg(unix)]
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]

@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use bristle_study::journal::{Contents, Journal, JournalError};
 use bristle_study::study::{CaseResult, Study};
+use bristle_text::shown_path;
 use thiserror::Error;
 use tracing::{debug, warn};
 
@@ -35,11 +36,11 @@ pub enum JournalFileError {
     /// Another process has the lock.
     #[error(
         "another study is writing to the directory `{}`: wait until it ends, or choose another directory with --out",
-        directory.display()
+        shown_path(directory)
     )]
     InUse { directory: PathBuf },
     /// The study cannot resume from this journal.
-    #[error("cannot resume from `{}`: {error}\n{}", path.display(), advice(error))]
+    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
     Unusable { path: PathBuf, error: JournalError },
     /// The file cannot be opened, read or written.
     #[error(transparent)]
@@ -123,9 +124,9 @@ impl JournalFile {
         let Contents { results, intact, torn } = contents;
         let cases = results.iter().flatten().count();
         if torn > 0 {
-            warn!(path = %path.display(), bytes = torn, "dropped an incomplete line at the end of the journal");
+            warn!(path = %shown_path(&path), bytes = torn, "dropped an incomplete line at the end of the journal");
         }
-        debug!(path = %path.display(), cases, "journal opened");
+        debug!(path = %shown_path(&path), cases, "journal opened");
 
         let mut state = Written { length: intact, cases, fresh: false, closing: false, error: None };
         let begun = if intact > 0 { state.cut(&file) } else { state.begin(&file, journal.header(), directory) };
@@ -190,7 +191,7 @@ fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileErr
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(JournalFileError::InUse { directory: directory.to_owned() }),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-            warn!(path = %path.display(), "this file system has no locks: a second study would go unnoticed");
+            warn!(path = %shown_path(path), "this file system has no locks: a second study would go unnoticed");
             Ok(())
         }
         Err(TryLockError::Error(error)) => Err(FileError::new("lock", path, error).into()),

@@ -1,6 +1,5 @@
 //! Figures as files, `DIR/figures/NAME.svg` and `NAME.png`, drawn from new or saved results.
 
-use std::ffi::OsStr;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -9,18 +8,21 @@ use std::{fs, thread};
 
 use bristle::model::settings::Settings;
 use bristle::simulation::Sample;
-use bristle_report::figures::{Picture, history_figure, is_of_study, study_figures};
+use bristle_report::figures::{HISTORY_FIGURE, Picture, history_figure, is_of_study, study_figures};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
+use bristle_text::shown_path;
 use thiserror::Error;
 
-use crate::files::{FileError, StagedFile, prepare_directory, read_text, remove_leftovers_of};
+use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use crate::saved::{SavedError, saved_case, saved_study};
 use crate::terminal::say;
 
 /// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
+/// Endings of the files of a picture.
+const ENDINGS: [&str; 2] = ["svg", "png"];
 /// Names of the copy of the measured forces, and of their comparison with the results.
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
@@ -50,7 +52,7 @@ pub struct Drawn {
 
 /// Reads measured forces. Returns the text of the file, too.
 pub fn measured_forces(path: &Path) -> Result<(String, Vec<Measurement>), PicturesError> {
-    let text = read_text(path)?;
+    let text = read_table(path)?;
     let measured = read_measured(&text, &path.to_string_lossy())?;
     Ok((text, measured))
 }
@@ -97,6 +99,9 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
         }
         None => None,
     };
+    prepare_directory(directory)?;
+    let is_picture = |name: &str| is_picture_of_study(name) || is_picture_of_case(name);
+    let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_picture)])?;
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
         drawn.push(draw_study(directory, &study, &results, &measured, None)?);
@@ -118,11 +123,11 @@ fn write_pictures(
         return Ok("no figures".to_owned());
     }
     let directory = directory.join(FIGURES);
-    prepare_directory(&directory, &[])?;
+    prepare_directory(&directory)?;
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
     let stage = |Picture { name, canvas }: &Picture| {
-        for (ending, content) in [("svg", canvas.svg().into_bytes()), ("png", canvas.png())] {
+        for (ending, content) in ENDINGS.iter().zip([canvas.svg().into_bytes(), canvas.png()]) {
             let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
@@ -147,14 +152,22 @@ fn write_pictures(
         file.commit()?;
     }
     let figures = if pictures.len() == 1 { "figure" } else { "figures" };
-    Ok(format!("wrote {} {figures} as SVG and PNG to {}", pictures.len(), directory.display()))
+    Ok(format!("wrote {} {figures} as SVG and PNG to {}", pictures.len(), shown_path(&directory)))
 }
 
-/// Removes temporary files of pictures below `directory` that a killed study left behind. No other process may be writing
-/// there.
-pub fn remove_unfinished(directory: &Path) {
-    let of_study = |name: &str| Path::new(name).file_stem().and_then(OsStr::to_str).is_some_and(is_of_study);
-    remove_leftovers_of(&directory.join(FIGURES), of_study);
+/// Whether a file name is that of a picture of a study.
+pub fn is_picture_of_study(name: &str) -> bool {
+    picture(name).is_some_and(is_of_study)
+}
+
+/// Whether a file name is that of the picture of a contact.
+pub fn is_picture_of_case(name: &str) -> bool {
+    picture(name) == Some(HISTORY_FIGURE)
+}
+
+/// The name of the picture in a file.
+fn picture(name: &str) -> Option<&str> {
+    ENDINGS.iter().find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
 /// Removes pictures of an earlier study, which would be mistaken for those of this one. A failure to remove one is not an
@@ -162,9 +175,8 @@ pub fn remove_unfinished(directory: &Path) {
 fn remove_others(directory: &Path, pictures: &[Picture]) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
-        let is_picture = path.extension().is_some_and(|ending| ending == "svg" || ending == "png");
-        let name = path.file_stem()?.to_str()?;
-        let is_old = is_picture && is_of_study(name) && pictures.iter().all(|picture| picture.name != name);
+        let name = picture(path.file_name()?.to_str()?)?;
+        let is_old = is_of_study(name) && pictures.iter().all(|picture| picture.name != name);
         is_old.then(|| fs::remove_file(&path).ok()).flatten()
     };
     if let Ok(entries) = fs::read_dir(directory.join(FIGURES)) {

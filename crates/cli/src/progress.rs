@@ -1,15 +1,16 @@
 //! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs.
 
 use std::collections::VecDeque;
-use std::io::Write;
+use std::io;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
+use bristle_text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::terminal;
+use crate::terminal::{self, print};
 
 /// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
@@ -66,6 +67,8 @@ struct Tally {
     pace: Pace,
     /// When the last object was written.
     told: Instant,
+    /// The first error of writing an object. It does not stop the study, whose results are in files.
+    error: Option<io::Error>,
 }
 
 impl Progress {
@@ -79,9 +82,9 @@ impl Progress {
             terminal::keep_below(&bar);
             Output::Bar(bar)
         };
-        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun };
+        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun, error: None };
         let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
-        progress.tell(&progress.state());
+        progress.tell(&mut progress.state());
         progress
     }
 
@@ -97,7 +100,7 @@ impl Progress {
             Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
             _ => {
                 state.told = now;
-                self.tell(&state);
+                self.tell(&mut state);
             }
         }
     }
@@ -106,21 +109,23 @@ impl Progress {
     pub fn end(&self) -> f64 {
         match &self.output {
             Output::Bar(bar) => bar.finish_and_clear(),
-            Output::Json => self.tell(&self.state()),
+            Output::Json => self.tell(&mut self.state()),
         }
         terminal::nothing_below();
         self.begun.elapsed().as_secs_f64()
     }
 
-    /// Writes the last object, if the output is JSON.
-    pub fn summarise(&self, seconds: f64, files: &[PathBuf]) {
+    /// Writes the last object, if the output is JSON. Returns the first error of writing any object.
+    pub fn summarise(self, seconds: f64, files: &[PathBuf]) -> io::Result<()> {
         if let Output::Json = self.output {
-            let Tally { done, failures, .. } = *self.state();
-            print_event(&Event::Summary { cases: done, failures, resumed: self.resumed, seconds, files });
+            let mut state = self.state();
+            let (cases, failures) = (state.done, state.failures);
+            state.print(&Event::Summary { cases, failures, resumed: self.resumed, seconds, files });
         }
+        self.state().error.take().map_or(Ok(()), Err)
     }
 
-    fn tell(&self, state: &Tally) {
+    fn tell(&self, state: &mut Tally) {
         let rate = state.pace.rate();
         let seconds_left = rate.map(|rate| (self.total - state.done) as f64 / rate);
         match &self.output {
@@ -130,7 +135,7 @@ impl Progress {
             }
             Output::Json => {
                 let (done, failures) = (state.done, state.failures);
-                print_event(&Event::Progress { done, total: self.total, failures, rate, seconds_left });
+                state.print(&Event::Progress { done, total: self.total, failures, rate, seconds_left });
             }
         }
     }
@@ -166,12 +171,29 @@ fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> St
     text
 }
 
-/// Writes a line to stdout. A closed stdout does not stop a study.
-fn print_event(event: &Event<'_>) {
-    // A path that is not Unicode cannot be written as JSON; its file is written all the same.
-    if let Ok(line) = serde_json::to_string(event) {
-        let _ = writeln!(std::io::stdout(), "{line}");
+impl Tally {
+    /// Writes a line to stdout, and keeps the first error.
+    fn print(&mut self, event: &Event<'_>) {
+        // A path that is not Unicode cannot be written as JSON; its file is written all the same.
+        if let Ok(line) = serde_json::to_string(event)
+            && let Err(error) = print(&(visible(&line) + "\n"))
+        {
+            self.error.get_or_insert(error);
+        }
     }
+}
+
+/// JSON with the characters escaped that could drive a terminal or disguise a path. JSON has such characters in strings only.
+fn visible(json: &str) -> String {
+    let mut visible = String::with_capacity(json.len());
+    for letter in json.chars() {
+        if is_invisible(letter) {
+            visible.extend(letter.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")));
+        } else {
+            visible.push(letter);
+        }
+    }
+    visible
 }
 
 /// The recent rate of a count.
@@ -231,6 +253,14 @@ mod tests {
         let rate = pace.rate().expect("a rate");
         assert!((rate - 10.0).abs() < 0.1, "{rate}");
         assert!(pace.points.len() < 60);
+    }
+
+    #[test]
+    fn paths_in_json_are_visible_and_stay_the_same() {
+        let path = "a\u{9b}2J\u{202e}\u{e0001}ä\u{1b}";
+        let json = visible(&serde_json::to_string(path).expect("JSON"));
+        assert_eq!(json, r#""a\u009b2J\u202e\udb40\udc01ä\u001b""#);
+        assert_eq!(serde_json::from_str::<String>(&json).expect("JSON"), path);
     }
 
     #[test]

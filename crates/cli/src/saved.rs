@@ -5,16 +5,20 @@ use std::path::{Path, PathBuf};
 use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::Sample;
+use bristle_report::vtk::is_file_name;
 use bristle_study::results::{DataError, SavedStudy, read_case, read_history, read_runs, read_study};
 use bristle_study::study::CaseResult;
+use bristle_text::{shortened, shown_path};
 use thiserror::Error;
 
 use crate::files::{FileError, read_results};
 use crate::terminal::say;
+use crate::vtk_files::vtk_name;
 
 /// Names of the files.
 pub const STUDY: &str = "study.json";
 pub const CASE: &str = "case.json";
+pub const METRICS: &str = "metrics.json";
 pub const RUNS: &str = "runs.csv";
 pub const RUNS_PARQUET: &str = "runs.parquet";
 pub const HISTORY: &str = "history.csv";
@@ -33,14 +37,14 @@ pub enum SavedError {
     #[error(
         "`{}` has neither {STUDY} nor {CASE}\n   = help: name a directory that `bristle study` or `bristle simulate` \
          has written to; if an older version wrote it, run the command again",
-        .0.display()
+        shown_path(.0)
     )]
     NoResults(PathBuf),
     /// A directory has no results of a study.
     #[error(
         "`{}` has no {STUDY}\n   = help: advice compares the cases of a study; name a directory that `bristle study` has \
          written to; if an older version wrote it, run the command again",
-        .0.display()
+        shown_path(.0)
     )]
     NoStudy(PathBuf),
 }
@@ -55,8 +59,11 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
     if saved.version != env!("CARGO_PKG_VERSION") || saved.equations != FINGERPRINT {
-        let version = &saved.version;
-        say(format_args!("note: `{name}` was simulated by another build of Bristle, version {version}"));
+        let version = shortened(&saved.version);
+        say(format_args!(
+            "note: `{}` was simulated by another build of Bristle, version {version}",
+            shown_path(&directory.join(RUNS))
+        ));
     }
     Ok(Some((saved, results)))
 }
@@ -67,9 +74,18 @@ pub fn saved_case(directory: &Path) -> Result<Option<(Settings, Vec<Sample>)>, S
         return Ok(None);
     }
     let (text, name) = read(directory, CASE)?;
-    let settings = read_case(&text, &name)?;
+    let case = read_case(&text, &name)?;
     let (text, name) = read(directory, HISTORY)?;
-    Ok(Some((settings, read_history(&text, &name)?)))
+    let history = read_history(&text, &name)?;
+    // Checked after all else that can state where the text is wrong.
+    case.check(HISTORY, &text, &name)?;
+    // The other files are not needed, but must not be those of another run.
+    let is_ours = |file: &&str| *file == METRICS || vtk_name(file).is_some_and(is_file_name);
+    for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
+        let (text, name) = read(directory, file)?;
+        case.check(file, &text, &name)?;
+    }
+    Ok(Some((case.settings, history)))
 }
 
 /// The text of a file, and its name for error messages.

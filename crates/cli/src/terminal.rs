@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
+use bristle_text::{Lines, shown_path};
 use indicatif::{ProgressBar, ProgressStyle};
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
@@ -26,10 +27,10 @@ pub fn nothing_below() {
 
 const UNBROKEN: &str = "nothing panics while holding the bar";
 
-/// Tells the user something. A closed stderr is not an error.
+/// Tells the user something. Whatever it quotes, it cannot drive the terminal. A closed stderr is not an error.
 pub fn say(message: impl Display) {
     above_the_bar(|| {
-        let _ = writeln!(io::stderr(), "{message}");
+        let _ = writeln!(io::stderr(), "{}", Lines(message));
     });
 }
 
@@ -39,7 +40,7 @@ pub fn say_at_the_end(message: impl Display) {
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let _ = writeln!(io::stderr(), "{message}");
+    let _ = writeln!(io::stderr(), "{}", Lines(message));
 }
 
 fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
@@ -89,8 +90,12 @@ impl Write for Log {
 
 /// Writes data to stdout. A reader that stops early, such as `head`, is not an error.
 pub fn print(data: &str) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(data.as_bytes()).and_then(|()| stdout.flush()) {
+    print_by(|| io::stdout().write_all(data.as_bytes()))
+}
+
+/// Calls a function that writes to stdout, and flushes what it has written. All output to stdout passes through here.
+pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+    match write().and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
         _ => Ok(()),
     }
@@ -98,7 +103,7 @@ pub fn print(data: &str) -> io::Result<()> {
 
 /// Tells the user that a file was written.
 pub fn say_written(path: &Path) {
-    say(format_args!("wrote {}", path.display()));
+    say(format_args!("wrote {}", shown_path(path)));
 }
 
 /// Style of the progress bar. indicatif shows it on a terminal only.

@@ -1,5 +1,6 @@
 //! Reads a state of the filament from JSON, for `bristle evaluate`.
 
+use bristle_text::shown;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -9,6 +10,9 @@ use bristle::model::parameters::MAX_SEGMENTS;
 
 /// The key in errors that concern no single key.
 const WHOLE: &str = "state";
+/// Longest key and longest message of the parser in an error, in characters.
+const LONGEST_KEY: usize = 80;
+const LONGEST_MESSAGE: usize = 200;
 
 /// Why a state is invalid.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -78,10 +82,10 @@ pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         StateError::Unreadable {
-            key,
+            key: shown(&key, LONGEST_KEY),
             line: error.line(),
             column: error.column(),
-            message: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
+            message: shown(message.strip_suffix(&place).unwrap_or(&message), LONGEST_MESSAGE),
         }
     };
     let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {

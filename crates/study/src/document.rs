@@ -5,11 +5,12 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use bristle_text::shown;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use crate::input_error::{InputError, Problem, Source};
+use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
 use crate::uncertainty::check;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
@@ -19,6 +20,10 @@ use bristle::model::settings::Settings;
 const STUDY: &str = "study";
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
+/// The section of velocity and depth, which a study may sweep instead.
+const PROCESS: &str = "process";
+/// How serde begins its message about a key without a default.
+const MISSING: &str = "missing field ";
 /// Its only key, and the values allowed.
 const FILE: &str = "file";
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
@@ -174,8 +179,11 @@ impl<'t> Document<'t> {
             }
         }
         let root = Spanned::new(self.end(), table.clone());
-        let settings =
-            Settings::deserialize(Deserializer::from(root)).map_err(|error| self.unreadable(&table, &error))?;
+        let settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
+            // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
+            let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
+            missing.unwrap_or_else(|| self.unreadable(&table, &error))
+        })?;
         check(&settings).map_err(|violation| {
             let span = place(&table, violation.path).unwrap_or(self.end());
             let Violation { path, value, allowed } = violation;
@@ -237,7 +245,7 @@ impl<'t> Document<'t> {
             let problem = Problem::NotAllowed {
                 key: study_key.clone(),
                 value: self.source.quote(value.span()),
-                allowed: format!("{SWEEP} ({})", error.message()),
+                allowed: format!("{SWEEP} ({})", shown(error.message(), LONGEST_MESSAGE)),
             };
             self.error(problem, span, "")
         };
@@ -276,10 +284,14 @@ impl<'t> Document<'t> {
 
     /// The error about a tree that cannot become settings: an unknown key, a value of the wrong type, or a missing key.
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
-        let span = error.span().unwrap_or(self.end());
+        // An error without a place is about the file as a whole.
+        let Some(span) = error.span() else {
+            return self.error(Problem::Unreadable { message: error.message().to_owned() }, self.end(), "");
+        };
         let unknown = |key: String, advice: String| {
             let message = error.message();
-            let expected = message.split_once(", expected ").map_or(message, |(_, expected)| expected);
+            // The key comes first, and may be anything.
+            let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
             let expected = expected.to_owned();
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
@@ -297,24 +309,52 @@ impl<'t> Document<'t> {
                     return unknown(path.clone(), did_you_mean(&path, paths));
                 }
                 if value.span().start <= span.start && span.end <= value.span().end {
-                    let allowed = Parameter::find(&path)
-                        .map_or_else(|| format!("of another type ({})", error.message()), Parameter::allowed);
+                    let allowed =
+                        Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
                     return self.error(problem, span, "");
                 }
             }
         }
-        let missing = PARAMETERS.iter().find(|parameter| parameter.required && find(table, parameter.path).is_none());
-        let Some(missing) = missing else {
-            let message = error.message().to_owned();
-            return self.error(Problem::Unreadable { message }, span, "");
+        self.error(Problem::Unreadable { message: error.message().to_owned() }, span, "")
+    }
+
+    /// The error about required keys that are missing: whole sections first, otherwise the keys of one section. `None` if
+    /// there are all of them.
+    fn missing(&self, table: &DeTable<'_>) -> Option<InputError> {
+        let missing: Vec<&'static Parameter> =
+            PARAMETERS.iter().filter(|parameter| parameter.required && find(table, parameter.path).is_none()).collect();
+        let first = *missing.first()?;
+        let mut sections: Vec<&'static str> = missing.iter().map(|parameter| parameter.section()).collect();
+        sections.dedup();
+        sections.retain(|section| !self.table.contains_key(*section));
+        let (problem, span, place) = if sections.is_empty() {
+            let problem = Problem::Missing { key: first.path.to_owned(), allowed: first.allowed() };
+            let place = format!("under [{}]", first.section());
+            (problem, self.table[first.section()].span(), place)
+        } else {
+            let place = "at the end of the file".to_owned();
+            (Problem::MissingSections { sections: sections.clone() }, self.end(), place)
         };
-        let problem = Problem::Missing { key: missing.path.to_owned(), allowed: missing.allowed() };
-        let mut advice = format!("add `{} = …` under [{}]", missing.key(), missing.section());
-        if missing.section() == "process" {
-            advice.push_str(", or let [study] sweep it and run `bristle study`");
+        let is_named =
+            |section: &str| if sections.is_empty() { section == first.section() } else { sections.contains(&section) };
+        let named = || missing.iter().filter(|parameter| is_named(parameter.section()));
+        let mut advice = format!("add {place}, with your values:\n");
+        let example = Settings::paper(10.0, 1e-3);
+        let mut section = if sections.is_empty() { first.section() } else { "" };
+        for parameter in named() {
+            if parameter.section() != section {
+                section = parameter.section();
+                advice.push_str(&format!("\n     [{section}]"));
+            }
+            // All required settings have a unit.
+            let line = format!("{} = {}", parameter.key(), parameter.format(parameter.get(&example)));
+            advice.push_str(&format!("\n     {line:30}  # {} in {}", parameter.name, parameter.unit));
         }
-        self.error(problem, place(table, missing.path).unwrap_or(self.end()), &advice)
+        if named().any(|parameter| parameter.section() == PROCESS) {
+            advice.push_str("\n\n     What [study] sweeps may be left out for `bristle study`.");
+        }
+        Some(self.error(problem, span, &advice))
     }
 
     fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
@@ -335,6 +375,13 @@ impl<'t> Document<'t> {
 /// Reads a part of the tree.
 fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<T, toml::de::Error> {
     T::deserialize(ValueDeserializer::from(value.clone()))
+}
+
+/// The values allowed where the parser has refused one that belongs to no scalar setting.
+fn allowed_by(message: &str) -> String {
+    let kinds = message.strip_prefix("unknown variant ").and_then(|message| message.rsplit_once(", expected "));
+    kinds
+        .map_or_else(|| format!("of another type ({})", shown(message, LONGEST_MESSAGE)), |(_, kinds)| kinds.to_owned())
 }
 
 fn is_section(name: &str) -> bool {

@@ -2,13 +2,18 @@
 
 use std::fmt::{self, Display};
 use std::ops::Range;
+use std::path::Path;
 
+use bristle_text::{is_invisible, shortened, shown, shown_path};
 use thiserror::Error;
 
 use crate::study::{StudyError, SweepError};
 
-/// Source lines longer than this are cut, so that a message stays readable.
-const LONGEST_LINE: usize = 100;
+/// Source lines longer than this are cut, so that they fit into a terminal of 80 columns.
+const LONGEST_LINE: usize = 72;
+/// Longest key and longest message of the parser, in characters.
+const LONGEST_KEY: usize = 80;
+pub(crate) const LONGEST_MESSAGE: usize = 200;
 
 /// What is wrong with an input file, where, and what to do about it.
 ///
@@ -32,13 +37,13 @@ fn advice_line(advice: &str) -> String {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Problem {
     /// The text is not TOML, or cannot be interpreted.
-    #[error("cannot be read: {message}")]
+    #[error("cannot be read: {}", shown(message, LONGEST_MESSAGE))]
     Unreadable {
         /// The parser's message.
         message: String,
     },
     /// A key that does not name a setting.
-    #[error("unknown key `{key}`: expected {expected}")]
+    #[error("unknown key `{}`: expected {expected}", shown(key, LONGEST_KEY))]
     UnknownKey {
         /// Dotted path of the key.
         key: String,
@@ -46,15 +51,21 @@ pub enum Problem {
         expected: String,
     },
     /// A required key that is missing.
-    #[error("`{key}` is missing: it must be {allowed}")]
+    #[error("`{}` is missing: it must be {allowed}", shown(key, LONGEST_KEY))]
     Missing {
         /// Dotted path of the key.
         key: String,
         /// The values allowed.
         allowed: String,
     },
+    /// Sections with required keys that are missing.
+    #[error("{}", missing_sections(sections))]
+    MissingSections {
+        /// Names of the sections.
+        sections: Vec<&'static str>,
+    },
     /// A value that is not allowed for the key.
-    #[error("`{key}` is {value}, but must be {allowed}")]
+    #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]
     NotAllowed {
         /// Dotted path of the key.
         key: String,
@@ -64,7 +75,7 @@ pub enum Problem {
         allowed: String,
     },
     /// A sweep without values, or with wrong ones.
-    #[error("`{key}`: {error}")]
+    #[error("`{}`: {error}", shown(key, LONGEST_KEY))]
     Sweep {
         /// Dotted path of the key.
         key: String,
@@ -76,10 +87,19 @@ pub enum Problem {
     Study(#[from] StudyError),
 }
 
+fn missing_sections(sections: &[&str]) -> String {
+    let names: Vec<String> = sections.iter().map(|section| format!("[{section}]")).collect();
+    match names.split_last() {
+        Some((last, [])) => format!("the section {last} is missing"),
+        Some((last, others)) => format!("the sections {} and {last} are missing", others.join(", ")),
+        None => unreachable!("an error has a cause"),
+    }
+}
+
 /// A place in an input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location {
-    /// Name of the file.
+    /// Name of the file, as messages show it.
     pub file: String,
     /// Line, counted from 1.
     pub line: usize,
@@ -122,18 +142,19 @@ impl Source<'_> {
         let columns_marked = self.text[start..end.min(line_end).max(start)].chars().count();
 
         // The excerpt of a long line starts a little before the place.
-        let skipped = columns_before.saturating_sub(LONGEST_LINE / 2);
+        let columns = self.text[line_start..line_end].chars().count();
+        let skipped = columns_before.saturating_sub(LONGEST_LINE / 2).min(columns.saturating_sub(LONGEST_LINE));
         let excerpt: String = self.text[line_start..line_end]
             .trim_end_matches('\r')
             .chars()
             .skip(skipped)
             .take(LONGEST_LINE)
-            .map(|character| if character.is_control() { ' ' } else { character })
+            .map(|character| if is_invisible(character) { ' ' } else { character })
             .collect();
         let mark_start = columns_before - skipped;
-        let mark_end = (mark_start + columns_marked.max(1)).min(LONGEST_LINE);
+        let mark_end = (mark_start + columns_marked).min(LONGEST_LINE).max(mark_start + 1);
         Location {
-            file: self.name.to_owned(),
+            file: shown_path(Path::new(self.name)),
             line: self.text[..line_start].matches('\n').count() + 1,
             column: columns_before + 1,
             excerpt,
@@ -152,14 +173,8 @@ impl Source<'_> {
 
     /// The text at a range of bytes, cut if long, for quoting in a message.
     pub(crate) fn quote(&self, span: Range<usize>) -> String {
-        const LONGEST: usize = 40;
         let text = self.text.get(span).unwrap_or_default();
-        let mut quoted: String =
-            text.chars().map(|character| if character.is_control() { ' ' } else { character }).take(LONGEST).collect();
-        if text.chars().nth(LONGEST).is_some() {
-            quoted.push('…');
-        }
-        quoted
+        shortened(&text.replace(['\n', '\r', '\t'], " "))
     }
 }
 

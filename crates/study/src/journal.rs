@@ -20,11 +20,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead};
 use std::sync::LazyLock;
 
-use crate::digest::digest;
+use bristle_text::{shortened, shown};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
 
+use crate::digest::digest;
 use crate::study::{CaseResult, CaseSummary, Study, SweepText};
 use crate::uncertainty::ForceScatter;
 use bristle::equations::FINGERPRINT;
@@ -47,6 +48,8 @@ const CHECK_DIGITS: usize = 16;
 const MAX_LINE_BYTES: usize = 64 << 20;
 /// The largest number of differences that an error lists.
 const MAX_DIFFERENCES: usize = 6;
+/// Longest path of a setting in such a list, in characters.
+const LONGEST_PATH: usize = 80;
 
 /// What can be wrong with a journal.
 #[derive(Debug, Error)]
@@ -325,7 +328,7 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     ];
     for (what, there, here) in programs {
         if there != here {
-            let [there, here] = [there, here].map(|text| text.get(..12).unwrap_or(text));
+            let [there, here] = [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
             differences.push(format!("{what}: {there} there, {here} here"));
         }
     }
@@ -338,7 +341,9 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     each_difference(&leaves(&there.settings), &settings_here, |path, there, here| {
         // The base has only the first value of a setting that is swept on both sides.
         if !(sweeps_there.contains_key(path) && sweeps_here.contains_key(path)) {
-            let text = |value: Option<&Value>| value.map_or("not stated".to_owned(), Value::to_string);
+            let text =
+                |value: Option<&Value>| value.map_or("not stated".to_owned(), |value| shortened(&value.to_string()));
+            let path = shown(path, LONGEST_PATH);
             differences.push(format!("{path}: {} there, {} here", text(there), text(here)));
         }
     });
@@ -352,6 +357,7 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
             }
         });
         let among = if there == here { ", with others in between" } else { "" };
+        let path = shown(path, LONGEST_PATH);
         differences.push(format!("sweep of {path}: {there} there, {here} here{among}"));
     });
     if differences.is_empty() {

@@ -3,12 +3,14 @@
 //! A force is compared where it was measured. Between the cases of a study the simulated force is interpolated linearly in
 //! velocity and depth. Outside of them it is not extrapolated.
 
+use std::collections::HashMap;
 use std::io::{self, Write};
 
 use crate::results::{DataError, Source};
 use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, Study};
 use crate::text::number::short;
+use bristle_text::shortened;
 
 /// Columns of the table. Other columns are ignored.
 pub const COLUMNS: [&str; 4] = ["brushing_velocity_m_s", "penetration_depth_m", "force_n", "std_n"];
@@ -19,6 +21,11 @@ const ADVICE: &str = "the table has the columns brushing_velocity_m_s,penetratio
 
 /// The largest number of slices that are compared.
 const MAX_SLICES: usize = 1000;
+/// The largest number of points in a table, and of comparisons of a point with a slice.
+const MAX_POINTS: usize = 1_000_000;
+/// The largest size of a number in a table, in SI units; beyond it, or below its reciprocal, a velocity is a slip of the pen.
+/// Sums and squares of such numbers are finite.
+const LARGEST: f64 = 1e100;
 /// The largest numbers of slices, and of points in each, that are printed.
 const MAX_PRINTED: (usize, usize) = (4, 40);
 /// Relative difference up to which values are the same: a file may round differently from a sweep.
@@ -45,41 +52,70 @@ pub fn read_measured(text: &str, name: &str) -> Result<Vec<Measurement>, DataErr
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
     let table = source.table(ADVICE)?;
     let columns = table.columns(&COLUMNS)?;
-    let mut points: Vec<(u64, Measurement)> = Vec::new();
+    if table.rows().len() > MAX_POINTS {
+        let problem = format!("{} points, but at most {MAX_POINTS} can be compared", table.rows().len());
+        return Err(source.error(1, None, problem, ADVICE));
+    }
+    let mut points: Vec<Measurement> = Vec::new();
+    let mut places = Places::default();
     for row in table.rows() {
         let mut numbers = [0.0; COLUMNS.len()];
         for (index, number) in numbers.iter_mut().enumerate() {
             let cell = row.get(columns[index]).unwrap_or_default();
-            let read: Option<f64> = cell.parse().ok().filter(|number: &f64| number.is_finite());
-            *number =
-                read.ok_or_else(|| table.wrong(row, columns[index], format!("`{cell}` is not a finite number")))?;
-            let allowed = match index {
-                0 | 1 => (*number > 0.0, "greater than 0"),
-                2 => (true, "finite"),
-                _ => (*number >= 0.0, "at least 0"),
+            let wrong = |problem: String| Err(table.wrong(row, columns[index], problem));
+            *number = match cell.parse() {
+                Ok(read) if f64::is_finite(read) => read,
+                _ => return wrong(format!("`{}` is not a finite number", shortened(cell))),
             };
-            if !allowed.0 {
-                let problem = format!("`{cell}` must be {}", allowed.1);
-                return Err(table.wrong(row, columns[index], problem));
+            let (least, in_words) = match index {
+                0 | 1 => (1.0 / LARGEST, "greater than 0, from 1e-100"),
+                2 => (-LARGEST, "from -1e100"),
+                _ => (0.0, "at least 0, from 0"),
+            };
+            if !(least..=LARGEST).contains(number) {
+                return wrong(format!("`{}` must be {in_words} to 1e100", shortened(cell)));
             }
         }
         let [brushing_velocity_m_s, penetration_depth_m, force_n, std_n] = numbers;
         let point = Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n };
-        let same = |(_, other): &&(u64, Measurement)| {
-            same(other.brushing_velocity_m_s, brushing_velocity_m_s)
-                && same(other.penetration_depth_m, penetration_depth_m)
-        };
-        let line = table.line(row);
-        if let Some((first, _)) = points.iter().find(same) {
-            let problem = format!("the same velocity and depth as in line {first}");
+        if let Some(first) = places.take(&points, point) {
+            let problem = format!("the same velocity and depth as in line {}", table.line(&table.rows()[first]));
             return Err(table.wrong(row, columns[0], problem));
         }
-        points.push((line, point));
+        points.push(point);
     }
     if points.is_empty() {
         return Err(source.error(1, None, "there is no point below the heading", ADVICE));
     }
-    Ok(points.into_iter().map(|(_, point)| point).collect())
+    Ok(points)
+}
+
+/// The points of a table by velocity and depth, to find equal ones in constant time.
+///
+/// Points are kept in cells somewhat wider than [`SAME`]: a point equals only those in its own cell and the eight around it,
+/// and few different points have room in a cell.
+#[derive(Default)]
+struct Places(HashMap<[u64; 2], Vec<usize>>);
+
+impl Places {
+    /// Adds the next point, whose position is the number of `points`. If one of them has the same velocity and depth, returns
+    /// the position of the first.
+    fn take(&mut self, points: &[Measurement], point: Measurement) -> Option<usize> {
+        let at = |point: &Measurement| [point.brushing_velocity_m_s, point.penetration_depth_m];
+        let [velocity, depth] = at(&point).map(cell);
+        let same = |&position: &usize| at(&points[position]).iter().zip(at(&point)).all(|(a, b)| same(*a, b));
+        let around = (velocity - 1..=velocity + 1)
+            .flat_map(|velocity| (depth - 1..=depth + 1).map(move |depth| [velocity, depth]));
+        let first = around.filter_map(|key| self.0.get(&key)).flatten().copied().filter(same).min();
+        self.0.entry([velocity, depth]).or_default().push(points.len());
+        first
+    }
+}
+
+/// The number of the cell of a positive number that is not subnormal. The bits of such numbers increase with them, and leaving
+/// out the last 24 of 52 makes cells of 2⁻²⁸ of a power of two.
+fn cell(number: f64) -> u64 {
+    number.to_bits() >> 24
 }
 
 /// Whether two values are the same except for rounding.
@@ -179,21 +215,26 @@ impl Comparison {
         if count == 0 {
             return None;
         }
-        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count as f64;
+        // Simulated forces may be so large that their squares are infinite.
+        let scale = differences.iter().fold(f64::MIN_POSITIVE, |largest, difference| difference.abs().max(largest));
+        let scaled = || differences.iter().map(|difference| difference / scale);
+        let mean = |sum: f64| sum / count as f64;
         Some(Deviation {
             count,
-            bias_n: mean(&mut differences.iter().copied()),
-            rmse_n: mean(&mut differences.iter().map(|difference| difference * difference)).sqrt(),
+            bias_n: scale * mean(scaled().sum()),
+            rmse_n: scale * mean(scaled().map(|difference| difference * difference).sum()).sqrt(),
             within: self.points.iter().filter(|point| point.is_within() == Some(true)).count(),
         })
     }
 }
 
 /// Compares measured forces with those of a study: once for each combination of the settings swept in addition to velocity
-/// and depth. Of more than 1000 combinations, 1000 are compared, evenly spread.
+/// and depth. Of more than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000 points, so
+/// that no more than a million differences are computed.
 #[must_use]
 pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
-    let slices = process_slices(study, MAX_SLICES).chosen.into_iter();
+    let limit = (MAX_POINTS / measured.len().max(1)).clamp(2, MAX_SLICES);
+    let slices = process_slices(study, limit).chosen.into_iter();
     slices
         .map(|slice| Comparison {
             fixed: slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect(),
@@ -257,13 +298,25 @@ fn interpolate(
 /// Positions of the two values around `at`, with their weights. `None` outside.
 fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
     let values = &side.values;
-    if let Some(position) = values.iter().position(|&value| same(value, at)) {
+    let above = values.partition_point(|&value| value <= at);
+    let around = [above.checked_sub(1), Some(above).filter(|&above| above < values.len())];
+    if let Some(position) = around.into_iter().flatten().find(|&position| same(values[position], at)) {
         return Some([(position, 1.0), (position, 0.0)]);
     }
-    let above = values.iter().position(|&value| value > at)?;
-    let below = above.checked_sub(1)?;
+    let [Some(below), Some(above)] = around else { return None };
     let part = (at - values[below]) / (values[above] - values[below]);
     Some([(below, 1.0 - part), (above, part)])
+}
+
+/// A force with this many decimals, or as a power of ten if it would not fit into a table.
+fn newtons(force: f64, decimals: usize) -> String {
+    if force.abs() < 1e8 { format!("{force:.decimals$}") } else { format!("{force:.2e}") }
+}
+
+/// A difference of forces, with its sign.
+fn signed(difference: f64) -> String {
+    let sign = if difference.is_sign_negative() { "" } else { "+" };
+    format!("{sign}{}", newtons(difference, 1))
 }
 
 /// The deviations as a table for people.
@@ -280,7 +333,7 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
             "\n  v_b in m/s  a_e in mm      measured ± std  {heading:>18}  difference  within std\n"
         ));
         for point @ Point { measured, simulated } in comparison.points.iter().take(MAX_PRINTED.1) {
-            let pair = |value: f64, spread: f64| format!("{value:.1} ± {spread:.1}");
+            let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
             let velocity = short(measured.brushing_velocity_m_s);
             let depth = short(1e3 * measured.penetration_depth_m);
             let left = pair(measured.force_n, measured.std_n);
@@ -288,10 +341,12 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
                 Ok(Simulated { force_n, uncertainty_n, band_n }) => {
                     let within = if point.is_within() == Some(true) { "yes" } else { "no" };
                     let simulated = match band_n {
-                        Some([lower, upper]) => format!("{force_n:.1} [{lower:.0} … {upper:.0}]"),
+                        Some([lower, upper]) => {
+                            format!("{} [{} … {}]", newtons(*force_n, 1), newtons(*lower, 0), newtons(*upper, 0))
+                        }
                         None => pair(*force_n, *uncertainty_n),
                     };
-                    format!("{simulated:>18}  {:>+10.1}  {within:>10}", force_n - measured.force_n)
+                    format!("{simulated:>18}  {:>10}  {within:>10}", signed(force_n - measured.force_n))
                 }
                 Err(missing) => missing.name().to_owned(),
             };
@@ -302,8 +357,10 @@ pub fn comparison_table(comparisons: &[Comparison]) -> String {
         }
         text.push_str(&match comparison.deviation() {
             Some(Deviation { count, bias_n, rmse_n, within }) => format!(
-                "  {count} of {} points compared: bias {bias_n:+.1} N, RMSE {rmse_n:.1} N, within ± std {within} ({:.0} %)\n",
+                "  {count} of {} points compared: bias {} N, RMSE {} N, within ± std {within} ({:.0} %)\n",
                 comparison.points.len(),
+                signed(bias_n),
+                newtons(rmse_n, 1),
                 100.0 * within as f64 / count as f64
             ),
             None => "  no point can be compared\n".to_owned(),
@@ -440,6 +497,75 @@ mod tests {
         let outside = compare(&study, &results(&study, None), &measured[3..]);
         assert_eq!(outside[0].deviation(), None);
         assert!(comparison_table(&outside).contains("no point can be compared"));
+    }
+
+    #[test]
+    fn equal_points_are_found_wherever_they_are() {
+        let heading = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n";
+        let table = |rows: &str| read_measured(&format!("{heading}{rows}"), "forces.csv");
+        let error = |rows: &str| table(rows).expect_err("refused").to_string();
+        // From cell to cell and across powers of two.
+        for number in -2000..2000 {
+            let (velocity, depth) = (f64::from(number) * 0.1137, f64::from(number) * -0.0713);
+            let [velocity, depth] = [velocity, depth].map(f64::exp);
+            let rows = |relative: f64| {
+                let [fast, deep] = [velocity * (1.0 + relative), depth * (1.0 - relative)];
+                format!("7,3,0,0\n{velocity:?},{depth:?},1,1\n{fast:?},{deep:?},1,1\n")
+            };
+            let expected = "forces.csv:4, column brushing_velocity_m_s: the same velocity and depth as in line 3";
+            assert!(error(&rows(0.9e-9)).starts_with(expected));
+            assert!(table(&rows(1.1e-9)).is_ok());
+        }
+    }
+
+    /// Reading took a minute when each point was compared with all others.
+    #[test]
+    fn long_tables_are_read_in_linear_time() {
+        let rows = |count: usize| {
+            let row = |index: usize| format!("{}.5,{}e-6,1.0,0.1\n", index % 1000 + 1, index / 1000 + 1);
+            let heading = COLUMNS.join(",") + "\n";
+            (0..count).fold(heading, |text, index| text + &row(index))
+        };
+        let seconds = |count: usize| {
+            let text = rows(count);
+            let start = std::time::Instant::now();
+            let points = read_measured(&text, "forces.csv").expect("points");
+            assert_eq!(points.len(), count);
+            start.elapsed().as_secs_f64()
+        };
+        let (few, many) = (seconds(20_000), seconds(200_000));
+        assert!(many < 40.0 * few.max(0.02), "{few} s, then {many} s for ten times as many points");
+        let error = read_measured(&rows(MAX_POINTS + 1), "forces.csv").expect_err("too many").to_string();
+        assert!(error.contains("1000001 points, but at most 1000000"), "{error}");
+    }
+
+    #[test]
+    fn large_forces_have_a_finite_deviation() {
+        let study = study();
+        let mut results = results(&study, None);
+        for (index, result) in results.iter_mut().enumerate() {
+            let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+            result.as_mut().expect("a result").metrics.tool_contact_normal_force_n = sign * 1e308;
+        }
+        let measured = [point(20.0, 1e-3, -LARGEST, 0.0), point(10.0, 1e-3, LARGEST, 0.0)];
+        let comparisons = compare(&study, &results, &measured);
+        let deviation = comparisons[0].deviation().expect("two points");
+        assert!(deviation.rmse_n == 1e308 && deviation.bias_n.abs() <= 1e308, "{deviation:?}");
+        let table = comparison_table(&comparisons);
+        assert!(table.contains("RMSE 1.00e308 N") && table.lines().all(|line| line.chars().count() <= 100), "{table}");
+        for force in ["1e101", "-1e308", "1e400", "NaN"] {
+            let text = format!("{}\n1,1,{force},0\n", COLUMNS.join(","));
+            let error = read_measured(&text, "forces.csv").expect_err("too large").to_string();
+            assert!(error.starts_with("forces.csv:2, column force_n"), "{error}");
+        }
+    }
+
+    #[test]
+    fn columns_of_one_name_are_refused_with_their_numbers() {
+        let text = "force_n,brushing_velocity_m_s,date,force_n,penetration_depth_m,std_n,date\n1,1,1,1,1,1,1\n";
+        let error = read_measured(text, "forces.csv").expect_err("two columns of forces").to_string();
+        assert!(error.starts_with("forces.csv:1: columns 1 and 4 are both named `force_n`\n"), "{error}");
+        assert!(read_measured(&text.replacen("force_n", "old", 1), "forces.csv").is_ok(), "other columns are ignored");
     }
 
     #[test]

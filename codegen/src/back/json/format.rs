@@ -3,12 +3,12 @@
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;
 
+use bristle_text::shortened;
 use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Node, NodeId};
-use crate::ir::naming::shortened;
 use crate::ir::special;
 use crate::ir::unit::Unit;
 

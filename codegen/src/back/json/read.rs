@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;
 
+use bristle_text::{is_invisible, shortened, shown};
 use num_rational::Ratio;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -17,7 +18,7 @@ use crate::back::json::format::{
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
-use crate::ir::naming::{camel_case, is_invisible, shortened, shown};
+use crate::ir::naming::camel_case;
 use crate::ir::unit::Unit;
 use crate::passes::dimension;
 

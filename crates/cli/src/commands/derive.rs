@@ -1,5 +1,6 @@
 //! `bristle derive`.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -7,7 +8,7 @@ use bristle_inspect::derive::{DeriveFormat, Equations, derive};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
-use crate::files::StagedFile;
+use crate::files::{StagedFile, directory_of, occupy};
 use crate::terminal::{print, say_written};
 use crate::values::parse_count;
 
@@ -76,6 +77,8 @@ pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
     match &arguments.out {
         None => print(&equations)?,
         Some(path) => {
+            let name = path.file_name().and_then(OsStr::to_str);
+            let _occupied = occupy(directory_of(path), &[("", &|leftover| Some(leftover) == name)])?;
             let file = StagedFile::write(path.clone(), |out| out.write_all(equations.as_bytes()))?;
             say_written(&file.commit()?);
         }

@@ -10,7 +10,7 @@ use bristle_study::document::Document;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::read_text;
+use crate::files::read_input;
 use crate::terminal::print;
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
@@ -37,10 +37,10 @@ pub struct EvaluateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
-    let text = read_text(&arguments.file)?;
+    let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings_without_process()?;
-    let state = parse_state(&read_text(&arguments.state)?)
+    let state = parse_state(&read_input(&arguments.state)?)
         .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
     let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;
     let mut json = serde_json::to_string(&evaluation).map_err(io::Error::from)?;

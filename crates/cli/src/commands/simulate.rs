@@ -1,26 +1,25 @@
 //! `bristle simulate`.
 
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::simulation::{Sampling, simulate_with};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
-use bristle_report::vtk::MAX_SHAPES;
+use bristle_report::vtk::{MAX_SHAPES, is_file_name};
+use bristle_study::digest::digest;
 use bristle_study::document::Document;
-use bristle_study::results::{case_text, write_history, write_metrics};
+use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{StagedFile, prepare_directory, read_text, remove};
-use crate::pictures::{draw_history, say_drawn};
-use crate::saved::{CASE, HISTORY, HISTORY_PARQUET};
+use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
+use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
+use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
 use crate::terminal::say_written;
 use crate::values::parse_count;
-use crate::vtk_files::{commit_vtk, prepare_vtk, stage_vtk};
-
-/// Name of the metrics file.
-const METRICS: &str = "metrics.json";
+use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
 ///
@@ -57,25 +56,37 @@ pub struct SimulateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
-    let text = read_text(&arguments.file)?;
+    let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = Document::parse(&text, &name)?.settings()?;
-    prepare_directory(&arguments.out, &[METRICS, HISTORY, HISTORY_PARQUET, CASE])?;
+    prepare_directory(&arguments.out)?;
+    let results = [METRICS, HISTORY, HISTORY_PARQUET, CASE];
+    let _occupied = occupy(
+        &arguments.out,
+        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_case), (VTK, &is_file_name)],
+    )?;
     let shapes = arguments.vtk.unwrap_or(0) as usize;
     if shapes > 0 {
-        prepare_vtk(&arguments.out, shapes)?;
+        prepare_directory(&arguments.out.join(VTK))?;
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true, alongside: false })?;
-    let metrics = StagedFile::write(arguments.out.join(METRICS), |out| write_metrics(out, &simulation))?;
-    let history = StagedFile::write(arguments.out.join(HISTORY), |out| write_history(out, &simulation.history))?;
-    let case = case_text(&settings);
+    let mut hashes = FileHashes::new();
+    let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
+        let mut content = Vec::new();
+        write(&mut content).expect("memory takes what is written to it");
+        hashes.insert(name.to_owned(), digest(&content));
+        StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
+    };
+    let metrics = stage(METRICS, &|out| write_metrics(out, &simulation))?;
+    let history = stage(HISTORY, &|out| write_history(out, &simulation.history))?;
+    let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes, &mut hashes)?;
+    let case = case_text(&settings, &hashes);
     #[cfg(feature = "parquet")]
     let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
         write_history_parquet(out, &simulation.history, &case)
     })?;
-    let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes)?;
     StagedFile::text(&arguments.out, CASE, &case)?.commit()?;
     say_written(&metrics.commit()?);
     say_written(&history.commit()?);

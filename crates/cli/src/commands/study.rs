@@ -14,12 +14,13 @@ use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
+use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, prepare_directory, read_text, relative_to, remove, remove_leftovers};
+use crate::files::{StagedFile, occupy, prepare_directory, read_input, relative_to, remove};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
-use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, measured_forces, remove_unfinished, say_drawn};
+use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
@@ -32,6 +33,8 @@ const REPORT: &str = "report.html";
 const MAX_THREADS: u64 = 1024;
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
+/// Longest error of a case that is printed, in characters.
+const LONGEST_FAILURE: usize = 400;
 
 /// Simulate all cases of [study] in a file, and write DIR/runs.csv, DIR/report.html and DIR/figures
 ///
@@ -107,18 +110,18 @@ impl StudyArgs {
 
 /// Runs the command.
 pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
-    let text = read_text(&arguments.file)?;
+    let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let document = Document::parse(&text, &name)?;
     let study = document.study()?;
     let measured =
         document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
-    prepare_directory(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, JOURNAL])?;
-    prepare_directory(&arguments.out.join(FIGURES), &[])?;
+    prepare_directory(&arguments.out)?;
+    let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
+    let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
+    prepare_directory(&arguments.out.join(FIGURES))?;
 
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    remove_leftovers(&arguments.out, &[RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON]);
-    remove_unfinished(&arguments.out);
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let recorder = Recorder::new(&study);
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results, &recorder)?;
@@ -136,24 +139,26 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         files.iter().for_each(|path| say_written(path));
         say_drawn(&drawn);
     }
-    progress.summarise(seconds, &files);
+    let told = progress.summarise(seconds, &files);
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
     if failures.is_empty() {
+        told?;
         return Ok(ExitCode::SUCCESS);
     }
     let cases = if failures.len() == 1 { "case" } else { "cases" };
     say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
     for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWN) {
-        say(format_args!("  row {}: {message}", case + 1));
+        say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
+    told?;
     Ok(SIMULATION_FAILED.into())
 }
 
 /// Tells the user what the journal held when the study started.
 fn tell_of_earlier(earlier: &Earlier, path: &Path) {
-    let path = path.display();
+    let path = shown_path(path);
     if earlier.discarded {
         say(format_args!("note: the earlier journal `{path}` has been discarded"));
     }
@@ -199,7 +204,7 @@ fn simulate_cases(
 /// Lets Ctrl-C end the program between two lines of the journal, with a message that says how to resume.
 fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let stop = journal.stopper(move |done| {
-        let path = path.display();
+        let path = shown_path(&path);
         say_at_the_end(format_args!(
             "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
         ));

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use crate::error::{CliError, agreement};
-use crate::files::{StagedFile, prepare_directory};
+use crate::files::{StagedFile, occupy, prepare_directory};
 use crate::terminal::{print, progress_style, say, say_written};
 
 /// Names of the result files.
@@ -35,7 +35,9 @@ pub struct ValidateArgs {
 /// Runs the command.
 pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     let extent = if arguments.full { Extent::Full } else { Extent::Quick };
-    prepare_directory(&arguments.out, &[COMPARISONS, PAGE])?;
+    prepare_directory(&arguments.out)?;
+    let written = |name: &str| [COMPARISONS, PAGE].contains(&name) || name.ends_with(".svg");
+    let _occupied = occupy(&arguments.out, &[("", &written)])?;
 
     let start = Instant::now();
     let bar = ProgressBar::new(validation::trial_count() as u64).with_style(progress_style());

@@ -835,7 +835,7 @@ fn messages_name_what_is_missing() {
         ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
         (
             "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n",
-            "`tool.body_radius_m` is missing",
+            "the section [tool] is missing",
             "penetration_depth_m = {",
         ),
     ];

@@ -14,6 +14,9 @@ const MAX_MEASURED: usize = 4;
 /// Maximum number of curves with bands of scattering filaments, which are wide.
 const MAX_SCATTERED: usize = 3;
 
+/// Maximum number of markers on a curve; more would hide each other, and make a file that no viewer opens.
+const MAX_MARKS: usize = 100;
+
 /// Simulated forces with their bands.
 struct Banded {
     curves: Vec<Curve>,
@@ -111,25 +114,27 @@ impl View<'_> {
         let total = levels.len();
         let levels: Vec<f64> = spread(total, MAX_MEASURED).into_iter().map(|index| levels[index]).collect();
         let Banded { mut curves, has_gaps } = self.banded(sides, &levels, "simulated, ");
+        let mut has_means = false;
         for (index, &level) in levels.iter().enumerate() {
             let name = equation(of.parameter, level);
-            let points: Vec<&Measurement> = measured.iter().filter(|point| same(place(point).1, level)).collect();
-            let at = |point: &Measurement, force: f64| (place(point).0 * over.factor(), force);
-            let ends = points
-                .iter()
-                .flat_map(|point| [at(point, point.force_n - point.std_n), at(point, point.force_n + point.std_n)]);
+            let points = measured.iter().filter(|point| same(place(point).1, level));
+            let points = points.map(|point| Marked::of(place(point).0 * over.factor(), point)).collect();
+            let Marks { marks, are_means } = Marks::of(points);
+            has_means |= are_means;
+            let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
             curves.push(Curve::new("", Look::Bars, ends.collect()).with_pen(index));
-            let points = points.iter().map(|point| at(point, point.force_n)).collect();
+            let points = marks.iter().map(|mark| (mark.at, mark.force_n)).collect();
             curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
         }
+        let bars = if has_means {
+            format!("markers: means of {MAX_MARKS} intervals; bars: all points ± standard deviation")
+        } else {
+            "bars: ± standard deviation".to_owned()
+        };
         let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
-            subtitle: self.subtitle([
-                format!("{}; bars: ± standard deviation", self.band_text()),
-                selection,
-                gaps(has_gaps),
-            ]),
+            subtitle: self.subtitle([format!("{}; {bars}", self.band_text()), selection, gaps(has_gaps)]),
             x: Axis::linear(over.label()),
             y: Axis::from_zero("F_n,w in N"),
             curves,
@@ -195,7 +200,82 @@ impl View<'_> {
     }
 }
 
+/// A marker with its error bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Marked {
+    /// Place on the horizontal axis.
+    at: f64,
+    /// Place on the vertical axis, in N.
+    force_n: f64,
+    /// Ends of the bar, in N.
+    bar: [f64; 2],
+}
+
+impl Marked {
+    fn of(at: f64, &Measurement { force_n, std_n, .. }: &Measurement) -> Self {
+        Self { at, force_n, bar: [force_n - std_n, force_n + std_n] }
+    }
+}
+
+/// The markers of a curve.
+struct Marks {
+    marks: Vec<Marked>,
+    /// Whether a marker stands for several points.
+    are_means: bool,
+}
+
+impl Marks {
+    /// One marker per point. If there were more than [`MAX_MARKS`], which nobody could tell apart, one marker per interval of
+    /// the axis: at the mean of its points, with a bar around their bars.
+    fn of(mut points: Vec<Marked>) -> Self {
+        if points.len() <= MAX_MARKS {
+            return Self { marks: points, are_means: false };
+        }
+        points.sort_by(|a, b| a.at.total_cmp(&b.at));
+        let (least, largest) = (points[0].at, points[points.len() - 1].at);
+        // The last point, and all if they lie at one place, belong to the last interval.
+        let interval = |point: &Marked| {
+            let part = (point.at - least) / (largest - least);
+            ((part * MAX_MARKS as f64) as usize).min(MAX_MARKS - 1)
+        };
+        let together = points.chunk_by(|a, b| interval(a) == interval(b));
+        let marks = together.map(|points| {
+            let mean = |value: fn(&Marked) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+            let lower = points.iter().map(|point| point.bar[0]).fold(f64::INFINITY, f64::min);
+            let upper = points.iter().map(|point| point.bar[1]).fold(f64::NEG_INFINITY, f64::max);
+            Marked { at: mean(|point| point.at), force_n: mean(|point| point.force_n), bar: [lower, upper] }
+        });
+        Self { marks: marks.collect(), are_means: true }
+    }
+}
+
 /// Explains gaps, if there are any.
 fn gaps(has_gaps: bool) -> String {
     if has_gaps { "gaps: simulations failed".to_owned() } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_points_are_drawn_as_means_of_intervals() {
+        let point = |index: usize| {
+            let force_n = if index.is_multiple_of(2) { 1.0 } else { 3.0 };
+            Marked { at: index as f64, force_n, bar: [force_n - 0.5, force_n + 0.5] }
+        };
+        let few: Vec<Marked> = (0..MAX_MARKS).map(point).collect();
+        let Marks { marks, are_means } = Marks::of(few.clone());
+        assert!(marks == few && !are_means);
+        // In any order, four to an interval.
+        let Marks { marks, are_means } = Marks::of((0..=4 * MAX_MARKS).rev().map(point).collect());
+        assert_eq!((marks.len(), are_means), (MAX_MARKS, true));
+        for mark in &marks {
+            assert!(mark.bar == [0.5, 3.5] && (mark.force_n - 2.0).abs() <= 0.4, "{mark:?}");
+        }
+        assert!(marks.is_sorted_by(|a, b| b.at - a.at > 3.0));
+        // At one place, as repeated measurements that differ by rounding are.
+        let Marks { marks, .. } = Marks::of(vec![point(1); 2 * MAX_MARKS]);
+        assert_eq!(marks, [point(1)]);
+    }
 }

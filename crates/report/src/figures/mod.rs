@@ -281,6 +281,9 @@ fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
+/// Name of the figure of one contact.
+pub const HISTORY_FIGURE: &str = "history";
+
 /// Size of the figure of a history and of its panels, in pixels.
 const HISTORY: (i32, i32) = (760, 528);
 const HISTORY_TOP: i32 = 68;
@@ -289,7 +292,7 @@ const BETWEEN: i32 = 26;
 /// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
-/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named `history`.
+/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named [`HISTORY_FIGURE`].
 pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
@@ -336,7 +339,7 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
         line.dedup();
         canvas.line(line, stroke(*color, 14));
     }
-    Picture { name: "history".to_owned(), canvas }
+    Picture { name: HISTORY_FIGURE.to_owned(), canvas }
 }
 
 /// Shades the times in contact.
@@ -414,6 +417,24 @@ mod tests {
                 names.dedup();
                 assert_eq!(names.len(), pictures.pictures.len());
             }
+        }
+    }
+
+    /// 60 000 points made 19 MB.
+    #[test]
+    fn figures_of_many_measured_points_stay_small() {
+        let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let point = |index: u32| Measurement {
+            brushing_velocity_m_s: 5.0 + f64::from(index) * 1e-3,
+            penetration_depth_m: 1e-3 * f64::from(1 + index % 3),
+            force_n: 20.0 * f64::from(index).sin(),
+            std_n: 1.0,
+        };
+        let measured: Vec<Measurement> = (0..60_000).map(point).collect();
+        for Picture { name, canvas } in study_figures(&study, &results, &measured).pictures {
+            let svg = canvas.svg();
+            assert!(svg.len() < 300_000, "{name}: {} bytes", svg.len());
+            assert_eq!(svg.contains("means of 100 intervals"), name == "measured_over_velocity", "{name}");
         }
     }
 

@@ -15,6 +15,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
+use bristle_text::shown;
 
 mod course;
 
@@ -34,10 +35,14 @@ const SCRIPT: &str = concat!(
 /// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10 MB.
 pub const MAX_CASES_SHOWN: usize = 20_000;
 
+/// Longest name of a study in its page, in characters.
+const LONGEST_NAME: usize = 100;
+
 /// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
 /// order.
 #[must_use]
 pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> String {
+    let name = &shown(name, LONGEST_NAME);
     let data = data(name, study, results, courses).to_string();
     fill(
         TEMPLATE,

@@ -1,11 +1,19 @@
 //! Reads saved text back, with errors that state where it is wrong.
 
+use std::path::Path;
+
 use bristle::model::record::Record;
+use bristle_text::{shortened, shown, shown_path};
 use serde::Deserialize;
 use thiserror::Error;
 
-/// Version of the format of `study.json` and `case.json`.
-pub(super) const FORMAT: u32 = 3;
+/// Versions of the formats of `study.json` and `case.json`.
+pub(super) const STUDY_FORMAT: u32 = 3;
+pub(super) const CASE_FORMAT: u32 = 3;
+
+/// Longest heading, and longest description of a problem, which may quote the file; in characters.
+const LONGEST_NAME: usize = 80;
+const LONGEST_PROBLEM: usize = 200;
 
 /// What to do about results that do not belong together.
 pub(super) const AGAIN: &str = "run the command that made the results again";
@@ -14,7 +22,7 @@ pub(super) const AGAIN: &str = "run the command that made the results again";
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{file}:{line}{}: {problem}\n   = help: {advice}", column_text(.column))]
 pub struct DataError {
-    /// Name of the file.
+    /// Name of the file, as messages show it.
     pub file: String,
     /// Line, counted from 1.
     pub line: u64,
@@ -48,7 +56,9 @@ impl Source<'_> {
         problem: impl Into<String>,
         advice: &'static str,
     ) -> DataError {
-        DataError { file: self.name.to_owned(), line, column, problem: problem.into(), advice }
+        let column = column.map(|column| shown(&column, LONGEST_NAME));
+        let problem = shown(&problem.into(), LONGEST_PROBLEM);
+        DataError { file: shown_path(Path::new(self.name)), line, column, problem, advice }
     }
 
     /// The error about text that is not JSON, or is JSON of something else.
@@ -57,15 +67,15 @@ impl Source<'_> {
         self.error(error.line() as u64, column, error.to_string(), AGAIN)
     }
 
-    /// Reads a JSON object after checking the version of its format.
-    pub(super) fn object<T: serde::de::DeserializeOwned>(&self) -> Result<T, DataError> {
+    /// Reads a JSON object after checking that its format has the version `expected`.
+    pub(super) fn object<T: serde::de::DeserializeOwned>(&self, expected: u32) -> Result<T, DataError> {
         #[derive(Deserialize)]
         struct Form {
             format: u32,
         }
         let Form { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
-        if format != FORMAT {
-            let problem = format!("the file has format {format}, but this program reads format {FORMAT}");
+        if format != expected {
+            let problem = format!("the file has format {format}, but this program reads format {expected}");
             return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));
         }
         serde_json::from_str(self.text).map_err(|error| self.json(&error))
@@ -114,18 +124,23 @@ impl Table<'_> {
         &self.rows
     }
 
-    /// The position of a column.
+    /// The position of a column. Columns that nobody asks for may have equal names.
     pub(super) fn column(&self, name: &str) -> Result<usize, DataError> {
-        self.heading
-            .iter()
-            .position(|heading| heading == name)
-            .ok_or_else(|| self.source.error(1, None, format!("there is no column `{name}`"), self.advice))
+        let mut positions = (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
+        let error = |problem: String| Err(self.source.error(1, None, problem, self.advice));
+        match (positions.next(), positions.next()) {
+            (Some(position), None) => Ok(position),
+            (Some(first), Some(second)) => {
+                error(format!("columns {} and {} are both named `{name}`", first + 1, second + 1))
+            }
+            (None, _) => error(format!("there is no column `{name}`")),
+        }
     }
 
     /// The positions of columns.
     ///
     /// # Errors
-    /// If one is missing.
+    /// If one is missing, or there are two of the same name.
     pub fn columns(&self, names: &[&str]) -> Result<Vec<usize>, DataError> {
         names.iter().map(|name| self.column(name)).collect()
     }
@@ -145,7 +160,7 @@ impl Table<'_> {
         parse(|position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
             let column = columns[position];
             let cell = row.get(column).unwrap_or_default();
-            self.wrong(row, column, format!("`{cell}` is not a valid number for this column"))
+            self.wrong(row, column, format!("`{}` is not a valid number for this column", shortened(cell)))
         })
     }
 }

@@ -8,7 +8,7 @@ mod saved;
 mod tables;
 
 pub use data::{DataError, Source, Table};
-pub use saved::{SavedStudy, case_text, read_case, read_study, study_text};
+pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
 pub use tables::{
     Cell, cells, keys, read_history, read_runs, run_columns, run_rows, write_history, write_metrics, write_runs,
 };
@@ -19,6 +19,7 @@ mod tests {
 
     use super::data::AGAIN;
     use super::*;
+    use crate::digest::digest;
     use crate::document::Document;
     use crate::study::{CaseResult, Study, run_study};
     use crate::testing::brush;
@@ -83,7 +84,16 @@ mod tests {
         write_history(&mut text, &history).expect("a table");
         let text = String::from_utf8(text).expect("text");
         assert_eq!(read_history(&text, "history.csv"), Ok(history));
-        assert_eq!(read_case(&case_text(&settings), "case.json"), Ok(settings));
+        let files = FileHashes::from([("history.csv".to_owned(), digest(text.as_bytes()))]);
+        let case = read_case(&case_text(&settings, &files), "case.json").expect("a case");
+        assert_eq!(case.settings, settings);
+        assert_eq!(case.check("history.csv", &text, "history.csv"), Ok(()));
+        // Every row is as valid as before.
+        let other = text.replacen("\n0.0,", "\n-0.0,", 1);
+        for (file, text) in [("history.csv", &other), ("metrics.json", &text)] {
+            let error = case.check(file, text, file).expect_err("not of this case").to_string();
+            assert!(error.contains("case.json does not belong to these results"), "{error}");
+        }
         let error = read_history(&text.replacen(",0.0,", ",none,", 1), "history.csv").expect_err("no number");
         assert_eq!((error.line, error.column.is_some()), (2, true), "{error}");
     }

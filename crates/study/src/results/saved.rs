@@ -1,16 +1,19 @@
 //! `study.json` and `case.json`: the settings of saved results.
 
+use std::collections::BTreeMap;
+
 use bristle::equations::FINGERPRINT;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use serde::{Deserialize, Serialize};
 
-use super::data::{AGAIN, DataError, FORMAT, Source};
+use super::data::{AGAIN, CASE_FORMAT, DataError, STUDY_FORMAT, Source};
 use crate::digest::digest;
 use crate::study::{Study, Sweep, SweepText};
 use crate::uncertainty::check;
 
 const IN_JSON: &str = "checked settings have a form in JSON";
+const CHANGED: &str = "the file has changed since it was written";
 
 /// A study as read from `study.json`.
 #[derive(Clone, Debug)]
@@ -41,23 +44,68 @@ struct StudyFile {
     settings: Settings,
     axes: Vec<SweepText>,
     /// Hash of all other keys: figures and advice would show results of other settings if one of these were changed.
-    sha256: String,
+    own_sha256: String,
 }
 
 impl StudyFile {
-    /// The hash of all keys but `sha256`.
+    /// The hash of all keys but `own_sha256`.
     fn digest(&self) -> String {
-        let Self { format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, sha256: _ } = self;
-        digest(text(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes)).as_bytes())
+        let Self { format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, own_sha256: _ } =
+            self;
+        json_digest(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes))
     }
 }
 
-/// The text of `case.json`.
+/// The SHA-256 of each result file of a contact, by its path relative to the directory of the results, with `/`.
+pub type FileHashes = BTreeMap<String, String>;
+
+/// One contact as read from `case.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavedCase {
+    /// Its settings.
+    pub settings: Settings,
+    /// Its other files.
+    files: FileHashes,
+}
+
+impl SavedCase {
+    /// Paths of the other files, relative to the directory of the results. They are those that the file states, whatever they
+    /// lead to.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Checks that the `text` of a file belongs to this contact. Errors use `name` for the file.
+    ///
+    /// # Errors
+    /// If it comes from another run, or has been changed.
+    pub fn check(&self, file: &str, text: &str, name: &str) -> Result<(), DataError> {
+        if self.files.get(file).is_some_and(|hash| *hash == digest(text.as_bytes())) {
+            Ok(())
+        } else {
+            Err(Source { name, text }.error(1, None, "case.json does not belong to these results", AGAIN))
+        }
+    }
+}
+
+/// The text of `case.json`. Unknown keys are ignored on reading.
 #[derive(Serialize, Deserialize)]
 struct CaseFile {
     format: u32,
     bristle_version: String,
     settings: Settings,
+    /// Hashes of the other files. After a crash between two renames, one of them does not match.
+    sha256: FileHashes,
+    /// Hash of all other keys.
+    own_sha256: String,
+}
+
+impl CaseFile {
+    /// The hash of all keys but `own_sha256`.
+    fn digest(&self) -> String {
+        let Self { format, bristle_version, settings, sha256, own_sha256: _ } = self;
+        json_digest(&(format, bristle_version, settings, sha256))
+    }
 }
 
 /// The text of `study.json` for a `runs.csv` with the text `runs`. `measured` states whether measured forces belong to the
@@ -65,32 +113,36 @@ struct CaseFile {
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     let mut file = StudyFile {
-        format: FORMAT,
+        format: STUDY_FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
         equations_sha256: FINGERPRINT.to_owned(),
         runs_sha256: digest(runs),
         measured,
         settings: study.base().clone(),
         axes: study.sweep_texts(),
-        sha256: String::new(),
+        own_sha256: String::new(),
     };
-    file.sha256 = file.digest();
+    file.own_sha256 = file.digest();
     pretty(&file)
 }
 
-/// The text of `case.json`.
+/// The text of `case.json` for a contact with these result `files`.
 #[must_use]
-pub fn case_text(settings: &Settings) -> String {
+pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
     let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
-    pretty(&CaseFile { format: FORMAT, bristle_version, settings: settings.clone() })
+    let (settings, sha256) = (settings.clone(), files.clone());
+    let mut file = CaseFile { format: CASE_FORMAT, bristle_version, settings, sha256, own_sha256: String::new() };
+    file.own_sha256 = file.digest();
+    pretty(&file)
 }
 
 fn pretty(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect(IN_JSON) + "\n"
 }
 
-fn text(value: &impl Serialize) -> String {
-    serde_json::to_string(value).expect(IN_JSON)
+/// The SHA-256 of a value as JSON.
+fn json_digest(value: &impl Serialize) -> String {
+    digest(serde_json::to_string(value).expect(IN_JSON).as_bytes())
 }
 
 /// Reads `study.json`. Errors use `name` for the file.
@@ -99,7 +151,7 @@ fn text(value: &impl Serialize) -> String {
 /// If the text is not what [`study_text`] writes, or states settings that a study cannot have.
 pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
-    let file: StudyFile = source.object()?;
+    let file: StudyFile = source.object(STUDY_FORMAT)?;
     let digest = file.digest();
     let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
@@ -113,8 +165,8 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     }
     let study = Study::new(file.settings, sweeps).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
     // Checked last, because all checks above can state where the text is wrong.
-    if digest != file.sha256 {
-        return Err(source.error(1, None, "the file has changed since it was written", AGAIN));
+    if digest != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
     }
     Ok(SavedStudy {
         study,
@@ -129,9 +181,12 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
 ///
 /// # Errors
 /// If the text is not what [`case_text`] writes, or states settings that a simulation cannot have.
-pub fn read_case(text: &str, name: &str) -> Result<Settings, DataError> {
+pub fn read_case(text: &str, name: &str) -> Result<SavedCase, DataError> {
     let source = Source { name, text };
-    let file: CaseFile = source.object()?;
+    let file: CaseFile = source.object(CASE_FORMAT)?;
     check(&file.settings).map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
-    Ok(file.settings)
+    if file.digest() != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
+    }
+    Ok(SavedCase { settings: file.settings, files: file.sha256 })
 }

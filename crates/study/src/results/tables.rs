@@ -9,6 +9,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::Statistics;
 use bristle::simulation::{Sample, Simulation};
+use bristle_text::shortened;
 use serde::Serialize;
 
 use super::data::{AGAIN, DataError, Source};
@@ -172,7 +173,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
             let expected = parameter.format(values[position]);
             if row.get(column) != Some(expected.as_str()) {
                 let found = row.get(column).unwrap_or_default();
-                return Err(table.wrong(row, column, format!("`{found}`, but study.json has {expected}")));
+                return Err(table.wrong(row, column, format!("`{}`, but study.json has {expected}", shortened(found))));
             }
         }
         results.push(match row.get(status) {

@@ -2,13 +2,16 @@
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sample, simulate_with_history};
+use bristle_study::digest::digest;
 use bristle_study::document::Document;
-use bristle_study::results::{case_text, read_case, read_history, write_history};
+use bristle_study::results::{FileHashes, case_text, read_case, read_history, write_history};
 use fastrand::Rng;
 
 use super::{STUDY, change_table, change_text};
 use crate::runner::{Mutant, Target, Verdict};
 use crate::tree::Tree;
+
+const HISTORY: &str = "history.csv";
 
 /// Saved results: `case.json` and `history.csv`.
 pub struct Contact {
@@ -20,7 +23,9 @@ pub struct Contact {
 /// `case.json` and `history.csv` of a contact.
 pub fn saved(settings: &Settings) -> [String; 2] {
     let simulation = simulate_with_history(settings, 20).expect("a quick pass");
-    [case_text(settings), written(&simulation.history)]
+    let history = written(&simulation.history);
+    let files = FileHashes::from([(HISTORY.to_owned(), digest(history.as_bytes()))]);
+    [case_text(settings, &files), history]
 }
 
 fn written(history: &[Sample]) -> String {
@@ -33,7 +38,7 @@ impl Contact {
     pub fn new() -> Self {
         let settings = Document::parse(STUDY, "").and_then(|document| document.settings()).expect("the file is right");
         let texts = saved(&settings);
-        let history = read_history(&texts[1], "history.csv").expect("it was written");
+        let history = read_history(&texts[1], HISTORY).expect("it was written");
         Self { texts, settings, history }
     }
 }
@@ -63,15 +68,18 @@ impl Target for Contact {
     }
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
-        let settings = match read_case(&mutant.text(0), "case.json") {
-            Ok(settings) => settings,
+        let case = match read_case(&mutant.text(0), "case.json") {
+            Ok(case) => case,
             Err(error) => return Verdict::Refused(error.to_string()),
         };
-        let history = match read_history(&mutant.text(1), "history.csv") {
+        let text = mutant.text(1);
+        let read =
+            read_history(&text, HISTORY).and_then(|history| case.check(HISTORY, &text, HISTORY).map(|()| history));
+        let history = match read {
             Ok(history) => history,
             Err(error) => return Verdict::Refused(error.to_string()),
         };
-        assert_eq!((settings, history), (self.settings.clone(), self.history.clone()));
+        assert_eq!((&case.settings, &history), (&self.settings, &self.history));
         Verdict::Accepted
     }
 }
