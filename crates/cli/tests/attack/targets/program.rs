@@ -125,10 +125,10 @@ impl Program {
         for (name, content) in self.files.iter().chain(&mutant.files) {
             write(&directory.path().join(name), content).map_err(|error| format!("{name}: {error}"))?;
         }
-        let before_call = contents(directory.path());
+        prepare(directory.path(), mutant.before)?;
+        let before = contents(directory.path());
         let mut command = Command::new("sh");
-        let Mutant { before, redirection, .. } = mutant;
-        let script = format!("{BOUNDS}\n{before}\nexec \"$0\" \"$@\" {redirection}");
+        let script = format!("{BOUNDS}\nexec \"$0\" \"$@\" {}", mutant.redirection);
         command.args(["-c", &script, env!("CARGO_BIN_EXE_bristle")]);
         command.args(&mutant.call).current_dir(directory.path()).env_remove("RUST_LOG");
         let observed = observe(command, PATIENCE)?;
@@ -138,15 +138,13 @@ impl Program {
             return Err(format!("left the temporary file {name}"));
         }
         let is_refused = matches!(verdict, Verdict::Refused(_));
-        if let Some((name, _)) =
-            before_call.iter().find(|(name, content)| is_refused && after.get(*name) != Some(content))
-        {
+        if let Some((name, _)) = before.iter().find(|(name, content)| is_refused && after.get(*name) != Some(content)) {
             return Err(format!("changed {name}, though it refused the call"));
         }
         let outside = |files: &BTreeMap<String, Vec<u8>>| -> Vec<(String, Vec<u8>)> {
             files.clone().into_iter().filter(|(name, _)| name.starts_with("outside/")).collect()
         };
-        if outside(&before_call) != outside(&after) {
+        if outside(&before) != outside(&after) {
             return Err(format!("wrote outside of its directory: {:?}", outside(&after)));
         }
         if !is_refused && !mutant.redirection.is_empty() {
@@ -162,6 +160,12 @@ impl Program {
         }
         Ok(verdict)
     }
+}
+
+/// Runs a script before a call.
+fn prepare(directory: &Path, script: &str) -> Result<(), String> {
+    let status = Command::new("sh").args(["-ec", script]).current_dir(directory).status();
+    status.is_ok_and(|status| status.success()).then_some(()).ok_or_else(|| format!("cannot run `{script}`"))
 }
 
 fn words(text: &str) -> Vec<String> {
