@@ -15,6 +15,17 @@ pub enum Tree {
     Token(String),
 }
 
+/// A format of files.
+pub struct Format {
+    /// The tree of a valid text.
+    pub read: fn(&str) -> Tree,
+    /// The text of a tree.
+    pub write: fn(&Tree) -> String,
+}
+
+pub const JSON: Format = Format { read: Tree::of_json, write: Tree::json };
+pub const TOML: Format = Format { read: Tree::of_toml, write: Tree::toml };
+
 /// A change of a tree. False if the tree has no place for it.
 type Change = fn(&mut Tree, &mut Rng) -> bool;
 
@@ -37,15 +48,14 @@ pub const CHANGES: [(&str, Change); 15] = [
     ("deep", deep),
 ];
 
-/// Numbers of elements or levels that are far beyond what a person writes.
+/// Numbers of elements that are far beyond what a person writes.
 const MANY: [usize; 3] = [130, 1_000, 5_000];
 
 /// Longest array in bytes.
 const LONGEST: usize = 1 << 20;
 
 impl Tree {
-    /// The tree of a JSON text.
-    pub fn of_json(text: &str) -> Self {
+    fn of_json(text: &str) -> Self {
         Self::of(&serde_json::from_str(text).expect("a seed is JSON"))
     }
 
@@ -310,7 +320,7 @@ fn long_array(tree: &mut Tree, random: &mut Rng) -> bool {
 
 fn deep(tree: &mut Tree, random: &mut Rng) -> bool {
     let Some(node) = tree.any(random, |_| true) else { return false };
-    let levels = MANY[random.usize(..MANY.len())];
+    let levels = [130, 5_000, 100_000][random.usize(..3)];
     let (open, close) = [("[", "]"), ("{ a = ", "}"), ("{\"a\":", "}"), ("[", "")][random.usize(..4)];
     // As a token: a tree this deep could not be walked.
     *node = Tree::Token(format!("{}1{}", open.repeat(levels), close.repeat(levels)));

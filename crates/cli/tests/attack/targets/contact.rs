@@ -9,7 +9,7 @@ use fastrand::Rng;
 
 use super::{STUDY, change_table, change_text};
 use crate::runner::{Mutant, Target, Verdict};
-use crate::tree::Tree;
+use crate::tree::JSON;
 
 const HISTORY: &str = "history.csv";
 
@@ -62,7 +62,7 @@ impl Target for Contact {
             let (change, bytes) = change_table(history, random);
             pair(change, [case.clone().into_bytes(), bytes])
         } else {
-            let (change, bytes) = change_text(case, Tree::of_json, Tree::json, random);
+            let (change, bytes) = change_text(case, history, &JSON, random);
             pair(change, [bytes, history.clone().into_bytes()])
         }
     }

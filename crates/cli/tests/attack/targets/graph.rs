@@ -4,9 +4,9 @@ use bristle_codegen::back::json::from_json;
 use bristle_inspect::comparison::{States, compare_graph};
 use fastrand::Rng;
 
-use super::{of_text, one_of};
+use super::of_texts;
 use crate::runner::{Mutant, Target, Verdict};
-use crate::tree::Tree;
+use crate::tree::JSON;
 
 #[path = "../../../../../fuzz/fuzz_targets/reading.rs"]
 mod reading;
@@ -43,7 +43,7 @@ impl Target for Graph {
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
-        of_text("graph.json", one_of(&SEEDS, random), Tree::of_json, Tree::json, random)
+        of_texts("graph.json", &SEEDS, &JSON, random)
     }
 
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {

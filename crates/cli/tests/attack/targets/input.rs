@@ -12,9 +12,9 @@ use bristle_study::results::{FileHashes, case_text, read_case, read_study, study
 use bristle_study::study::Study;
 use fastrand::Rng;
 
-use super::{STUDY, of_text, one_of};
+use super::{STUDY, of_texts};
 use crate::runner::{Mutant, Target, Verdict, presentable};
-use crate::tree::Tree;
+use crate::tree::{TOML, Tree};
 
 /// Every setting, stated.
 const ALL: &str = include_str!("../../../../../examples/zirconia.toml");
@@ -170,8 +170,7 @@ impl Target for Input {
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
-        let seed = one_of(&self.seeds.each_ref().map(String::as_str), random);
-        of_text("case.toml", seed, Tree::of_toml, Tree::toml, random)
+        of_texts("case.toml", &self.seeds.each_ref().map(String::as_str), &TOML, random)
     }
 
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {

@@ -16,7 +16,7 @@ use fastrand::Rng;
 use crate::bytes;
 use crate::runner::Mutant;
 use crate::table::Table;
-use crate::tree::Tree;
+use crate::tree::Format;
 
 /// A small study: six quick cases, of which the last three fail.
 pub const STUDY: &str = "\
@@ -53,24 +53,19 @@ pub fn simulated(file: &str) -> (Study, Vec<CaseResult>) {
     (study, results)
 }
 
-/// Changes a text one to four times, through its tree or by its bytes. Returns the last change.
-fn change_text(
-    text: &str,
-    tree: fn(&str) -> Tree,
-    written: fn(&Tree) -> String,
-    random: &mut Rng,
-) -> (&'static str, Vec<u8>) {
+/// Changes a text one to four times, through its tree or by its bytes. Returns the last change. Pieces of `other` may enter.
+fn change_text(text: &str, other: &str, format: &Format, random: &mut Rng) -> (&'static str, Vec<u8>) {
     let mut bytes = text.as_bytes().to_vec();
     let mut change = "";
     if random.u8(..4) > 0 {
-        let mut tree = tree(text);
+        let mut tree = (format.read)(text);
         for _ in 0..times(random) {
             change = tree.change(random);
         }
-        bytes = written(&tree).into_bytes();
+        bytes = (format.write)(&tree).into_bytes();
     }
     if change.is_empty() || random.u8(..8) == 0 {
-        change = change_bytes(&mut bytes, text.as_bytes(), random);
+        change = change_bytes(&mut bytes, other.as_bytes(), random);
     }
     (change, bytes)
 }
@@ -111,7 +106,8 @@ fn one_of<'a, T: ?Sized>(things: &[&'a T], random: &mut Rng) -> &'a T {
 }
 
 /// A mutant of one of several texts.
-fn of_text(name: &str, text: &str, tree: fn(&str) -> Tree, written: fn(&Tree) -> String, random: &mut Rng) -> Mutant {
-    let (change, bytes) = change_text(text, tree, written, random);
+fn of_texts(name: &str, texts: &[&str], format: &Format, random: &mut Rng) -> Mutant {
+    let (text, other) = (one_of(texts, random), one_of(texts, random));
+    let (change, bytes) = change_text(text, other, format, random);
     Mutant::file(change, name, bytes)
 }

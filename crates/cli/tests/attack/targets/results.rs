@@ -7,7 +7,7 @@ use fastrand::Rng;
 
 use super::{STUDY, change_table, change_text, simulated};
 use crate::runner::{Mutant, Target, Verdict};
-use crate::tree::Tree;
+use crate::tree::JSON;
 
 /// Saved results: `study.json` and `runs.csv`.
 pub struct Results {
@@ -63,7 +63,7 @@ impl Target for Results {
                 pair(change, [study.clone().into_bytes(), bytes])
             }
             _ => {
-                let (change, bytes) = change_text(study, Tree::of_json, Tree::json, random);
+                let (change, bytes) = change_text(study, other_study, &JSON, random);
                 pair(change, [bytes, runs.clone().into_bytes()])
             }
         }

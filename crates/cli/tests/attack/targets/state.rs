@@ -6,9 +6,9 @@ use bristle_inspect::state::parse_state;
 use fastrand::Rng;
 use serde_json::json;
 
-use super::{of_text, one_of};
+use super::of_texts;
 use crate::runner::{Mutant, Target, Verdict};
-use crate::tree::Tree;
+use crate::tree::JSON;
 
 /// Deriving the equations of many segments takes long.
 const MOST_EVALUATED: usize = 3;
@@ -55,7 +55,7 @@ impl Target for State {
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
-        of_text("state.json", one_of(&SEEDS, random), Tree::of_json, Tree::json, random)
+        of_texts("state.json", &SEEDS, &JSON, random)
     }
 
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {
