@@ -110,7 +110,7 @@ impl<T, E: ToString> From<Result<T, E>> for Verdict {
 /// Bounds on the work for one mutant.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Time, far beyond what an idle machine needs.
+    /// Time: far more than an idle machine needs, as a busy one may need fifty times as much.
     pub time: Duration,
     /// Memory in bytes at any one time, for a file of no length.
     pub memory: u64,
@@ -118,7 +118,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { time: Duration::from_secs(20), memory: 64 << 20 }
+        Self { time: Duration::from_secs(60), memory: 64 << 20 }
     }
 }
 

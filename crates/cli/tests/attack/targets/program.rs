@@ -23,8 +23,8 @@ use super::{STUDY, contact, one_of, simulated};
 use crate::odd::{EXTREMES, odd_text};
 use crate::runner::{Limits, Mutant, Target, Verdict, plain};
 
-/// Longest run of the program. All calls are quick.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Longest run of the program. All calls are quick, but a machine can be busy.
+const PATIENCE: Duration = Duration::from_secs(60);
 /// Address space, in KiB, and size of a file, in blocks of 512 bytes.
 const BOUNDS: &str = "ulimit -v 6000000; ulimit -f 100000";
 /// The statuses that the help states: success, a comparison found a deviation, bad input, a simulation failed.
