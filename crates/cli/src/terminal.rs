@@ -80,7 +80,8 @@ struct Log;
 
 impl Write for Log {
     fn write(&mut self, lines: &[u8]) -> io::Result<usize> {
-        above_the_bar(|| io::stderr().write(lines))
+        above_the_bar(|| write!(io::stderr(), "{}", Lines(String::from_utf8_lossy(lines))))?;
+        Ok(lines.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {

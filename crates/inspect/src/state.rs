@@ -19,8 +19,8 @@ const LONGEST_MESSAGE: usize = 200;
 pub enum StateError {
     /// The text is not JSON, or a key is unknown, missing, or of the wrong type.
     #[error(
-        "`{key}` at line {line}, column {column}: {message}\n   = help: a state is {{\"base_angle\": β, \"base_rate\": ω, \
-         \"base_acceleration\": β̈, \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
+        "`{key}` at line {line}, column {column}: {message}\n   = help: a state is\n     {{\"base_angle\": β, \
+         \"base_rate\": ω, \"base_acceleration\": β̈,\n      \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}"
     )]
     Unreadable {
         /// Path of the key.

@@ -292,7 +292,7 @@ impl<'t> Document<'t> {
             let message = error.message();
             // The key comes first, and may be anything.
             let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
-            let expected = expected.to_owned();
+            let expected = shown(expected, LONGEST_MESSAGE);
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {

@@ -599,4 +599,21 @@ mod tests {
             assert!(error.to_string().contains(what), "{error}");
         }
     }
+
+    #[test]
+    fn a_hostile_header_cannot_drive_the_terminal() {
+        let here = study(FILE);
+        let journal = Journal::new(&here);
+        let line = journal.header().split_once(",\"check\"").expect("a check").0;
+        let hostile = "\u{1b}[2J\n\u{9b}\u{202e}".to_owned() + &"x".repeat(10_000);
+        let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
+        header["version"] = Value::from(hostile.clone());
+        header["settings"]["tool"][hostile.as_str()] = Value::from(hostile.clone());
+        header["sweeps"][0]["setting"] = Value::from(hostile);
+        let typed: Header<Value> = serde_json::from_value(header).expect("a header");
+        let error = journal.read(&here, sealed("", &typed).as_bytes()).expect_err("another build").to_string();
+        assert!(error.contains(r"\u{1b}[2J\u{a}\u{9b}\u{202e}") && error.len() < 1500, "{error}");
+        assert!(!error.contains(|letter: char| letter != '\n' && bristle_text::is_invisible(letter)), "{error:?}");
+        assert!(error.lines().skip(1).all(|line| line.starts_with("  ")), "{error}");
+    }
 }

@@ -15,6 +15,11 @@ pub(super) const CASE_FORMAT: u32 = 3;
 const LONGEST_NAME: usize = 80;
 const LONGEST_PROBLEM: usize = 200;
 
+/// Largest number of rows of a table: of cases in a study, samples in a history, and points that can be compared.
+pub(crate) const MAX_ROWS: usize = 1_000_000;
+/// Longest line of a table. A program that writes more has not written a table.
+const MAX_LINE_BYTES: usize = 1 << 16;
+
 /// What to do about results that do not belong together.
 pub(super) const AGAIN: &str = "run the command that made the results again";
 
@@ -84,8 +89,12 @@ impl Source<'_> {
     /// The text as a table with a heading. Errors give `advice` on what to do.
     ///
     /// # Errors
-    /// If it is not CSV, or empty.
+    /// If it is not CSV, is empty, or is larger than any table of ours.
     pub fn table(&self, advice: &'static str) -> Result<Table<'_>, DataError> {
+        if let Some(line) = self.text.lines().position(|line| line.len() > MAX_LINE_BYTES) {
+            let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
+            return Err(self.error(line as u64 + 1, None, problem, advice));
+        }
         let mut builder = csv::ReaderBuilder::new();
         let mut reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(self.text.as_bytes());
         let mut rows = Vec::new();
@@ -100,6 +109,11 @@ impl Source<'_> {
                 };
                 self.error(line, None, problem, advice)
             })?;
+            // The heading is one of them.
+            if rows.len() > MAX_ROWS {
+                let line = record.position().map_or(1, csv::Position::line);
+                return Err(self.error(line, None, format!("more than {MAX_ROWS} rows below the heading"), advice));
+            }
             rows.push(record);
         }
         if rows.is_empty() {

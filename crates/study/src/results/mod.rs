@@ -7,6 +7,7 @@ mod data;
 mod saved;
 mod tables;
 
+pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
 pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
 pub use tables::{
