@@ -35,7 +35,7 @@ impl Target for Graph {
     }
 
     fn count(&self) -> usize {
-        2_500
+        2_000
     }
 
     fn originals(&self) -> Vec<Mutant> {

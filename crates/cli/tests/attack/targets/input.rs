@@ -144,7 +144,7 @@ impl Target for Input {
     }
 
     fn count(&self) -> usize {
-        6_000
+        5_000
     }
 
     fn originals(&self) -> Vec<Mutant> {

@@ -66,7 +66,7 @@ impl Target for Measured {
     }
 
     fn count(&self) -> usize {
-        5_000
+        4_000
     }
 
     fn originals(&self) -> Vec<Mutant> {

@@ -46,7 +46,7 @@ impl Target for Results {
     }
 
     fn count(&self) -> usize {
-        5_000
+        4_000
     }
 
     fn originals(&self) -> Vec<Mutant> {
