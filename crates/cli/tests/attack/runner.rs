@@ -251,9 +251,10 @@ pub fn attack(target: &dyn Target, plan: &Plan) -> usize {
                 })
             })
             .collect();
-        workers.into_iter().for_each(|worker| worker.join().expect("panics are caught"));
+        let ends: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
         done.store(true, Ordering::Relaxed);
         watch.thread().unpark();
+        ends.into_iter().for_each(|end| end.expect("what is judged panics only where that is caught"));
     });
     let mut counts = counts.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     if plan.only.is_none() {
