@@ -16,7 +16,7 @@ use bristle_text::shortened;
 pub const COLUMNS: [&str; 4] = ["brushing_velocity_m_s", "penetration_depth_m", "force_n", "std_n"];
 
 /// What to do about a table that cannot be used.
-const ADVICE: &str = "the table has the columns brushing_velocity_m_s,penetration_depth_m,force_n,std_n, \
+const ADVICE: &str = "the table has the columns\n     brushing_velocity_m_s,penetration_depth_m,force_n,std_n,\n     \
     separated by commas, with decimal points, and one row per point";
 
 /// The largest number of slices that are compared.
