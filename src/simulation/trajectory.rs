@@ -3,7 +3,8 @@
 use super::Statistics;
 use super::error::IntegrationError;
 use super::search::{maximise, root};
-use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, integral::COUNT};
+use super::system::integral::{CONTACT_DISSIPATION, COUNT};
+use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Compiled, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
@@ -122,6 +123,8 @@ pub struct Trajectory {
     start_nodes: Vec<Knot<3>>,
     end_nodes: Vec<Knot<3>>,
     closed: Vec<bool>,
+    /// The energy that each closed contact stored when it closed, in J.
+    stored: Vec<f64>,
     phase: Phase,
 }
 
@@ -175,6 +178,7 @@ impl Trajectory {
             end_nodes: start_nodes.clone(),
             start_nodes,
             closed: (0..n).map(|node| system.is_closed(0, node)).collect(),
+            stored: vec![0.0; n],
         }
     }
 
@@ -295,6 +299,7 @@ impl Trajectory {
             }
         }
         if let Some(Crossing { node, .. }) = crossing {
+            self.keep_account(node, system.filament(lane));
             self.closed[node] = !self.closed[node];
             system.set_closed(lane, node, self.closed[node]);
             self.contact_events += 1;
@@ -329,6 +334,20 @@ impl Trajectory {
             start_nodes: &self.start_nodes,
             end_nodes: &self.end_nodes,
             closed: &self.closed,
+        }
+    }
+
+    /// Adds what is lost when the contact of `node` opens while it is still pressed in, because it recedes so fast that its damping
+    /// would pull: its elastic energy does no more work. When such a contact closes again before it has come out, it gets that
+    /// energy back.
+    fn keep_account<M: ClampMotion, W: Workpiece>(&mut self, node: usize, filament: &Filament<M, W>) {
+        let Knot { value, rate, .. } = self.start_nodes[node];
+        let approach = filament.approach(value, rate, self.start.time);
+        let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
+        if self.closed[node] {
+            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[node];
+        } else {
+            self.stored[node] = stored;
         }
     }
 
