@@ -393,11 +393,13 @@ impl<T: Compiled> Dynamics<T> {
 
 impl<T: Lanewise> Dynamics<T> {
     /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
+    #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
         [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
     }
 
     /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
+    #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&self.chain.gravity, lane));

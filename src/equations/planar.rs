@@ -255,6 +255,7 @@ impl<T: Compiled> PlanarDynamics<T> {
 
 impl<T: Lanewise> PlanarDynamics<T> {
     /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
+    #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
         [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
             .map(|[x, y]| [x, y, 0.0])
@@ -262,6 +263,7 @@ impl<T: Lanewise> PlanarDynamics<T> {
 
     /// Position, velocity and acceleration of a node in one lane, after [`PlanarDynamics::track`] or
     /// [`PlanarDynamics::residual`].
+    #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&in_plane(self.chain.gravity), lane));

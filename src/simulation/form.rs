@@ -3,6 +3,7 @@
 use crate::equations::{
     Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
 };
+use crate::integrate::hermite::Knot;
 
 /// The form of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,8 +74,12 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.node_in_lane(node, lane))
     }
 
-    pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
-        each!(self, dynamics => dynamics.node_motion(node, lane))
+    /// Position, velocity and acceleration of every node in one lane, after [`Equations::track`] or [`Equations::residual`].
+    pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
+        each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
+            let [value, rate, acceleration] = dynamics.node_motion(node, lane);
+            *knot = Knot { value, rate, acceleration };
+        });
     }
 
     pub fn root_force(&self) -> [T; 3] {

@@ -288,10 +288,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// Position, velocity and acceleration of every node of `lane`, at the end of the last step.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
-        for (node, knot) in knots.iter_mut().enumerate() {
-            let [value, rate, acceleration] = self.equations.node_motion(node, lane);
-            *knot = Knot { value, rate, acceleration };
-        }
+        self.equations.nodes(lane, knots);
     }
 
     /// The clamps at `time`.
