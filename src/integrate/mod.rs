@@ -63,6 +63,12 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
 
+    /// The correction of Newton's method at `(t, q, q̇, q̈)`: [`SecondOrderSystem::residual`], then [`SecondOrderSystem::solve`].
+    fn correction(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], correction: &mut [[T; D]]) {
+        self.residual(time, q, v, accelerations, correction);
+        self.solve(correction);
+    }
+
     /// Rates of the quantities that are integrated along the motion, at `(t, q, q̇, q̈)`. A step may start or end there:
     /// the caller may next ask the system about that point.
     fn rates(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]]) -> [T; Q];

@@ -4,11 +4,11 @@ use super::form::{Equations, Form};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, integral};
 use super::trajectory::Step;
-use crate::contact::ContactForce;
-use crate::equations::linear::{add, dot};
-use crate::equations::{Chain, Energies};
+use crate::contact::{Approach, ContactForce};
+use crate::equations::linear::{add, dot, scale, sub};
+use crate::equations::{Chain, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
-use crate::model::metrics::{ContactRecord, tip_deflection};
+use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
 
@@ -22,9 +22,17 @@ pub struct ContactObserver<M, W> {
     nominal_exit: f64,
     record: ContactRecord,
     was_closed: bool,
-    /// The end of the last step, and the tip deflection there.
-    seen_until: f64,
-    deflection_there: f64,
+    /// What the last step ended with.
+    last: Tip,
+}
+
+/// The tip at one time.
+#[derive(Clone, Copy, Debug)]
+struct Tip {
+    time: f64,
+    deflection: f64,
+    /// Its speed relative to the nearest point of the undeformed filament, in m/s.
+    speed: f64,
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
@@ -40,8 +48,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             nominal_exit,
             record: ContactRecord::default(),
             was_closed: false,
-            seen_until: f64::NAN,
-            deflection_there: 0.0,
+            last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
         }
     }
 
@@ -63,10 +70,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.was_closed = closed;
         // The sum of a contact whose force underflows can be less than zero.
         self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
-        let start = if step.start.time == self.seen_until { self.deflection_there } else { self.deflection(step, 0.0) };
-        let end = self.deflection(step, 1.0);
-        (self.seen_until, self.deflection_there) = (step.end.time, end);
-        if start.max(end) + self.reach(step) > self.record.max_deflection {
+        let last =
+            if step.start.time == self.last.time { self.last } else { self.tip(step.start_nodes, step.start.time) };
+        self.last = self.tip(step.end_nodes, step.end.time);
+        // An upper bound on the deflection within the step, from the speeds at its ends.
+        let bound = last.deflection.max(self.last.deflection) + step.length() * (last.speed + self.last.speed);
+        if bound > self.record.max_deflection {
             self.record.max_deflection = maximum_in_step(|s| self.deflection(step, s), self.record.max_deflection);
         }
         self.record.lateral_amplification = match self.form {
@@ -86,7 +95,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
-        self.forces(step, s).0
+        let closed = (0..step.closed.len()).filter(|&node| step.closed[node]);
+        closed.map(|node| self.filament.law.normal_force(&self.approach(step, node, s)).max(0.0)).sum()
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
@@ -124,20 +134,25 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         if !step.closed[node] {
             return ContactForce::NONE;
         }
-        let (position, velocity) = step.node(node, s);
-        self.filament.law.pressing_force(&self.filament.approach(position, velocity, step.time(s)))
+        self.filament.law.pressing_force(&self.approach(step, node, s))
     }
 
-    /// Upper bound on the relative motion of the tip and the undeformed filament in a step, in m, from their speeds at its
-    /// ends.
-    fn reach(&self, step: &Step<'_>) -> f64 {
-        let size = |vector: [f64; 3]| dot(vector, vector).sqrt();
-        let speed = |knots: &[Knot<3>], time| {
-            let clamp = self.filament.motion.at(time);
-            let undeformed = size(clamp.velocity) + self.filament_length * size(clamp.direction_rate);
-            size(knots[knots.len() - 1].rate) + undeformed
-        };
-        step.length() * (speed(step.start_nodes, step.start.time) + speed(step.end_nodes, step.end.time))
+    fn approach(&self, step: &Step<'_>, node: usize, s: f64) -> Approach {
+        let (position, velocity) = step.node(node, s);
+        self.filament.approach(position, velocity, step.time(s))
+    }
+
+    /// The tip of the nodes in `knots`, at `time`.
+    fn tip(&self, knots: &[Knot<3>], time: f64) -> Tip {
+        let Knot { value, rate, .. } = knots[knots.len() - 1];
+        let Clamp { position: root, velocity, direction, direction_rate, .. } = self.filament.motion.at(time);
+        let along = nearest_on_filament(value, root, direction, self.filament_length);
+        let relative = sub(rate, add(velocity, scale(along, direction_rate)));
+        Tip {
+            time,
+            deflection: tip_deflection(value, root, direction, self.filament_length),
+            speed: dot(relative, relative).sqrt(),
+        }
     }
 
     fn deflection(&self, step: &Step<'_>, s: f64) -> f64 {
