@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::model::record::{Combine, Display, Prominence, Record, Scope};
+use crate::model::record::{Combine, Display, Prominence, Record, Scale, Scope};
 use crate::model::settings::Settings;
 use crate::workpiece::{ContactArc, reach};
 
@@ -20,6 +20,11 @@ const fn headline(display: Display) -> Display {
 /// Several filaments are combined by the largest value.
 const fn largest(display: Display) -> Display {
     Display { combine: Combine::Max, ..display }
+}
+
+/// Spans decades within a study.
+const fn over_decades(display: Display) -> Display {
+    Display { scale: Scale::Logarithmic, ..display }
 }
 
 /// Belongs to the tool.
@@ -63,8 +68,8 @@ crate::record! {
         lateral_amplification: f64 = [
             "", "", "lateral amplification",
             "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \
-             is laterally unstable"
-        ] => largest(figure("lateral_amplification", "", 1.0)),
+             is laterally unstable. In a spatial pass |z_tip|/(l_f sin τ), 0 without a tilt"
+        ] => headline(largest(over_decades(figure("lateral_amplification", "", 1.0)))),
         laterally_unstable: bool = ["", "", "laterally unstable", "1 if the lateral amplification is above 100, else 0"]
             => largest(Display::DETAIL),
     }

@@ -70,6 +70,8 @@ pub struct Display {
     pub unit: &'static str,
     /// Conversion factor from SI to that unit.
     pub factor: f64,
+    /// The scale of its axes and colours.
+    pub scale: Scale,
     /// What it belongs to.
     pub scope: Scope,
     /// How the values of several filaments, or of several passes of one, are combined.
@@ -83,6 +85,7 @@ impl Display {
         file_name: "",
         unit: "",
         factor: 1.0,
+        scale: Scale::Linear,
         scope: Scope::Filament,
         combine: Combine::Mean,
     };
@@ -97,6 +100,15 @@ pub enum Prominence {
     Figure,
     /// In files and on pages.
     Detail,
+}
+
+/// The scale on which axes and colours show a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences are at equal distances.
+    Linear,
+    /// Equal ratios are at equal distances. The values of a study span decades; they are not negative.
+    Logarithmic,
 }
 
 /// What a number belongs to.

@@ -2,6 +2,7 @@
 
 use bristle::model::parameters::Parameter;
 use bristle_study::slices::spread;
+use bristle_study::stability::is_unstable;
 use bristle_study::study::{CaseResult, DEPTH, Study, Sweep, VELOCITY};
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::{labels, short};
@@ -18,6 +19,8 @@ const MAX_LISTED: usize = 40;
 const ROW_HEADING: usize = 10;
 /// Width of a number's column.
 const CELL: usize = 7;
+/// Follows the numbers of laterally unstable cases.
+const UNSTABLE: &str = "!";
 
 /// The results of a study for people: a table for each quantity if only velocity and depth are swept, otherwise a list.
 ///
@@ -27,16 +30,42 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     let band = study.scatters().then(Quantity::band);
     let columns: Vec<Readable> =
         Quantity::headlines().chain(band).map(|quantity| Readable::new(quantity, results)).collect();
+    let marks = Marks::new(results);
     let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
     let mut text = if is_grid {
-        columns.iter().map(|column| table(study, column)).collect::<Vec<_>>().join("\n")
+        columns.iter().map(|column| table(study, column, &marks)).collect::<Vec<_>>().join("\n")
     } else {
-        list(study, &columns)
+        list(study, &columns, &marks)
     };
+    if marks.are_shown {
+        text.push_str(&format!("{UNSTABLE} laterally unstable\n"));
+    }
     if study.scatters() {
         text.push_str(&origin_of_scatter(study, results));
     }
     text
+}
+
+/// The marks of laterally unstable cases.
+struct Marks {
+    unstable: Vec<bool>,
+    are_shown: bool,
+}
+
+impl Marks {
+    fn new(results: &[CaseResult]) -> Self {
+        let unstable: Vec<bool> = results.iter().map(is_unstable).collect();
+        Self { are_shown: unstable.contains(&true), unstable }
+    }
+
+    /// What follows a number of a case; empty if no case has a mark.
+    fn of(&self, case: usize) -> &'static str {
+        match (self.are_shown, self.unstable[case]) {
+            (false, _) => "",
+            (true, false) => " ",
+            (true, true) => UNSTABLE,
+        }
+    }
 }
 
 /// The origin of the tool force's scatter, and the number of tools left out.
@@ -73,7 +102,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
 }
 
 /// A quantity over velocity (to the right) and depth (upwards, as in a diagram).
-fn table(study: &Study, column: &Readable) -> String {
+fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
     let velocities = values_or_fixed(study, VELOCITY);
     let depths = values_or_fixed(study, DEPTH);
     let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
@@ -83,42 +112,51 @@ fn table(study: &Study, column: &Readable) -> String {
         let cells: String = cells.iter().map(|cell| format!("{cell:>CELL$}")).collect();
         format!("{heading:>ROW_HEADING$} │{cells}\n")
     };
-    let mut text = format!("{}: {}", column.heading(""), column.quantity.name);
+    let mut text = match column.quantity.symbol {
+        "" => column.quantity.name.to_owned(),
+        _ => format!("{}: {}", column.heading(""), column.quantity.name),
+    };
     if shown_velocities.len() * shown_depths.len() < study.case_count() {
         text.push_str(" (a selection of the cases)");
     }
     text.push('\n');
     text.push_str(&row("a_e in mm", vec![" v_b in m/s".to_owned()]));
     let shown = shown_velocities.iter().map(|&index| velocities[index]);
-    text.push_str(&row("", labels(shown)));
+    let space = if marks.are_shown { " " } else { "" };
+    text.push_str(row("", labels(shown).into_iter().map(|label| label + space).collect()).trim_end());
+    text.push('\n');
     let rule = "─".repeat(CELL * shown_velocities.len());
     text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
     for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
-        let cells = shown_velocities.iter().map(|velocity| column.texts(depth * velocities.len() + velocity));
-        let cells: Vec<Vec<String>> = cells.map(Iterator::collect).collect();
+        let cases = shown_velocities.iter().map(|velocity| depth * velocities.len() + velocity);
+        let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect());
+        let cells: Vec<Vec<String>> = cells.collect();
         for part in 0..column.part_count() {
             let heading = if part == 0 { label } else { "" };
-            text.push_str(&row(heading, cells.iter().map(|parts| parts[part].clone()).collect()));
+            text.push_str(row(heading, cells.iter().map(|parts| parts[part].clone()).collect()).trim_end());
+            text.push('\n');
         }
     }
     text
 }
 
 /// All quantities, one row per case.
-fn list(study: &Study, columns: &[Readable]) -> String {
+fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
     let (sweep_headings, factors): (Vec<&str>, Vec<f64>) = study.sweeps().iter().map(sweep_heading).unzip();
     let sweep_headings = sweep_headings.into_iter().map(str::to_owned);
     let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
-    let mut rows: Vec<Vec<String>> = vec![headings.collect()];
+    let heading_of_marks = marks.are_shown.then(String::new);
+    let mut rows: Vec<Vec<String>> = vec![headings.chain(heading_of_marks).collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
         let values = study.values(case).zip(&factors);
         let values = values.map(|(value, factor)| short(value * factor));
         let metrics = columns.iter().map(|column| column.in_one_line(case));
-        rows.push(values.chain(metrics).collect());
+        let mark = marks.are_shown.then(|| marks.of(case).to_owned());
+        rows.push(values.chain(metrics).chain(mark).collect());
     }
-    let mut text = aligned(&rows).join("\n") + "\n";
+    let mut text: String = aligned(&rows).iter().map(|line| format!("{}\n", line.trim_end())).collect();
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }

@@ -14,7 +14,7 @@ use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, Study};
 use crate::text::layout::{aligned, wrap};
-use crate::text::number::{labels, short};
+use crate::text::number::{labels, short, spanning};
 use crate::text::quantity::Readable;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
@@ -102,6 +102,8 @@ pub enum Topic {
     Highest,
     /// The highest force within [`Limits`].
     WithinLimits,
+    /// The highest force of a laterally stable case, within the limits if there are any. Only where those above are unstable.
+    Stable,
     /// The highest force at each brushing velocity.
     AtVelocity,
     /// The highest force at each penetration depth.
@@ -135,6 +137,10 @@ pub struct Cited {
     pub tool_force_upper_95_n: Option<f64>,
     /// `ε_tc`.
     pub contact_time_ratio: f64,
+    /// Growth of a lateral imperfection; see [`Metrics`](bristle::model::metrics::Metrics).
+    pub lateral_amplification: f64,
+    /// Whether the pass is laterally unstable: the force is that of a perfect filament.
+    pub laterally_unstable: bool,
     /// Positions of velocity and depth along the sides of the slice.
     #[serde(skip)]
     position: [usize; 2],
@@ -180,6 +186,8 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
             tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
             tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
             contact_time_ratio: metrics.contact_time_ratio,
+            lateral_amplification: metrics.lateral_amplification,
+            laterally_unstable: metrics.laterally_unstable,
             position: [x, y],
         })
     };
@@ -214,8 +222,8 @@ impl Adviser<'_> {
         let sentence = format!("The highest of {}; it {}.", counted(cells.len()), motion(top));
         advice.push(about(Topic::Highest, top, sentence, &[]));
 
+        let within: Vec<&Cited> = cells.iter().copied().filter(|cell| limits.keep(cell)).collect();
         if limits != Limits::default() {
-            let within: Vec<&Cited> = cells.iter().copied().filter(|cell| limits.keep(cell)).collect();
             match highest(&within, force) {
                 Some(top) => {
                     let count = counted(within.len());
@@ -223,6 +231,16 @@ impl Adviser<'_> {
                     advice.push(about(Topic::WithinLimits, top, sentence, &[]));
                 }
                 None => notes.push(format!("No case has {limits}.")),
+            }
+        }
+        if !within.is_empty() && advice.last().is_some_and(|sentence| sentence.cell.laterally_unstable) {
+            let stable: Vec<&Cited> = within.iter().copied().filter(|cell| !cell.laterally_unstable).collect();
+            match highest(&stable, force) {
+                Some(top) => {
+                    let sentence = format!("The highest of {}; it {}.", counted(stable.len()), motion(top));
+                    advice.push(about(Topic::Stable, top, sentence, &[]));
+                }
+                None => notes.push("None of these cases is laterally stable.".to_owned()),
             }
         }
         let (velocities, depths) = (self.slice.x.varies(), self.slice.y.varies());
@@ -325,7 +343,11 @@ impl Cited {
     }
 }
 
-fn about(topic: Topic, cell: &Cited, sentence: String, others: &[&Cited]) -> Sentence {
+/// A sentence about a case. It ends with a warning if the case is laterally unstable.
+fn about(topic: Topic, cell: &Cited, mut sentence: String, others: &[&Cited]) -> Sentence {
+    if cell.laterally_unstable {
+        sentence.push_str(&format!(" Laterally unstable: {}-fold.", spanning(cell.lateral_amplification)));
+    }
     Sentence { topic, cell: cell.clone(), sentence, other_rows: others.iter().map(|cell| cell.row).collect() }
 }
 
@@ -378,6 +400,7 @@ impl Topic {
         match self {
             Self::Highest => "Highest force F_n,w of the tool",
             Self::WithinLimits => "Highest force within the limits",
+            Self::Stable => "Highest force of a laterally stable case",
             Self::AtVelocity => "Highest force at each brushing velocity",
             Self::AtDepth => "Highest force at each penetration depth",
             Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
@@ -405,6 +428,12 @@ impl Advice {
         }
         if cells().any(|cell| cell.band().is_some()) {
             legend.push_str(" Brackets give the band that contains 95 % of the sampled tools.");
+        }
+        if cells().any(|cell| cell.laterally_unstable) {
+            legend.push_str(
+                " In a laterally unstable case, the force is that of a perfect filament: imperfections grow by the factor \
+                 given and can change it, as sweeping filament.lateral_tilt_rad shows.",
+            );
         }
         legend.push_str(
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \

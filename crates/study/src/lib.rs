@@ -7,7 +7,7 @@
 //! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
 //! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
-//! 6. [`slices`], [`advice`]: what a study shows and advises.
+//! 6. [`slices`], [`stability`], [`advice`]: what a study shows, warns about and advises.
 //!
 //! Nothing here touches a file or a terminal: the interface is text.
 
@@ -20,6 +20,7 @@ pub mod measured;
 pub mod results;
 pub mod schema;
 pub mod slices;
+pub mod stability;
 pub mod study;
 #[cfg(test)]
 mod testing;

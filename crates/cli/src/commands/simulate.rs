@@ -11,13 +11,14 @@ use bristle_report::vtk::{MAX_SHAPES, is_file_name};
 use bristle_study::digest::digest;
 use bristle_study::document::Document;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
+use bristle_study::stability::case_warning;
 use clap::Args;
 
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
 use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
-use crate::terminal::say_written;
+use crate::terminal::{say, say_written};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -26,7 +27,7 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
-/// time. [study] is ignored.
+/// time. [study] is ignored. If the contact is laterally unstable, a warning says how to see what an imperfect filament does.
 ///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
@@ -97,5 +98,6 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
+    case_warning(&settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }

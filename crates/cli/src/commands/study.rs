@@ -13,6 +13,7 @@ use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::results::{study_text, write_runs};
+use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
 use bristle_text::{shown, shown_path};
 use clap::Args;
@@ -67,6 +68,9 @@ const LONGEST_FAILURE: usize = 400;
 ///   [uncertainty]
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
+///
+/// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
+/// filament does in them. The tables mark them with !.
 ///
 /// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
 /// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
@@ -139,6 +143,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         files.iter().for_each(|path| say_written(path));
         say_drawn(&drawn);
     }
+    study_warning(&study, &results).iter().for_each(say);
     let told = progress.summarise(seconds, &files);
 
     let failures: Vec<(usize, &String)> =

@@ -4,7 +4,8 @@
 
 use super::diagram::{Frame, SUBTITLE, heading};
 use super::scale::{Axis, Scale, coordinate};
-use super::{Canvas, Color, FAINT, INK, WHITE, axis, fine, stroke, text, viridis, width};
+use super::{Canvas, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, viridis, width};
+use bristle_study::text::number::spanning;
 
 /// Size of a figure in pixels.
 const SIZE: (i32, i32) = (680, 430);
@@ -45,10 +46,12 @@ pub struct Map {
     pub x: Side,
     /// Vertical side.
     pub y: Side,
-    /// Name and unit of the quantity.
-    pub label: String,
+    /// The scale of the colours, with name and unit of the quantity.
+    pub colours: Axis,
     /// The values of the quantity, row by row from the bottom; none where unknown.
     pub values: Vec<Option<f64>>,
+    /// Whether each cell has a mark in its corner.
+    pub marked: Vec<bool>,
     /// Range of the colours; by default that of the values.
     pub range: Option<[f64; 2]>,
     /// A value whose contour line is drawn.
@@ -89,13 +92,23 @@ fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Ve
     all.into_iter().step_by(every).collect()
 }
 
-/// Number of decimals for a value of this size in a cell.
-fn decimals(value: f64) -> usize {
-    match value.abs() {
+/// Side of the mark in the corner of a cell, in pixels.
+const MARK: i32 = 7;
+
+/// The number in a cell.
+fn number(value: f64, colours: &Axis) -> String {
+    let decimals = match value.abs() {
         100.0.. => 0,
         10.0.. => 1,
         _ => 2,
-    }
+    };
+    let number = if colours.logarithmic { spanning(value) } else { format!("{value:.decimals$}") };
+    number.replace('-', "−")
+}
+
+/// The part of the colours that lies below a value. A value that the axis cannot show is at an end.
+fn part(scale: &Scale, value: f64) -> f64 {
+    coordinate(&scale.axis, value).map_or(if value > 0.0 { 1.0 } else { 0.0 }, |at| scale.part(at))
 }
 
 /// Whether a piece of a line meets the rectangle with this half size around `middle`, checked at points one pixel apart.
@@ -113,11 +126,10 @@ impl Map {
     /// Draws the map.
     #[must_use]
     pub fn draw(&self) -> Canvas {
-        let axis_of_colours = Axis::linear(self.label.clone());
-        let known =
-            self.values.iter().flatten().copied().filter(|value| coordinate(&axis_of_colours, *value).is_some());
-        let shown: Vec<f64> = self.range.into_iter().flatten().chain(known).collect();
-        let scale = Scale::exact(axis_of_colours, shown.iter().copied());
+        let known = self.values.iter().flatten().copied();
+        let limits = self.range.into_iter().flatten();
+        let shown: Vec<f64> = limits.chain(known).filter_map(|value| coordinate(&self.colours, value)).collect();
+        let scale = Scale::exact(self.colours.clone(), shown.iter().copied());
         let height_of_heading = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
         let labels = self.y.labels.iter().map(|label| width(label, 11)).max().unwrap_or(0);
         let left = 36 + labels.max(24);
@@ -158,7 +170,7 @@ impl Map {
                 Some(value) => {
                     let reach = [(low_x, high_y - 5), (high_x + 5, low_y)];
                     let reach = [(reach[0].0, reach[0].1.max(fine(top))), (reach[1].0.min(fine(right)), reach[1].1)];
-                    canvas.rectangle(reach, viridis(scale.part(*value)));
+                    canvas.rectangle(reach, viridis(part(scale, *value)));
                 }
                 None => hatch(canvas, [(low_x, high_y), (high_x, low_y)]),
             }
@@ -166,6 +178,14 @@ impl Map {
         // Again, over what their neighbours have drawn into them.
         for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
             hatch(canvas, corners(borders));
+        }
+        for ((_, borders), _) in cells().zip(&self.marked).filter(|(_, marked)| **marked) {
+            let [(low_x, high_y), (high_x, low_y)] = corners(borders);
+            let side = fine(MARK).min((high_x - low_x) / 2).min((low_y - high_y) / 2);
+            let corner = [(high_x - side, high_y), (high_x, high_y), (high_x, high_y + side)];
+            canvas.area(&corner, WHITE, 1.0);
+            let edge = fine(1).min(side / 3);
+            canvas.area(&[(high_x - side + 2 * edge, high_y), corner[1], (high_x, high_y + side - 2 * edge)], VERMILION, 1.0);
         }
     }
 
@@ -176,7 +196,7 @@ impl Map {
         for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
             for (value, x) in row.iter().zip(xs.windows(2)) {
                 let Some(value) = *value else { continue };
-                let number = format!("{value:.*}", decimals(value)).replace('-', "−");
+                let number = number(value, &self.colours);
                 let half = (fine(width(&number, NUMBER)) / 2, fine(NUMBER) / 2);
                 let [left, right] = [x[0], x[1]].map(across);
                 let [bottom, top] = [y[0], y[1]].map(up);
@@ -196,14 +216,17 @@ impl Map {
             if line.iter().any(|piece| crosses(*piece, middle, near)) {
                 continue;
             }
-            let shade = if scale.part(value) < 0.6 { WHITE } else { INK };
+            let shade = if part(scale, value) < 0.6 { WHITE } else { INK };
             canvas.text(&number, text(NUMBER, shade).centred(), middle);
         }
     }
 
     /// The pieces of the contour line in coordinates of the canvas; none without a level.
     fn level_line(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
-        let pieces = self.level.map(|level| contour([&self.x.values, &self.y.values], &self.values, level));
+        let at = |value: f64| coordinate(&self.colours, value);
+        let coordinates: Vec<Option<f64>> = self.values.iter().map(|value| value.and_then(at)).collect();
+        let level = self.level.and_then(at);
+        let pieces = level.map(|level| contour([&self.x.values, &self.y.values], &coordinates, level));
         pieces.into_iter().flatten().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
     }
 
@@ -233,7 +256,8 @@ impl Map {
             canvas.text(label, text(11, INK).right(), (fine(end + 7), level));
             labels = labels.max(width(label, 11));
         }
-        if let Some(level) = self.level.filter(|level| (0.0..=1.0).contains(&scale.part(*level))) {
+        let level = self.level.and_then(|level| coordinate(&self.colours, level));
+        if let Some(level) = level.filter(|level| (0.0..=1.0).contains(&scale.part(*level))) {
             let level = scale.place(level, bottom, top);
             for (color, tenths) in LINE {
                 canvas.line([(fine(start), level), (fine(end), level)], stroke(color, tenths));
@@ -241,7 +265,7 @@ impl Map {
         }
         canvas.text(&scale.factor, text(11, INK).right(), (fine(start), fine(top - 12)));
         let name = (end + 7 + labels + 16, (top + bottom) / 2);
-        canvas.text(&self.label, text(12, INK).centred().upwards(), (fine(name.0), fine(name.1)));
+        canvas.text(&self.colours.label, text(12, INK).centred().upwards(), (fine(name.0), fine(name.1)));
     }
 }
 
@@ -305,8 +329,9 @@ mod tests {
     }
 
     fn map(xs: &[f64], ys: &[f64], values: Vec<Option<f64>>) -> Map {
-        let (title, subtitle, label) = ("Title".to_owned(), "Below".to_owned(), "quantity".to_owned());
-        Map { title, subtitle, x: side(xs), y: side(ys), label, values, range: None, level: Some(0.5) }
+        let (title, subtitle, colours) = ("Title".to_owned(), "Below".to_owned(), Axis::linear("quantity"));
+        let marked = values.iter().map(Option::is_some).collect();
+        Map { title, subtitle, x: side(xs), y: side(ys), colours, values, marked, range: None, level: Some(0.5) }
     }
 
     #[test]
@@ -339,9 +364,21 @@ mod tests {
             map(&[1.0, 2.0], &[1.0], vec![Some(0.25), Some(0.75)]),
             map(&(0..300).map(f64::from).collect::<Vec<_>>(), &[1.0], vec![Some(0.5); 300]),
         ];
-        for map in maps {
+        let logarithmic = maps.clone().map(|map| Map { colours: Axis::logarithmic("quantity"), ..map });
+        for map in maps.into_iter().chain(logarithmic) {
             let text = map.draw().svg();
             assert!(text.trim_end().ends_with("</svg>") && !text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn logarithmic_colours_have_round_labels_and_short_numbers() {
+        let values = [3.3, 95.38, 1961.2, 624_390.9].map(Some).to_vec();
+        let mut map = map(&[1.0, 2.0, 3.0, 4.0], &[1.0], values);
+        map.colours = Axis::logarithmic("quantity");
+        let text = map.draw().svg();
+        for label in ["3.30", "95.4", "1960", "6.2e5", "10⁵"] {
+            assert!(text.contains(label), "{label}\n{text}");
         }
     }
 

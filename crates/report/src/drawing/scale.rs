@@ -57,13 +57,14 @@ impl Scale {
         Self { axis, low, high, ticks, factor }
     }
 
-    /// The scale of a linear axis from the least to the largest of `values`.
+    /// The scale of an axis from the least to the largest of `values` (coordinates).
     #[must_use]
     pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = range(values, false);
+        let (low, high) = range(values, axis.logarithmic);
         // So that rounding does not remove a tick at an end.
         let slack = 1e-9 * (high - low);
-        let (ticks, factor) = linear_ticks(low - slack, high + slack);
+        let ticks = if axis.logarithmic { logarithmic_ticks } else { linear_ticks };
+        let (ticks, factor) = ticks(low - slack, high + slack);
         Self { axis, low, high, ticks, factor }
     }
 

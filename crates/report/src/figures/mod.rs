@@ -7,9 +7,9 @@ use crate::drawing::map::{self, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
-use bristle::model::metrics::Metrics;
+use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
-use bristle::model::record::{Column, Prominence, Record, Scope};
+use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sample};
 use bristle_study::measured::{Measurement, relative_uncertainty};
@@ -77,6 +77,10 @@ fn style(metric: &Column<Metrics>) -> Style {
             level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
             families: &[],
         },
+        "lateral_amplification" => Style {
+            level: Some((UNSTABLE_AMPLIFICATION, "line: 100, above which a pass is laterally unstable")),
+            ..plain
+        },
         "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
             Style { families: &[Family::OverX, Family::OverY], ..plain }
         }
@@ -88,13 +92,26 @@ fn style(metric: &Column<Metrics>) -> Style {
 fn title(metric: &Column<Metrics>) -> String {
     let mut name = metric.name.chars();
     let first = name.next().map(|first| first.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{} {}", name.as_str(), label(metric))
+    format!("{first}{} {}", name.as_str(), with_unit(metric, metric.symbol)).trim_end().to_owned()
 }
 
-/// Symbol and unit of a metric.
+/// Symbol and unit of a metric; its name if it has no symbol.
 fn label(metric: &Column<Metrics>) -> String {
+    with_unit(metric, if metric.symbol.is_empty() { metric.name } else { metric.symbol })
+}
+
+/// A text with the unit in which figures show the metric.
+fn with_unit(metric: &Column<Metrics>, text: &str) -> String {
     let unit = metric.display.unit;
-    if unit.is_empty() { metric.symbol.to_owned() } else { format!("{} in {unit}", metric.symbol) }
+    if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
+}
+
+/// The axis of a metric. A linear one can always show zero.
+fn axis_of(metric: &Column<Metrics>, linear: impl FnOnce(String) -> Axis) -> Axis {
+    match metric.display.scale {
+        record::Scale::Linear => linear(label(metric)),
+        record::Scale::Logarithmic => Axis::logarithmic(label(metric)),
+    }
 }
 
 /// Draws the figures of a study.
@@ -205,6 +222,11 @@ impl View<'_> {
         format!("N_f = {count} ± {spread}: all values ± {:.1} %", 100.0 * relative)
     }
 
+    /// Whether the case at positions on the sides of the slice is laterally unstable.
+    fn is_unstable(&self, x: usize, y: usize) -> bool {
+        self.results[self.slice.case(x, y)].as_ref().is_ok_and(|summary| summary.metrics.laterally_unstable)
+    }
+
     /// A note if some of the `shown` values are missing.
     fn failures(&self, shown: impl Iterator<Item = Option<f64>>, mark: &str) -> String {
         match shown.filter(Option::is_none).count() {
@@ -222,11 +244,9 @@ impl View<'_> {
             let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
             map::Side { label: side.label(), labels: labels(values.iter().copied()), values }
         };
-        let values: Vec<Option<f64>> = rows
-            .iter()
-            .flat_map(|&row| columns.iter().map(move |&column| (column, row)))
-            .map(|(column, row)| self.value(metric, column, row))
-            .collect();
+        let shown = || rows.iter().flat_map(|&row| columns.iter().map(move |&column| (column, row)));
+        let values: Vec<Option<f64>> = shown().map(|(column, row)| self.value(metric, column, row)).collect();
+        let marked: Vec<bool> = shown().map(|(column, row)| self.is_unstable(column, row)).collect();
         let all = x.values.len() * y.values.len();
         let selection = selection(values.len(), all, "cases");
         let known = || values.iter().flatten();
@@ -234,14 +254,17 @@ impl View<'_> {
         let level = style(metric).level.filter(|(level, _)| crossed(*level));
         let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
-        let subtitle = self.subtitle([meaning, self.uncertainty(metric), selection, failures]);
+        let instabilities = if marked.contains(&true) { "corner: laterally unstable" } else { "" };
+        let parts = [meaning, instabilities.to_owned(), self.uncertainty(metric), selection, failures];
+        let subtitle = self.subtitle(parts);
         let map = Map {
             title: title(metric),
             subtitle,
             x: side(x, &columns),
             y: side(y, &rows),
-            label: label(metric),
+            colours: axis_of(metric, Axis::linear),
             values,
+            marked,
             range: style(metric).range,
             level: level.map(|(level, _)| level),
         };
@@ -260,7 +283,15 @@ impl View<'_> {
             let points = shown.iter().enumerate().map(|(along, &at)| (at, value(along, member).unwrap_or(f64::NAN)));
             Curve::new(equation(of.parameter, of.values[member]), Look::Joined, points.collect())
         };
-        let curves: Vec<Curve> = members.iter().map(curve).collect();
+        let mut curves: Vec<Curve> = members.iter().map(curve).collect();
+        if metric.display.scale == record::Scale::Logarithmic
+            && let Some((level, _)) = style(metric).level
+            && curves.iter().flat_map(|curve| &curve.points).any(|(_, value)| *value > level)
+            && let [Some(&first), Some(&last)] = [shown.first(), shown.last()]
+        {
+            let name = format!("{} {}", metric.name, short(level));
+            curves.push(Curve::new(name, Look::Reference, vec![(first, level), (last, level)]));
+        }
         let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
         let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
@@ -268,7 +299,7 @@ impl View<'_> {
             title: title(metric),
             subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
             x: Axis::linear(over.label()),
-            y: Axis::from_zero(label(metric)),
+            y: axis_of(metric, Axis::from_zero),
             curves,
         };
         let name = format!("{}_over_{}{}", metric.display.file_name, over.word(), self.slice.suffix());

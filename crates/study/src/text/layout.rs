@@ -14,12 +14,17 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
 
 /// Appends `beginning` and, indented to its right, `words`, in lines no longer than [`WIDTH`] if the words allow it.
 pub fn wrap(text: &mut String, beginning: &str, words: &str) {
+    wrap_at(WIDTH, text, beginning, words);
+}
+
+/// Like [`wrap`], in lines of `width` columns.
+pub fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
     let indent = beginning.chars().count();
     text.push_str(beginning);
     let mut column = indent;
     for word in words.split(' ') {
-        let width = word.chars().count();
-        if column > indent && column + 1 + width > WIDTH {
+        let letters = word.chars().count();
+        if column > indent && column + 1 + letters > width {
             text.push_str(&format!("\n{:indent$}", ""));
             column = indent;
         } else if column > indent {
@@ -27,7 +32,7 @@ pub fn wrap(text: &mut String, beginning: &str, words: &str) {
             column += 1;
         }
         text.push_str(word);
-        column += width;
+        column += letters;
     }
     text.push('\n');
 }

@@ -25,6 +25,18 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A number of a quantity that spans decades: three significant digits, and two with an exponent from 10⁴.
+pub fn spanning(value: f64) -> String {
+    let scientific = format!("{value:.2e}");
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    match exponent {
+        _ if value == 0.0 => "0".to_owned(),
+        Some(exponent @ -2..=1) => format!("{value:.*}", (2 - exponent) as usize),
+        Some(2..=3) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
+        _ => format!("{value:.1e}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,5 +46,12 @@ mod tests {
         let values = [2.5, 5.0, 0.5e-3 * 1e3, 1.0 / 3.0];
         assert_eq!(labels(values.into_iter()), ["2.5000", "5.0000", "0.5000", "0.3333"]);
         assert_eq!(labels([10.0, 1e300].into_iter()), ["10", "1e300"]);
+    }
+
+    #[test]
+    fn numbers_over_decades_have_two_or_three_digits() {
+        let values = [0.0, 1.2e-9, 0.01234, 3.2765, 9.996, 95.379, 534.57, 5786.9, 9996.0, 624_390.9, 1e300];
+        let texts = ["0", "1.2e-9", "0.0123", "3.28", "10.0", "95.4", "535", "5790", "1.0e4", "6.2e5", "1.0e300"];
+        assert_eq!(values.map(spanning), texts);
     }
 }

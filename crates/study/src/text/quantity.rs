@@ -1,9 +1,10 @@
 //! A quantity in all cases of a study, in a unit that makes its numbers readable.
 
 use bristle::model::metrics::Metrics;
-use bristle::model::record::{Column, Prominence, Record};
+use bristle::model::record::{Column, Prominence, Record, Scale};
 
 use crate::study::{CaseResult, CaseSummary};
+use crate::text::number::spanning;
 use crate::uncertainty::ForceScatter;
 
 /// The metric that advice and comparisons use.
@@ -20,6 +21,7 @@ pub struct Quantity {
     pub qualifier: &'static str,
     /// SI unit without prefix, empty for a pure number.
     unit: &'static str,
+    scale: Scale,
     parts: Parts,
 }
 
@@ -73,8 +75,8 @@ impl Quantity {
     }
 
     fn metric(column: &'static Column<Metrics>) -> Self {
-        let &Column { symbol, name, unit, .. } = column;
-        Self { symbol, name, qualifier: "", unit, parts: Parts::Metric(column) }
+        let &Column { symbol, name, unit, display, .. } = column;
+        Self { symbol, name, qualifier: "", unit, scale: display.scale, parts: Parts::Metric(column) }
     }
 }
 
@@ -142,10 +144,11 @@ impl Readable {
         self.parts.len()
     }
 
-    /// The symbol, its qualifier, and the unit if there is one.
+    /// The symbol, or else the name, its qualifier, and the unit if there is one.
     #[must_use]
     pub fn heading(&self, qualifier: &str) -> String {
-        let symbol = self.quantity.symbol;
+        let Quantity { symbol, name, .. } = self.quantity;
+        let symbol = if symbol.is_empty() { name } else { symbol };
         if self.unit.is_empty() {
             format!("{symbol}{qualifier}")
         } else {
@@ -155,7 +158,10 @@ impl Readable {
 
     /// The parts of a case.
     pub fn texts(&self, case: usize) -> impl Iterator<Item = String> {
-        let text = |value: f64| format!("{value:.*}", self.decimals);
+        let text = |value: f64| match self.quantity.scale {
+            Scale::Linear => format!("{value:.*}", self.decimals),
+            Scale::Logarithmic => spanning(value),
+        };
         self.parts.iter().map(move |values| values[case].map_or_else(|| self.unknown[case].to_owned(), text))
     }
 

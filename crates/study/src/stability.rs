@@ -1,0 +1,84 @@
+//! Laterally unstable cases: how many there are, and how to see what an imperfect filament does in them.
+
+use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+
+use crate::slices::equation;
+use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
+use crate::text::layout::wrap_at;
+use crate::text::number::spanning;
+
+/// Width of the warnings, in columns.
+const WIDTH: usize = 80;
+
+/// The setting that makes a filament imperfect.
+const TILT: &str = "filament.lateral_tilt_rad";
+
+/// Whether a case is laterally unstable. One that failed is not known to be.
+pub fn is_unstable(result: &CaseResult) -> bool {
+    result.as_ref().is_ok_and(|summary| summary.metrics.laterally_unstable)
+}
+
+/// The warning about the laterally unstable cases of a study, for a terminal 80 columns wide. `None` if there are none.
+#[must_use]
+pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
+    let amplification =
+        |case: &usize| results[*case].as_ref().map_or(0.0, |summary| summary.metrics.lateral_amplification);
+    let unstable: Vec<usize> = (0..results.len()).filter(|&case| is_unstable(&results[case])).collect();
+    // Of equal ones the first.
+    let worst = unstable.iter().copied().rev().max_by(|a, b| amplification(a).total_cmp(&amplification(b)))?;
+    let settings = study.settings(worst);
+    let are = if unstable.len() == 1 { "case is" } else { "cases are" };
+    let mut text = String::new();
+    let statement = format!(
+        "{} of {} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small imperfection of \
+         the filament can change their forces. The largest amplification is {} at {} (row {} of runs.csv).",
+        unstable.len(),
+        results.len(),
+        spanning(amplification(&worst)),
+        place(&settings),
+        worst + 1
+    );
+    wrap_at(WIDTH, &mut text, "warning: ", &statement);
+    // A study that sweeps the tilt shows it already.
+    if study.sweeps().iter().all(|sweep| sweep.parameter().path != TILT) {
+        let line = format!("\"{TILT}\" = [1e-4, 1e-3, 1e-2]");
+        write_help(&mut text, &settings, "compare tilts of the clamp, by this line under [study]:", &line);
+    }
+    Some(text)
+}
+
+/// The warning about one contact that is laterally unstable, for a terminal 80 columns wide.
+#[must_use]
+pub fn case_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
+    if !metrics.laterally_unstable {
+        return None;
+    }
+    let mut text = String::new();
+    let statement = format!(
+        "this contact is laterally unstable (amplification {}, above {UNSTABLE_AMPLIFICATION}): a small imperfection \
+         of the filament can change its forces.",
+        spanning(metrics.lateral_amplification)
+    );
+    wrap_at(WIDTH, &mut text, "warning: ", &statement);
+    let key = TILT.split_once('.').map_or(TILT, |(_, key)| key);
+    let line = format!("{key} = 1e-3");
+    write_help(&mut text, settings, "simulate it with a tilted clamp, by this line under [filament]:", &line);
+    Some(text)
+}
+
+/// Appends how to see what an imperfect filament does. If the clamp is tilted already, other tilts tell more.
+fn write_help(text: &mut String, settings: &Settings, how: &str, line: &str) {
+    const HELP: &str = "   = help: ";
+    let is_tilted = settings.filament.lateral_tilt_rad != 0.0;
+    let aim = if is_tilted { "to see how the tilt matters" } else { "to see what an imperfect filament does" };
+    wrap_at(WIDTH, text, HELP, &format!("{aim}, {how}"));
+    text.push_str(&format!("{:indent$}{line}", "", indent = HELP.len()));
+}
+
+/// Velocity and depth of a case.
+fn place(settings: &Settings) -> String {
+    let shown = |path| Parameter::find(path).map(|parameter| equation(parameter, parameter.get(settings)));
+    [VELOCITY, DEPTH].into_iter().filter_map(shown).collect::<Vec<_>>().join(", ")
+}
