@@ -295,7 +295,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     fn clamp(&mut self, time: T) -> &Clamp<T> {
         // NaN means that they must be evaluated again: it does not equal any time.
         if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
-            self.clamp = (time, Clamp::from_lanes(|lane| self.filaments[lane].motion.at(time.lane(lane))));
+            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
         }
         &self.clamp.1
     }

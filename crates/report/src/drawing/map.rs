@@ -185,7 +185,11 @@ impl Map {
             let corner = [(high_x - side, high_y), (high_x, high_y), (high_x, high_y + side)];
             canvas.area(&corner, WHITE, 1.0);
             let edge = fine(1).min(side / 3);
-            canvas.area(&[(high_x - side + 2 * edge, high_y), corner[1], (high_x, high_y + side - 2 * edge)], VERMILION, 1.0);
+            canvas.area(
+                &[(high_x - side + 2 * edge, high_y), corner[1], (high_x, high_y + side - 2 * edge)],
+                VERMILION,
+                1.0,
+            );
         }
     }
 
