@@ -7,6 +7,7 @@ mod agreement;
 mod allocations;
 mod batch;
 mod fingerprint;
+mod lateral;
 mod open_core;
 mod physics;
 mod planar;

@@ -135,7 +135,7 @@ test("another quantity is another map", async () => {
   const pixels = () => page.evaluate(() => document.querySelector("#map canvas").toDataURL());
   const seen = new Set();
   const options = await page.locator("#quantity option").count();
-  assert.equal(options, 12);
+  assert.equal(options, 14);
   for (let index = 0; index < 7; index++) {
     await page.selectOption("#quantity", { index });
     seen.add(await pixels());
@@ -147,6 +147,63 @@ test("another quantity is another map", async () => {
   assert.match(await page.textContent("#readout"), /Fn,w\s=\s[\d.]+\s?N/);
   assert.ok((await page.getAttribute("#map .contour", "d")).length > 100, "the line at ε_tc = ½ is drawn");
   await close();
+});
+
+test("laterally unstable cases are marked, and their amplification spans decades", async () => {
+  const { page, close } = await open(report("paper"));
+  const data = await dataOf(page);
+  const values = (name) => data.quantities.find(({ key }) => key === name).values;
+  const unstable = values("laterally_unstable").filter((value) => value === 1).length;
+  assert.ok(unstable > 10 && unstable < 30, `${unstable} are unstable`);
+  assert.equal((await page.getAttribute("#map .unstable", "d")).match(/M/g).length, unstable);
+  assert.match(await page.textContent("#marks"), /between striking and sweepinglaterally unstable/);
+
+  // The colours follow the logarithm: the middle of the scale is at the geometric mean of its ends.
+  await page.selectOption("#quantity", "lateral_amplification");
+  const amplification = values("lateral_amplification");
+  const [low, high] = [Math.min(...amplification), Math.max(...amplification)].map(Math.log10);
+  assert.ok(high - low > 4);
+  const [column, row] = [0, 3];
+  const colour = await page.evaluate(
+    ([i, j]) => {
+      const canvas = document.querySelector("#map canvas");
+      const [width, height] = [canvas.width, canvas.height];
+      const x = 50 + ((i + 0.5) * (width - 58)) / 12;
+      const y = height - 44 - ((j + 0.5) * (height - 52)) / 10;
+      return [...canvas.getContext("2d").getImageData(x, y, 1, 1).data.slice(0, 3)].join(" ");
+    },
+    [column, row],
+  );
+  const share = (Math.log10(amplification[12 * row + column]) - low) / (high - low);
+  const viridis = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
+  const place = share * (viridis.length - 1);
+  const parts = (k) => [1, 3, 5].map((at) => parseInt(viridis[k].slice(at, at + 2), 16));
+  const [below, above] = [parts(Math.floor(place)), parts(Math.ceil(place))];
+  const expected = below.map((part, k) => part + (place - Math.floor(place)) * (above[k] - part));
+  assert.ok(colour.split(" ").every((part, k) => Math.abs(part - expected[k]) < 2), `${colour} for ${expected}`);
+  assert.match(await page.textContent("#marks"), /100, laterally unstable above/);
+  assert.ok((await page.getAttribute("#map .contour", "d")).length > 50, "the line at 100 is drawn");
+  await page.mouse.move(...(await cell(page, 0, 9)));
+  assert.match(await page.textContent("#readout"), /lateral amplification\s=\s62\d\s000, laterally unstable$/);
+  await shot(page, "amplification-1280-light");
+
+  await page.mouse.click(...(await cell(page, 0, 9)));
+  await opened(page, 109);
+  assert.match(await page.textContent("#case-note"), /Laterally unstable: .* grows 62\d\s000-fold/);
+  assert.ok(await page.isVisible("#course"));
+  await shot(page, "unstable-1280-light");
+  await page.mouse.click(...(await cell(page, 11, 9)));
+  await opened(page, 120);
+  assert.ok(await page.isHidden("#case-note"));
+  await page.mouse.move(...(await cell(page, 11, 9)));
+  assert.doesNotMatch(await page.textContent("#readout"), /unstable/);
+  await close();
+
+  const { page: curve, close: closeCurve } = await open(report("curve"));
+  await curve.selectOption("#quantity", "lateral_amplification");
+  const labels = await curve.locator("#map svg text").allTextContents();
+  assert.ok(labels.includes("1") && labels.includes("10"), labels.join());
+  await closeCurve();
 });
 
 test("the filament moves: play, pause, slider, keys, curves", async () => {

@@ -139,7 +139,7 @@ pub struct Cited {
     pub contact_time_ratio: f64,
     /// Growth of a lateral imperfection; see [`Metrics`](bristle::model::metrics::Metrics).
     pub lateral_amplification: f64,
-    /// Whether the pass is laterally unstable: the force is that of a perfect filament.
+    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
     pub laterally_unstable: bool,
     /// Positions of velocity and depth along the sides of the slice.
     #[serde(skip)]
@@ -431,8 +431,8 @@ impl Advice {
         }
         if cells().any(|cell| cell.laterally_unstable) {
             legend.push_str(
-                " In a laterally unstable case, the force is that of a perfect filament: imperfections grow by the factor \
-                 given and can change it, as sweeping filament.lateral_tilt_rad shows.",
+                " In a laterally unstable case, an imperfection of the filament grows by the factor given and can change \
+                 the force: sweep filament.lateral_tilt_rad to see how much.",
             );
         }
         legend.push_str(

@@ -29,11 +29,12 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
     // Of equal ones the first.
     let worst = unstable.iter().copied().rev().max_by(|a, b| amplification(a).total_cmp(&amplification(b)))?;
     let settings = study.settings(worst);
-    let are = if unstable.len() == 1 { "case is" } else { "cases are" };
+    let cases = if results.len() == 1 { "case" } else { "cases" };
+    let are = if unstable.len() == 1 { "is" } else { "are" };
     let mut text = String::new();
     let statement = format!(
-        "{} of {} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small imperfection of \
-         the filament can change their forces. The largest amplification is {} at {} (row {} of runs.csv).",
+        "{} of {} {cases} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
+         imperfection of the filament can change the force. The largest amplification is {} at {} (row {} of runs.csv).",
         unstable.len(),
         results.len(),
         spanning(amplification(&worst)),
@@ -43,7 +44,7 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
     wrap_at(WIDTH, &mut text, "warning: ", &statement);
     // A study that sweeps the tilt shows it already.
     if study.sweeps().iter().all(|sweep| sweep.parameter().path != TILT) {
-        let line = format!("\"{TILT}\" = [1e-4, 1e-3, 1e-2]");
+        let line = format!("\"{TILT}\" = [0.0, 1e-4, 1e-3, 1e-2]");
         write_help(&mut text, &settings, "compare tilts of the clamp, by this line under [study]:", &line);
     }
     Some(text)
@@ -58,7 +59,7 @@ pub fn case_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
     let mut text = String::new();
     let statement = format!(
         "this contact is laterally unstable (amplification {}, above {UNSTABLE_AMPLIFICATION}): a small imperfection \
-         of the filament can change its forces.",
+         of the filament can change the force.",
         spanning(metrics.lateral_amplification)
     );
     wrap_at(WIDTH, &mut text, "warning: ", &statement);

@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 18] = [
+const RESULTS: [&str; 20] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -56,6 +56,8 @@ const RESULTS: [&str; 18] = [
     "peak_contact_normal_force_n",
     "max_tip_deflection_m",
     "tool_contact_normal_force_n",
+    "lateral_amplification",
+    "laterally_unstable",
     "steps",
     "rejected_steps",
     "newton_iterations",
@@ -274,13 +276,15 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// The figures of a study of velocity and depth.
-const FIGURES: [&str; 11] = [
+const FIGURES: [&str; 13] = [
     "contact_time_map",
     "contact_time_over_velocity",
     "contact_time_ratio_map",
     "impulse_map",
     "impulse_over_depth",
     "impulse_over_velocity",
+    "lateral_amplification_map",
+    "lateral_amplification_over_velocity",
     "tip_deflection_map",
     "tip_deflection_over_velocity",
     "tool_force_map",
@@ -292,7 +296,7 @@ const FIGURES: [&str; 11] = [
 fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
-    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 11 figures"));
+    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 13 figures"));
     let drawn = files(&workspace.path("results/figures"));
     let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
     let expected: Vec<String> =
@@ -303,7 +307,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
         assert!(bytes.starts_with(start), "{name}");
     }
 
-    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 11 figures"));
+    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 13 figures"));
     assert_eq!(files(&workspace.path("again/figures")), drawn);
     fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
     workspace.bristle("plot results").assert().success();
@@ -333,16 +337,16 @@ fn figures_fit_what_is_swept() {
     };
     // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
-    assert_eq!(names.len(), 5);
+    assert_eq!(names.len(), 6);
     assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
     let (names, _) = study("\"filament.segments\" = [4, 3]");
-    assert!(names.len() == 5 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    assert!(names.len() == 6 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
     let (names, message) = study("\"filament.segments\" = [4]");
     assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
     assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
-    assert!(names.len() == 44 && message.contains("4 of 5 values"), "{message}");
+    assert!(names.len() == 52 && message.contains("4 of 5 values"), "{message}");
 }
 
 #[test]
@@ -350,7 +354,7 @@ fn a_failed_case_is_a_gap_in_the_figures() {
     let workspace = Workspace::new();
     let sweep = format!("\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n");
     workspace.write("case.toml", format!("{FILE}{sweep}"));
-    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 22 figures"));
+    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 26 figures"));
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
     assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"));
     assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
@@ -416,7 +420,7 @@ fn measured_forces_are_compared_and_drawn() {
         .bristle("study inputs/case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("wrote 13 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("wrote 15 figures").and(contains("3 of 4 points compared: bias")))
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");

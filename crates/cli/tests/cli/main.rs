@@ -8,6 +8,7 @@ mod formats;
 mod hostile;
 mod metrics;
 mod resume;
+mod stability;
 mod tutorial;
 mod uncertainty;
 mod validation;

@@ -93,7 +93,7 @@ fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Ve
 }
 
 /// Side of the mark in the corner of a cell, in pixels.
-const MARK: i32 = 7;
+const MARK: i32 = 9;
 
 /// The number in a cell.
 fn number(value: f64, colours: &Axis) -> String {
@@ -183,13 +183,9 @@ impl Map {
             let [(low_x, high_y), (high_x, low_y)] = corners(borders);
             let side = fine(MARK).min((high_x - low_x) / 2).min((low_y - high_y) / 2);
             let corner = [(high_x - side, high_y), (high_x, high_y), (high_x, high_y + side)];
-            canvas.area(&corner, WHITE, 1.0);
-            let edge = fine(1).min(side / 3);
-            canvas.area(
-                &[(high_x - side + 2 * edge, high_y), corner[1], (high_x, high_y + side - 2 * edge)],
-                VERMILION,
-                1.0,
-            );
+            canvas.area(corner, WHITE, 1.0);
+            let inner = side - (2 * fine(1)).min(side / 2);
+            canvas.area([(high_x - inner, high_y), corner[1], (high_x, high_y + inner)], VERMILION, 1.0);
         }
     }
 

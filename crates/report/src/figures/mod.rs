@@ -50,10 +50,19 @@ pub struct Pictures {
 struct Style {
     /// Range of the colours of a map; by default that of the values.
     range: Option<[f64; 2]>,
-    /// A level whose contour line a map shows, and the meaning of that line.
-    level: Option<(f64, &'static str)>,
+    level: Option<Level>,
     /// The sides of a map along which families of curves are drawn too.
     families: &'static [Family],
+}
+
+/// A level whose line figures show.
+#[derive(Clone, Copy)]
+struct Level {
+    value: f64,
+    /// The meaning of the contour line of a map.
+    in_map: &'static str,
+    /// The name of the line among curves; none if they do not show it.
+    in_curves: Option<&'static str>,
 }
 
 /// A family of curves that goes with a map.
@@ -74,11 +83,19 @@ fn style(metric: &Column<Metrics>) -> Style {
     match metric.key {
         "contact_time_ratio" => Style {
             range: Some([0.0, 1.0]),
-            level: Some((0.5, "line: ε_tc = ½, with sweeping above it and striking below")),
+            level: Some(Level {
+                value: 0.5,
+                in_map: "line: ε_tc = ½, with sweeping above it and striking below",
+                in_curves: None,
+            }),
             families: &[],
         },
         "lateral_amplification" => Style {
-            level: Some((UNSTABLE_AMPLIFICATION, "line: 100, above which a pass is laterally unstable")),
+            level: Some(Level {
+                value: UNSTABLE_AMPLIFICATION,
+                in_map: "line: 100, above which a pass is laterally unstable",
+                in_curves: Some("laterally unstable above"),
+            }),
             ..plain
         },
         "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
@@ -251,8 +268,8 @@ impl View<'_> {
         let selection = selection(values.len(), all, "cases");
         let known = || values.iter().flatten();
         let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
-        let level = style(metric).level.filter(|(level, _)| crossed(*level));
-        let meaning = level.map_or_else(String::new, |(_, meaning)| meaning.to_owned());
+        let level = style(metric).level.filter(|level| crossed(level.value));
+        let meaning = level.map_or_else(String::new, |level| level.in_map.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
         let instabilities = if marked.contains(&true) { "corner: laterally unstable" } else { "" };
         let parts = [meaning, instabilities.to_owned(), self.uncertainty(metric), selection, failures];
@@ -266,7 +283,7 @@ impl View<'_> {
             values,
             marked,
             range: style(metric).range,
-            level: level.map(|(level, _)| level),
+            level: level.map(|level| level.value),
         };
         Picture { name: format!("{}_map{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
     }
@@ -284,13 +301,11 @@ impl View<'_> {
             Curve::new(equation(of.parameter, of.values[member]), Look::Joined, points.collect())
         };
         let mut curves: Vec<Curve> = members.iter().map(curve).collect();
-        if metric.display.scale == record::Scale::Logarithmic
-            && let Some((level, _)) = style(metric).level
-            && curves.iter().flat_map(|curve| &curve.points).any(|(_, value)| *value > level)
-            && let [Some(&first), Some(&last)] = [shown.first(), shown.last()]
+        if let Some(Level { value, in_curves: Some(name), .. }) = style(metric).level
+            && curves.iter().flat_map(|curve| &curve.points).any(|(_, shown)| *shown > value)
         {
-            let name = format!("{} {}", metric.name, short(level));
-            curves.push(Curve::new(name, Look::Reference, vec![(first, level), (last, level)]));
+            let ends = [shown[0], shown[shown.len() - 1]];
+            curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value)).to_vec()));
         }
         let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
         let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));

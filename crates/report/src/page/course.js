@@ -71,20 +71,29 @@ function createCaseView(study, grid) {
   }
 
   function showNote(index) {
-    const note = byId("case-note");
-    note.hidden = course !== null;
+    const notes = [];
     if (errors.has(index)) {
-      note.replaceChildren(`This case has failed: ${errors.get(index)}`);
+      notes.push([`This case has failed: ${errors.get(index)}`]);
     } else if (course === null && courses.size === 0) {
-      note.replaceChildren("This page holds no course over time.");
+      notes.push(["This page holds no course over time."]);
     } else if (course === null) {
       const nearest = nearestCourse(index);
-      note.replaceChildren(
+      notes.push([
         `The course over time was kept of ${courses.size} cases that are spread over the study; this is none of them. The nearest is `,
         element("a", { href: `#case-${grid.row(nearest)}` }, ...rich(grid.name(nearest))),
         ".",
-      );
+      ]);
     }
+    if (isUnstable(study, index)) {
+      const { values, digits } = study.quantities.find(({ key }) => key === AMPLIFICATION);
+      notes.push([
+        `Laterally unstable: in this pass an imperfection out of the plane of rotation grows ${number(values[index], digits)}-fold. Forces and impulse can change with it: sweep `,
+        element("code", {}, "filament.lateral_tilt_rad"),
+        " to see what imperfect filaments do.",
+      ]);
+    }
+    byId("case-note").hidden = notes.length === 0;
+    byId("case-note").replaceChildren(...notes.map((content) => element("p", {}, ...content)));
   }
 
   /** The case with a course that is the fewest positions away. */

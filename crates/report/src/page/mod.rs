@@ -8,9 +8,9 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::model::metrics::{Metrics, NominalContact, tool_force};
+use bristle::model::metrics::{Metrics, NominalContact, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
-use bristle::model::record::{Column, Record};
+use bristle::model::record::{Column, Record, Scale};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
@@ -102,6 +102,8 @@ struct QuantityData {
     unit: &'static str,
     name: &'static str,
     meaning: &'static str,
+    /// Whether its scale is logarithmic.
+    logarithmic: bool,
     /// None if the case failed or the value is unknown.
     values: Vec<Option<f64>>,
 }
@@ -112,9 +114,10 @@ fn quantity<R: Record>(
     summaries: &[Option<CaseSummary>],
     record: impl Fn(&CaseSummary) -> Option<&R>,
 ) -> QuantityData {
-    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    let &Column { key, symbol, unit, name, meaning, display, .. } = column;
+    let logarithmic = display.scale == Scale::Logarithmic;
     let number = |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
-    QuantityData { key, symbol, unit, name, meaning, values: summaries.iter().map(number).collect() }
+    QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
 }
 
 fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> Value {
@@ -170,6 +173,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         "axes": axes,
         "settings": settings(study),
         "quantities": quantities,
+        "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
         "errors": errors,

@@ -4,6 +4,8 @@ const VELOCITY = "process.brushing_velocity_m_s";
 const DEPTH = "process.penetration_depth_m";
 const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
+const AMPLIFICATION = "lateral_amplification";
+const UNSTABLE = "laterally_unstable";
 /** Prefix of the keys of shares in the variance of the tool force. */
 const SHARE = "sobol_";
 /** Number of quantities on the card; they come in the order of importance. */
@@ -65,10 +67,14 @@ class Grid {
   }
 }
 
-/** Finds the range of each quantity, and the unit that suits it. */
+/** Finds the range of each quantity, its coordinates, and the unit that suits it. */
 function findRanges(quantities) {
   for (const quantity of quantities) {
-    const known = quantity.values.filter((value) => value !== null);
+    // Zero has no place on a logarithmic scale; it is shown at the lower end.
+    const onScale = (value) => value !== null && (value > 0 || !quantity.logarithmic);
+    const known = quantity.values.filter(onScale);
+    quantity.digits = quantity.logarithmic ? 3 : 5;
+    quantity.coordinate = (value) => (quantity.logarithmic ? Math.log10(Math.max(value, quantity.low)) : value);
     quantity.low = known.reduce((a, b) => Math.min(a, b), Infinity);
     quantity.high = known.reduce((a, b) => Math.max(a, b), -Infinity);
     const largest = Math.max(Math.abs(quantity.low), Math.abs(quantity.high));
@@ -76,6 +82,11 @@ function findRanges(quantities) {
     // A share is shown on its whole range.
     if (quantity.key === RATIO) [quantity.low, quantity.high] = [0, 1];
   }
+}
+
+/** Whether a case is known to be laterally unstable. */
+function isUnstable(study, index) {
+  return study.quantities.find(({ key }) => key === UNSTABLE).values[index] === 1;
 }
 
 /** Label of an axis: quantity and unit. */
@@ -114,6 +125,7 @@ function createOverview(study, grid, open) {
   const kept = new Set(study.courses.map(([index]) => index));
   const quantities = study.quantities;
   const ratio = quantities.find(({ key }) => key === RATIO);
+  const unstable = new Set([...quantities[0].values.keys()].filter((index) => isUnstable(study, index)));
 
   const map = byId("map");
   const [canvas, drawing] = [map.querySelector("canvas"), map.querySelector("svg")];
@@ -174,14 +186,15 @@ function createOverview(study, grid, open) {
     const context = canvas.getContext("2d");
     const styles = getComputedStyle(document.documentElement);
     const [failed, failedInk] = ["--failed", "--failed-ink"].map((name) => styles.getPropertyValue(name));
-    const range = quantity.high - quantity.low;
+    const [low, high] = [quantity.low, quantity.high].map(quantity.coordinate);
+    const share = (value) => (high > low ? (quantity.coordinate(value) - low) / (high - low) : 0.5);
     // Edges on whole pixels, so that no seam shows.
     const x = Array.from({ length: columns + 1 }, (_, i) => Math.round(left(i) * density));
     const y = Array.from({ length: rows + 1 }, (_, j) => Math.round(top(j - 1) * density));
     for (let j = 0; j < rows; j++) {
       for (let i = 0; i < columns; i++) {
         const value = quantity.values[at(i, j)];
-        context.fillStyle = value === null ? failed : color(range > 0 ? (value - quantity.low) / range : 0.5);
+        context.fillStyle = value === null ? failed : color(share(value));
         context.fillRect(x[i], y[j + 1], x[i + 1] - x[i], y[j] - y[j + 1]);
         if (value === null && cellWidth() > 8 && cellHeight() > 8) {
           context.strokeStyle = failedInk;
@@ -198,8 +211,15 @@ function createOverview(study, grid, open) {
     }
   }
 
-  /** Lines on which the contact time ratio is one half, between the middles of the cells. */
-  function separatingLine() {
+  /** The line on the map: between stable and unstable in the map of the amplification, else at the tier. */
+  function separation() {
+    return quantity.key === AMPLIFICATION
+      ? { of: quantity, level: study.unstable_above, text: `${study.unstable_above}, laterally unstable above` }
+      : { of: ratio, level: 0.5, text: "ε_tc = ½, between striking and sweeping" };
+  }
+
+  /** Lines on which a quantity has a level, between the middles of the cells. */
+  function separatingLine({ of, level }) {
     const middle = (i, j) => [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
     let path = "";
     for (let j = 0; j + 1 < rows; j++) {
@@ -211,8 +231,8 @@ function createOverview(study, grid, open) {
           [i, j + 1],
         ];
         const above = corners
-          .map(([a, b]) => ratio.values[at(a, b)])
-          .map((value) => (value === null ? NaN : value - 0.5));
+          .map(([a, b]) => of.values[at(a, b)])
+          .map((value) => (value === null ? NaN : of.coordinate(value) - of.coordinate(level)));
         if (above.some(Number.isNaN)) continue;
         const crossings = corners.flatMap((corner, k) => {
           const [here, next] = [above[k], above[(k + 1) % 4]];
@@ -262,12 +282,22 @@ function createOverview(study, grid, open) {
     );
   }
 
+  /** The ends of the vertical axis of the curve, as coordinates: zero is one of them, or they are powers of ten. */
+  function curveRange() {
+    const { low, high, logarithmic, coordinate } = quantity;
+    if (!logarithmic) return [Math.min(0, low), Math.max(0, high)];
+    // Without a value above zero there is no range.
+    if (!(high > 0)) return [0, 1];
+    const first = Math.floor(coordinate(low));
+    return [first, Math.max(Math.ceil(coordinate(high)), first + 1)];
+  }
+
   /** Where a value of the only axis and one of the quantity lie in the curve; failed cases lie on the axis. */
   function curvePoint(i) {
     const [first, last] = [Math.min(...across.values), Math.max(...across.values)];
-    const [low, high] = [Math.min(0, quantity.low), Math.max(0, quantity.high)];
+    const [low, high] = curveRange();
     const value = quantity.values[at(i, 0)];
-    const rise = value === null || high === low ? 0 : (value - low) / (high - low);
+    const rise = value === null || high === low ? 0 : Math.max((quantity.coordinate(value) - low) / (high - low), 0);
     const pad = 12;
     return [
       layout.left + pad + ((across.values[i] - first) / (last - first)) * (layout.inner - 2 * pad),
@@ -277,12 +307,15 @@ function createOverview(study, grid, open) {
 
   function drawCurve() {
     const bottom = layout.top + layout.height;
-    const [low, high] = [Math.min(0, quantity.low), Math.max(0, quantity.high)].map((v) => v * quantity.scale.factor);
-    for (const value of high > low ? ticks(low, high, 5) : [0]) {
+    const { factor } = quantity.scale;
+    const [low, high] = curveRange().map((end) => (quantity.logarithmic ? end : end * factor));
+    const decades = () => ticks(low, high, Math.min(high - low, 6)).filter(Number.isInteger);
+    const marks = quantity.logarithmic ? decades() : ticks(low, high, 5);
+    for (const value of high > low ? marks : [0]) {
       const y = bottom - (high > low ? ((value - low) / (high - low)) * (layout.height - 12) : 0);
       drawing.append(
         svgElement("line", { class: "axis", x1: layout.left, x2: layout.left + layout.inner, y1: y, y2: y }),
-        svgText({ x: layout.left - 7, y: y + 4, "text-anchor": "end" }, number(value, 4)),
+        svgText({ x: layout.left - 7, y: y + 4, "text-anchor": "end" }, number(quantity.logarithmic ? 10 ** value : value, 4)),
       );
     }
     const values = across.values.map((value) => value * across.scale.factor);
@@ -318,7 +351,9 @@ function createOverview(study, grid, open) {
     if (upward) {
       drawCells();
       drawMapAxes();
-      const path = separatingLine();
+      drawUnstable();
+      const line = separation();
+      const path = separatingLine(line);
       if (path) {
         drawing.append(
           svgElement("path", { class: "contour-case", d: path }),
@@ -327,10 +362,10 @@ function createOverview(study, grid, open) {
       }
       drawDots();
       drawOpened();
-      drawMarks(path !== "");
+      drawMarks(path === "" ? null : line.text);
     } else {
       drawCurve();
-      drawMarks(false);
+      drawMarks(null);
     }
     point();
   }
@@ -341,6 +376,19 @@ function createOverview(study, grid, open) {
     const open = grid.places(opened);
     if (at(open[acrossAt], open[upwardAt]) !== opened) return;
     for (const style of ["opened-case", "opened"]) drawing.append(frame(style, open[acrossAt], open[upwardAt]));
+  }
+
+  /** A corner on each laterally unstable case, if cells are large enough. */
+  function drawUnstable() {
+    const size = Math.min(8, cellWidth() / 2, cellHeight() / 2);
+    if (size < 3) return;
+    let path = "";
+    for (let j = 0; j < rows; j++) {
+      for (let i = 0; i < columns; i++) {
+        if (unstable.has(at(i, j))) path += `M${(left(i + 1) - size).toFixed(1)} ${top(j).toFixed(1)}h${size}v${size}z`;
+      }
+    }
+    if (path) drawing.append(svgElement("path", { class: "unstable", d: path }));
   }
 
   /** A dot on each case with a course, unless all have one. */
@@ -363,7 +411,7 @@ function createOverview(study, grid, open) {
   }
 
   function drawTitle() {
-    const { name, symbol: mark, scale, meaning, low, high } = quantity;
+    const { name, symbol: mark, scale, meaning, low, high, digits } = quantity;
     const unit = scale.unit ? ` in ${scale.unit}` : "";
     byId("map-title").replaceChildren(
       name[0].toUpperCase() + name.slice(1),
@@ -372,19 +420,22 @@ function createOverview(study, grid, open) {
     );
     byId("map-note").replaceChildren(...rich(meaning));
     byId("legend").hidden = !upward;
-    const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, 4) : "–");
+    const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, Math.min(digits, 4)) : "–");
     byId("legend-low").textContent = text(low);
     byId("legend-high").textContent = high > low ? text(high) : "";
     byId("bar").style.background = `linear-gradient(to right, ${VIRIDIS})`;
   }
 
   /** Explains the marks other than colours. */
-  function drawMarks(hasLine) {
+  function drawMarks(lineText) {
     const key = (...content) => svgElement("svg", { viewBox: "0 0 26 12", "aria-hidden": "true" }, ...content);
     const line = (style) => svgElement("line", { class: style, x1: 1, x2: 25, y1: 6, y2: 6 });
     const items = [];
-    if (hasLine)
-      items.push([key(line("contour-case"), line("contour")), rich("ε_tc = ½, between striking and sweeping")]);
+    if (lineText !== null) items.push([key(line("contour-case"), line("contour")), rich(lineText)]);
+    if (upward && unstable.size > 0) {
+      const square = svgElement("rect", { class: "failed-cell", x: 7, width: 12, height: 12 });
+      items.push([key(square, svgElement("path", { class: "unstable", d: "M11 0h8v8z" })), ["laterally unstable"]]);
+    }
     if (upward && isSelection())
       items.push([key(svgElement("circle", { class: "kept", cx: 13, cy: 6, r: 3 })), ["with its course over time"]]);
     if (errors.size > 0) {
@@ -405,8 +456,8 @@ function createOverview(study, grid, open) {
     const failed = errors.has(index);
     const value = failed
       ? "failed"
-      : `${quantity.symbol || quantity.name} = ${withUnit(quantity.values[index], quantity.scale)}`;
-    const text = `${grid.name(index)}: ${value}`;
+      : `${quantity.symbol || quantity.name} = ${withUnit(quantity.values[index], quantity.scale, quantity.digits)}`;
+    const text = `${grid.name(index)}: ${value}${unstable.has(index) ? ", laterally unstable" : ""}`;
     byId("readout").replaceChildren(...rich(text));
     byId("map-row").setAttribute("aria-rowindex", rows - j);
     byId("map-cell").setAttribute("aria-colindex", i + 1);
@@ -492,7 +543,7 @@ function createOverview(study, grid, open) {
 /** A metric of a case with its unit, and with its uncertainty if known. */
 function valueText(study, quantity, index) {
   const value = quantity.values[index];
-  if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale);
+  if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale, quantity.digits);
   // Two digits of the uncertainty, and the value to the same decimal.
   const { factor, unit } = quantity.scale;
   const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));

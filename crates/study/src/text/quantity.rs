@@ -144,11 +144,11 @@ impl Readable {
         self.parts.len()
     }
 
-    /// The symbol, or else the name, its qualifier, and the unit if there is one.
+    /// The symbol, or else the last word of the name, its qualifier, and the unit if there is one.
     #[must_use]
     pub fn heading(&self, qualifier: &str) -> String {
         let Quantity { symbol, name, .. } = self.quantity;
-        let symbol = if symbol.is_empty() { name } else { symbol };
+        let symbol = if symbol.is_empty() { name.rsplit(' ').next().unwrap_or(name) } else { symbol };
         if self.unit.is_empty() {
             format!("{symbol}{qualifier}")
         } else {

@@ -1,0 +1,198 @@
+//! Lateral stability as users see it: warnings, marks and advice, and the numbers of docs/stability.md.
+
+use std::fs;
+use std::path::Path;
+
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
+use bristle_report::tables::study_tables;
+use bristle_study::document::Document;
+use bristle_study::study::{CaseResult, Study, run_study};
+use serde_json::Value;
+
+use crate::program::bristle;
+
+/// The paper's brush, in fewer segments: slow passes are unstable without friction.
+const HEAD: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 10
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[process]
+brushing_velocity_m_s = 2.5
+penetration_depth_m = 1.0e-3
+";
+
+fn write(directory: &Path, text: &str) {
+    fs::write(directory.join("case.toml"), text).expect("the file can be written");
+}
+
+/// What a command writes to stderr and to stdout.
+fn output(directory: &Path, arguments: &str) -> (String, String) {
+    let output = bristle(directory, arguments).assert().success().get_output().clone();
+    (String::from_utf8(output.stderr).expect("UTF-8"), String::from_utf8(output.stdout).expect("UTF-8"))
+}
+
+/// The warning in a text, which ends it.
+fn warning(text: &str) -> &str {
+    text.find("warning: ").map_or("", |start| &text[start..])
+}
+
+#[test]
+fn an_unstable_contact_has_a_warning_that_helps() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    write(directory.path(), HEAD);
+    let (text, _) = output(directory.path(), "simulate case.toml --out one");
+    let told = warning(&text);
+    insta::assert_snapshot!("warning_of_a_contact", told);
+    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+
+    // The help works: the line goes under [filament], and other tilts are then the question.
+    let line = told.lines().last().expect("a line").trim();
+    write(directory.path(), &HEAD.replace("[filament]\n", &format!("[filament]\n{line}\n")));
+    let (text, _) = output(directory.path(), "simulate case.toml --out one");
+    assert!(warning(&text).is_empty() || warning(&text).contains("how the tilt matters"), "{text}");
+    let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics.json");
+    let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
+    assert!(metrics["lateral_amplification"].as_f64().is_some_and(|value| value > 1.0), "{metrics}");
+
+    // A stable contact has none.
+    write(directory.path(), &HEAD.replace("2.5", "20.0"));
+    assert_eq!(warning(&output(directory.path(), "simulate case.toml --out one").0), "");
+}
+
+const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [2.5, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
+
+#[test]
+fn a_study_counts_its_unstable_cases_and_marks_them() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    write(directory.path(), &format!("{HEAD}{SWEEPS}"));
+    let (text, _) = output(directory.path(), "study case.toml --out results");
+    insta::assert_snapshot!("warning_of_a_study", warning(&text));
+    assert!(warning(&text).lines().all(|line| line.chars().count() <= 80), "{text}");
+    let (json, objects) = output(directory.path(), "study case.toml --out results --restart --json");
+    assert_eq!(warning(&json), warning(&text));
+    assert!(objects.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{objects}");
+
+    // The line of the help is one of [study]. A study that sweeps the tilt needs no help.
+    let line = warning(&text).lines().last().expect("a line").trim().to_owned();
+    write(directory.path(), &format!("{HEAD}{SWEEPS}{}\n", line));
+    let (text, _) = output(directory.path(), "study case.toml --out tilts");
+    assert!(warning(&text).starts_with("warning: ") && !text.contains("help"), "{text}");
+
+    // Friction makes all of them stable.
+    write(directory.path(), &format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.5]\n"));
+    let (text, _) = output(directory.path(), "study case.toml --out friction");
+    assert!(!text.contains("unstable"), "{text}");
+
+    let study = study(&format!("{HEAD}{SWEEPS}"));
+    let tables = study_tables(&study, &results(&study));
+    insta::assert_snapshot!("tables_with_marks", tables);
+    let list = format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.0, 0.5]\n");
+    let study = self::study(&list);
+    insta::assert_snapshot!("list_with_marks", study_tables(&study, &results(&study)));
+}
+
+#[test]
+fn advice_tells_of_unstable_cases_and_names_a_stable_one() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    write(directory.path(), &format!("{HEAD}{SWEEPS}"));
+    output(directory.path(), "study case.toml --out results");
+    let (_, text) = output(directory.path(), "advise results");
+    insta::assert_snapshot!("advice_on_unstable_cases", text);
+    let (_, json) = output(directory.path(), "advise results --max-velocity 3 --json");
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let advice = json["sections"][0]["advice"].as_array().expect("advice");
+    let within = advice.iter().find(|about| about["topic"] == "within_limits").expect("within the limits");
+    assert_eq!(within["laterally_unstable"], true);
+    assert!(within["lateral_amplification"].as_f64().is_some_and(|value| value > 100.0), "{within}");
+    assert!(within["sentence"].as_str().is_some_and(|text| text.contains("Laterally unstable: ")), "{within}");
+    assert!(json.to_string().contains("None of these cases is laterally stable."), "{json}");
+}
+
+fn study(text: &str) -> Study {
+    Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
+}
+
+fn results(study: &Study) -> Vec<CaseResult> {
+    run_study(study, None, || {}).expect("threads")
+}
+
+/// The results of a study in examples/ whose table is in the document.
+fn example(text: &str) -> (Study, Vec<CaseResult>) {
+    let study = study(text);
+    let results = results(&study);
+    (study, results)
+}
+
+/// The rows of the table below a heading of docs/stability.md, without those of its own heading: the cells as numbers.
+fn documented(heading: &str) -> Vec<Vec<f64>> {
+    let page = include_str!("../../../../docs/stability.md");
+    let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect("the section");
+    let section = section.split("\n## ").next().expect("its text");
+    let number = |cell: &str| cell.replace('−', "-").trim_end_matches('%').trim().parse::<f64>().ok();
+    let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| number(cell.trim())).collect();
+    section.lines().filter(|line| line.starts_with('|')).filter_map(cells).collect()
+}
+
+/// The metrics of a case of the study.
+fn metrics(study: &Study, results: &[CaseResult], wanted: [f64; 3]) -> Metrics {
+    let case = (0..study.case_count()).find(|&case| {
+        let Settings { process, filament, contact, .. } = study.settings(case);
+        let third = filament.lateral_tilt_rad + contact.friction_coefficient;
+        [process.brushing_velocity_m_s, process.penetration_depth_m, third] == wanted
+    });
+    results[case.expect("the study has the case")].as_ref().expect("the case is simulated").metrics.clone()
+}
+
+fn assert_near(found: f64, documented: f64, tolerance: f64, what: &str) {
+    assert!((found - documented).abs() <= tolerance, "{what}: {found}, but docs/stability.md has {documented}");
+}
+
+#[test]
+fn the_table_of_friction_is_that_of_the_example() {
+    let (study, results) = example(include_str!("../../../../examples/lateral_friction.toml"));
+    let rows = documented("What friction does");
+    assert_eq!(rows.len(), 9);
+    for row in rows {
+        let [velocity, depth_mm, ref amplifications @ ..] = row[..] else { panic!("a row has cells") };
+        for (friction, expected) in [0.0, 0.1, 0.2, 0.3, 0.5].into_iter().zip(amplifications) {
+            let found = metrics(&study, &results, [velocity, 1e-3 * depth_mm, friction]).lateral_amplification;
+            assert_near(found, *expected, 0.05 * expected, &format!("{velocity} m/s, {depth_mm} mm, µ = {friction}"));
+        }
+    }
+}
+
+#[test]
+fn the_table_of_tilts_is_that_of_the_example() {
+    let (study, results) = example(include_str!("../../../../examples/lateral_tilt.toml"));
+    let rows = documented("What an imperfect filament does");
+    assert_eq!(rows.len(), 9);
+    for row in rows {
+        let [velocity, depth_mm, amplification, impulse, ref changes @ ..] = row[..] else { panic!("a row has cells") };
+        let pass = |tilt| metrics(&study, &results, [velocity, 1e-3 * depth_mm, tilt]);
+        let planar = pass(0.0);
+        let case = format!("{velocity} m/s, {depth_mm} mm");
+        assert_near(planar.lateral_amplification, amplification, 0.05 * amplification, &case);
+        assert_near(1e3 * planar.contact_normal_impulse_n_s, impulse, 0.01, &case);
+        for (tilt, change) in [1e-4, 1e-3, 1e-2].into_iter().zip(changes) {
+            let found = 100.0 * (pass(tilt).contact_normal_impulse_n_s / planar.contact_normal_impulse_n_s - 1.0);
+            assert_near(found, *change, 0.3, &format!("{case}, tilt {tilt}"));
+        }
+    }
+}
+
+#[test]
+fn the_readme_counts_the_unstable_cases() {
+    let study = study(include_str!("../../../../examples/zirconia.toml"));
+    let results = results(&study);
+    let unstable = results.iter().flatten().filter(|summary| summary.metrics.laterally_unstable).count();
+    for page in [include_str!("../../../../README.md"), include_str!("../../../../docs/stability.md")] {
+        assert!(page.contains(&format!("{unstable} of the 120 cases")), "{unstable}");
+    }
+}

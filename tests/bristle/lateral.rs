@@ -1,0 +1,107 @@
+//! The lateral amplification of planar passes, held against spatial passes of slightly tilted clamps.
+
+use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
+use bristle::model::record::Record;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Sampling, Simulation, simulate_with};
+
+use crate::common::case;
+
+/// Tolerance of the comparisons with exact derivatives: its error is far below the limits below.
+const TIGHT: f64 = 1e-9;
+/// Largest `|z_tip|/l_f` of the tilted passes. The motion is odd in the tilt, so that the ratio deviates by its square.
+const EXCURSION: f64 = 1e-3;
+
+/// Cases of the paper's brush, and what is changed in each.
+fn cases() -> [(&'static str, Settings); 13] {
+    let plain = |velocity, depth| case(25, velocity, depth);
+    let with = |velocity, depth, change: fn(&mut Settings)| {
+        let mut settings = plain(velocity, depth);
+        change(&mut settings);
+        settings
+    };
+    [
+        ("sweeping", plain(10.0, 1e-3)),
+        ("striking", case(10, 25.0, 2e-3)),
+        ("slow", plain(5.0, 5e-3)),
+        ("slower", plain(2.5, 1.5e-3)),
+        ("slower and deeper", plain(2.5, 2.5e-3)),
+        ("friction", with(2.5, 5e-3, |settings| settings.contact.friction_coefficient = 0.1)),
+        ("slight friction", with(5.0, 4e-3, |settings| settings.contact.friction_coefficient = 0.02)),
+        ("damping", with(5.0, 3e-3, |settings| settings.filament.damping_ratio = 0.4)),
+        ("gravity", with(5.0, 3e-3, |settings| settings.process.gravity_m_s2 = [30.0, -98.1, 0.0])),
+        ("contact radius", with(5.0, 3e-3, |settings| settings.contact.radius_m = 0.5e-3)),
+        ("feed", with(5.0, 3e-3, |settings| settings.workpiece.feed_velocity_m_s = 2.0)),
+        (
+            "exponent",
+            with(5.0, 3e-3, |settings| (settings.contact.exponent, settings.contact.stiffness_n_m) = (1.5, 1e7)),
+        ),
+        (
+            "another normal and contact damping",
+            with(4.0, 2e-3, |settings| {
+                settings.workpiece.normal = [1.0, 2.0, 0.0];
+                settings.contact.damping_s_m = 0.5;
+            }),
+        ),
+    ]
+}
+
+/// A pass with a tilt of the clamp in rad, at a tolerance.
+fn pass(settings: &Settings, tilt: f64, tolerance: f64, samples: usize) -> Simulation {
+    let mut settings = settings.clone();
+    settings.filament.lateral_tilt_rad = tilt;
+    settings.solver.relative_tolerance = tolerance;
+    let sampling = Sampling { samples, shapes: 0, loads: false, alongside: false };
+    simulate_with(&settings, sampling).expect("the pass is simulated")
+}
+
+fn amplification(settings: &Settings, tilt: f64, tolerance: f64) -> f64 {
+    pass(settings, tilt, tolerance, 2).metrics.lateral_amplification
+}
+
+#[test]
+fn the_amplification_is_that_of_a_small_tilt() {
+    let mut unstable = 0;
+    for (name, settings) in cases() {
+        let expected = amplification(&settings, 0.0, TIGHT);
+        let measured = amplification(&settings, EXCURSION / expected, TIGHT);
+        assert!((measured / expected - 1.0).abs() < 0.01, "{name}: {measured} for {expected}");
+        unstable += usize::from(expected > UNSTABLE_AMPLIFICATION);
+    }
+    assert!((4..=9).contains(&unstable), "{unstable} are unstable");
+}
+
+#[test]
+fn at_the_default_tolerance_the_amplification_is_accurate() {
+    for (name, settings) in cases() {
+        let [default, exact] = [1e-6, TIGHT].map(|tolerance| amplification(&settings, 0.0, tolerance));
+        assert!((default / exact - 1.0).abs() < 0.005, "{name}: {default} instead of {exact}");
+    }
+}
+
+#[test]
+fn the_opposite_tilt_mirrors_the_motion() {
+    // Large enough for the motion to be far from planar, in stable cases and in an unstable one.
+    for (name, settings) in cases().into_iter().filter(|(name, _)| ["sweeping", "slow", "friction"].contains(name)) {
+        let [one, other] = [1e-2, -1e-2].map(|tilt| pass(&settings, tilt, 1e-6, 200));
+        for column in Metrics::COLUMNS {
+            let [a, b] = [&one, &other].map(|pass| column.get(&pass.metrics));
+            assert!((a - b).abs() <= 1e-8 * a.abs(), "{name}: {} is {a} and {b}", column.key);
+        }
+        let largest = one.history.iter().map(|sample| sample.tip_z_m.abs()).fold(0.0, f64::max);
+        assert!(largest > 1e-4, "{name}: {largest}");
+        for (a, b) in one.history.iter().zip(&other.history) {
+            let in_plane = [a.tip_x_m - b.tip_x_m, a.tip_y_m - b.tip_y_m];
+            let across = a.tip_z_m + b.tip_z_m;
+            assert!(in_plane.iter().chain([&across]).all(|d| d.abs() < 1e-8 * largest), "{name} at {} s", a.time_s);
+        }
+    }
+}
+
+#[test]
+fn a_spatial_pass_without_a_tilt_has_no_amplification() {
+    let mut settings = case(10, 20.0, 1e-3);
+    settings.process.gravity_m_s2 = [0.0, 0.0, 9.81];
+    let metrics = pass(&settings, 0.0, 1e-6, 2).metrics;
+    assert_eq!((metrics.lateral_amplification, metrics.laterally_unstable), (0.0, false));
+}
