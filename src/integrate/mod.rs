@@ -28,7 +28,7 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
 /// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
-pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e12;
+pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e30;
 
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.

@@ -36,9 +36,9 @@ use integral::COUNT;
 
 /// Where the lateral variation of a planar state leaves this range, it is divided by [`VARIATION_FACTOR`], or multiplied again.
 /// Divided, it stays above [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
-const VARIATION_RANGE: std::ops::Range<f64> = 1e15..1e60;
+const VARIATION_RANGE: std::ops::Range<f64> = 1e32..1e90;
 /// See [`VARIATION_RANGE`].
-const VARIATION_FACTOR: f64 = 1e40;
+const VARIATION_FACTOR: f64 = 1e50;
 
 /// Entries of a segment's block of coordinates, as its [`Form`] defines them.
 pub const COORDINATES: usize = 2;
