@@ -175,7 +175,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         match run.trajectory.next_step(&self.system) {
             Ok(Some(step)) => {
                 self.steps.set_lane(lane, step);
-                self.stepper.set_start(lane, run.trajectory.start());
+                run.trajectory.prepare(lane, &mut self.stepper);
                 self.runs[lane] = Some(run);
                 true
             }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle::simulation::{Sampling, simulate_with};
+use bristle::simulation::{Pass, Sampling};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
@@ -16,6 +16,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
 use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
+use crate::progress::PassProgress;
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
 use crate::terminal::say_written;
 use crate::values::parse_count;
@@ -26,7 +27,7 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
-/// time. [study] is ignored.
+/// time. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal.
 ///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
@@ -71,7 +72,11 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true, alongside: false })?;
+    let mut progress = PassProgress::begin();
+    let sampling = Sampling { samples, shapes, loads: true, alongside: false };
+    let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
+    progress.end();
+    let simulation = simulation?;
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut content = Vec::new();

@@ -57,6 +57,7 @@ const RESULTS: [&str; 18] = [
     "max_tip_deflection_m",
     "tool_contact_normal_force_n",
     "steps",
+    "unresolved_steps",
     "rejected_steps",
     "newton_iterations",
     "newton_failures",
