@@ -104,7 +104,7 @@ fn extreme(random: &mut Rng) -> Settings {
             gravity_m_s2: [0.0, -spread(random, 1e-3, 1e3), 0.0],
             lead_angle_rad: random.f64(),
             tail_angle_rad: random.f64(),
-            ..ProcessSettings::new(spread(random, 1e-4, 1e4), length_m * spread(random, 1e-4, 0.9))
+            ..ProcessSettings::new(spread(random, 1e-3, 1e4), length_m * spread(random, 1e-4, 0.9))
         },
         solver: SolverSettings { relative_tolerance: spread(random, 1e-10, 1e-2), ..SolverSettings::default() },
         uncertainty: UncertaintySettings::default(),

@@ -74,7 +74,7 @@ impl Step<'_> {
 
 /// The work that a pass may spend, in Newton iterations of one segment: some ten seconds of one core. Nearly all passes end with
 /// a hundredth of it (docs/integrators.md).
-const EFFORT: f64 = 5e7;
+const EFFORT: f64 = 4e7;
 /// The overhead of an iteration, expressed in segments.
 const SEGMENTS_OF_OVERHEAD: usize = 2;
 /// Newton iterations of a pass with few segments: the work around them matters too.

@@ -10,4 +10,5 @@ mod open_core;
 mod physics;
 mod poles;
 mod reference;
+mod slow;
 mod work;

@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle::simulation::{Pass, Sampling};
+use bristle::simulation::{Pass, Sampling, Statistics};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
@@ -18,7 +18,7 @@ use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
 use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
-use crate::terminal::say_written;
+use crate::terminal::{say, say_written};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -77,6 +77,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let simulation = simulation?;
+    warn_of_limited_work(&simulation.statistics);
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut content = Vec::new();
@@ -103,4 +104,15 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     Ok(ExitCode::SUCCESS)
+}
+
+/// Warns if the pass had to miss its tolerance.
+fn warn_of_limited_work(statistics: &Statistics) {
+    let Statistics { steps, unresolved_steps, .. } = statistics;
+    if *unresolved_steps > 0 {
+        say(format_args!(
+            "warning: {unresolved_steps} of {steps} steps miss the relative tolerance, as the work\n         of a pass is \
+             limited; some damping (`filament.damping_ratio`) avoids this"
+        ));
+    }
 }
