@@ -17,7 +17,7 @@ mod single;
 mod stepper;
 pub mod tableau;
 
-pub use control::{Proposal, StepControl};
+pub use control::{Effort, Proposal, StepControl};
 pub use single::Integrator;
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
@@ -206,6 +206,8 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
 pub struct Work {
     /// Accepted steps.
     pub steps: usize,
+    /// Accepted steps whose error is above the tolerance, because the integration had spent its [`Effort`].
+    pub unresolved_steps: usize,
     /// Steps repeated because the error estimate was too large, or the system refused their final state.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.
