@@ -25,7 +25,7 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 
 /// The relative tolerance of a linear variation, unless that of the motion is looser
 /// ([`SecondOrderSystem::carries_variation`]).
-pub const VARIATION_TOLERANCE: f64 = 1e-4;
+pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
 /// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
 pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e12;
