@@ -26,6 +26,10 @@ validate *arguments='--full --out docs':
 figure:
     cargo run --release -p bristle-report --example figure
 
+# Attack everything that Bristle reads with damaged files, so many times as long as the tests do
+attack times='100' seed='1':
+    cargo test --release -p bristle-cli --test attack -- --times {{times}} --seed {{seed}}
+
 # Run benchmarks; `just bench contact` runs one group
 bench filter='':
     cargo bench --bench speed -- {{filter}}

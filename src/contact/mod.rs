@@ -73,6 +73,7 @@ impl From<&ContactSettings> for ContactLaw {
 
 impl ContactLaw {
     /// The node at `position` with `velocity`, relative to `workpiece` at `time`.
+    #[inline]
     pub fn approach(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
         let surface = workpiece.surface(position, time);
         let relative = sub(velocity, surface.velocity);
@@ -86,6 +87,7 @@ impl ContactLaw {
     }
 
     /// `k_c |δ|^p sign δ`
+    #[inline]
     fn elastic(&self, penetration: f64) -> f64 {
         if self.exponent == 1.0 {
             return self.stiffness * penetration;
@@ -94,6 +96,7 @@ impl ContactLaw {
     }
 
     /// `1 + χ δ̇`
+    #[inline]
     fn rate_factor(&self, penetration_rate: f64) -> f64 {
         1.0 + self.damping * penetration_rate
     }
@@ -101,6 +104,7 @@ impl ContactLaw {
     /// Positive where the law presses (`δ > 0` and `1 + χ δ̇ > 0`), negative elsewhere, continuous; in m.
     ///
     /// A node closes where this rises through zero and opens where it falls.
+    #[inline]
     pub fn pressing(&self, approach: &Approach) -> f64 {
         if self.damping == 0.0 {
             return approach.penetration;
@@ -111,6 +115,7 @@ impl ContactLaw {
     }
 
     /// [`ContactLaw::pressing`] of a node, computing no more of its approach than that needs.
+    #[inline]
     pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
         if self.damping == 0.0 {
             return self.radius - workpiece.surface(position, time).gap;
@@ -119,6 +124,7 @@ impl ContactLaw {
     }
 
     /// The normal force of a closed node in N.
+    #[inline]
     pub fn normal_force(&self, approach: &Approach) -> f64 {
         self.elastic(approach.penetration) * self.rate_factor(approach.penetration_rate)
     }
@@ -126,8 +132,12 @@ impl ContactLaw {
     /// Normal force and friction of a closed node.
     ///
     /// Friction is `−µ F_n v_t/√(|v_t|² + v_reg²)`: Coulomb's law for `|v_t| ≫ v_reg`, viscous below.
+    #[inline]
     pub fn force(&self, approach: &Approach) -> ContactForce {
         let normal = self.normal_force(approach);
+        if self.friction == 0.0 {
+            return ContactForce { normal, tangential: [0.0; 3] };
+        }
         let speed = self.regularised_speed(approach);
         ContactForce { normal, tangential: scale(-self.friction * normal / speed, approach.sliding) }
     }

@@ -3,7 +3,7 @@
 use super::chart::{JointConstants, PolarAxis};
 use super::linear::{sub, zero};
 use super::recursion::Root;
-use super::{Lanewise, Real};
+use super::{LaneSet, Lanewise, Real};
 
 /// The constants of a chain (MODEL's symbols in the descriptions).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +124,16 @@ pub trait NodeLoads<T> {
     /// True if no node carries a load.
     fn is_empty(&self) -> bool {
         false
+    }
+
+    /// The lanes in which each node carries a load, if that is known: the other nodes are then not asked for their loads.
+    fn lanes(&self) -> Option<&[LaneSet]> {
+        None
+    }
+
+    /// Where the motion is planar: false if no load resists a motion out of the plane.
+    fn resists_lateral_motion(&self) -> bool {
+        true
     }
 
     /// The force on a node in N; `None` if there is none.

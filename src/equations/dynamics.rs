@@ -343,6 +343,23 @@ impl<T: Compiled> Dynamics<T> {
         T::run(self, Task::Residual { clamp, q, v, accelerations, loads, result: residual });
     }
 
+    /// [`Dynamics::residual`] and [`Dynamics::solve`] in one: into `correction` the change of `q̈` (rad/s²) that Newton's method
+    /// subtracts, with the matrix of the last [`Dynamics::factorise`].
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn correction(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        T::run(self, Task::Correction { clamp, q, v, accelerations, loads, result: correction });
+    }
+
     /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
     ///
     /// # Panics
@@ -375,7 +392,14 @@ impl<T: Compiled> Dynamics<T> {
 }
 
 impl<T: Lanewise> Dynamics<T> {
+    /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
+    #[inline]
+    pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
+        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
+    }
+
     /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
+    #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&self.chain.gravity, lane));
@@ -456,6 +480,14 @@ pub enum Task<'a, T> {
         loads: &'a dyn NodeLoads<T>,
         result: &'a mut [[T; 2]],
     },
+    Correction {
+        clamp: &'a Clamp<T>,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+        accelerations: &'a [[T; 2]],
+        loads: &'a dyn NodeLoads<T>,
+        result: &'a mut [[T; 2]],
+    },
     Factorise {
         clamp: &'a Clamp<T>,
         /// Only for a planar chain. In space the sines and cosines of the last residual suffice.
@@ -522,6 +554,11 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
                 T::sines_and_cosines(&q[..n], &mut angles[..n]);
                 let posture = Spatial::new(chain, charts, angles, v, clamp);
                 recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
+            }
+            Task::Correction { clamp, q, v, accelerations, loads, result } => {
+                T::sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Spatial::new(chain, charts, angles, v, clamp);
+                recursion::correction(memory, &posture, posture.root(), accelerations, loads, result);
             }
             Task::Factorise { clamp, v, accelerations, loads, weights, lanes, .. } => {
                 let posture = Spatial::new(chain, charts, angles, v, clamp);

@@ -184,6 +184,23 @@ impl<T: Compiled> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Motion(task));
     }
 
+    /// [`PlanarDynamics::residual`] and [`PlanarDynamics::solve`] in one, with the result in `correction`.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    pub fn correction(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        let task = Task::Correction { clamp, q, v, accelerations, loads, result: correction };
+        T::run_planar(self, PlanarTask::Motion(task));
+    }
+
     /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
     ///
     /// The right side is the residual of the variation at the point of the last [`PlanarDynamics::residual`], but with the loads
@@ -237,8 +254,16 @@ impl<T: Compiled> PlanarDynamics<T> {
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
+    /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
+    #[inline]
+    pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
+        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
+            .map(|[x, y]| [x, y, 0.0])
+    }
+
     /// Position, velocity and acceleration of a node in one lane, after [`PlanarDynamics::track`] or
     /// [`PlanarDynamics::residual`].
+    #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&in_plane(self.chain.gravity), lane));
@@ -527,6 +552,11 @@ impl<T: Real> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
+    fn is_loaded(&self, loads: &dyn NodeLoads<T>) -> bool {
+        !loads.is_empty() && loads.resists_lateral_motion()
+    }
+
+    #[inline(always)]
     fn load(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], [velocity]: [T; 1]) -> Option<[T; 1]> {
         self.damping(loads, k).map(|damping| [damping * velocity])
     }
@@ -647,8 +677,7 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                     recursion::load(memory, &posture, loads);
                 }
                 let posture = Lateral { planar: posture, motion: memory };
-                recursion::residual(lateral, &posture, Lateral::root(), accelerations, loads, correction);
-                recursion::solve::<T, Lateral<'_, T>, 1, 1>(lateral, n, correction);
+                recursion::correction(lateral, &posture, Lateral::root(), accelerations, loads, correction);
                 return;
             }
         };
@@ -675,6 +704,11 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
                 let posture = Planar::new(chain, angles, q, v, clamp);
                 recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
+            }
+            Task::Correction { clamp, q, v, accelerations, loads, result } => {
+                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
+                let posture = Planar::new(chain, angles, q, v, clamp);
+                recursion::correction(memory, &posture, posture.root(), accelerations, loads, result);
             }
             Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } => {
                 let posture = Planar::new(chain, angles, q, v, clamp);

@@ -98,6 +98,11 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Torques of the spring and the damper at the inner end of segment `k`.
     fn inner_joint(&self, k: usize) -> Joint<T, D>;
 
+    /// False if no node carries a load.
+    fn is_loaded(&self, loads: &dyn NodeLoads<T>) -> bool {
+        !loads.is_empty()
+    }
+
     /// The load on node `k`.
     fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; S], velocity: [T; S]) -> Option<[T; S]>;
 
@@ -267,7 +272,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
 ) {
     let n = posture.segments();
     let accelerations = &mut accelerations[..n];
-    let loaded = !loads.is_empty();
+    let loaded = Loaded::new(posture, loads);
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
     let responses = &mut memory.responses[..n];
     let mass = posture.mass();
@@ -275,7 +280,9 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
-        if loaded && let Some(force) = posture.load(loads, k, positions[k], velocities[k]) {
+        if loaded.at(k)
+            && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
+        {
             b = sub(b, force);
         }
         let segment = posture.segment(k);
@@ -329,11 +336,53 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     loads: &dyn NodeLoads<T>,
     residual: &mut [[T; 2]],
 ) {
+    sum_outwards(memory, posture, root, accelerations, residual);
+    let (mut forces, ..) = Forces::new(memory, posture, loads);
+    for k in (0..posture.segments()).rev() {
+        let own = forces.residual(k, P::take(residual[k]));
+        P::put(&mut residual[k], own);
+    }
+    memory.root_force = forces.force;
+}
+
+/// [`residual`] and [`solve`] in one: into `correction` the `δq̈` that Newton's method subtracts from `q̈`. The elimination
+/// runs inwards beside the forces, so that neither waits for the other.
+#[inline(always)]
+pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    correction: &mut [[T; 2]],
+) {
+    let n = posture.segments();
+    sum_outwards(memory, posture, root, accelerations, correction);
+    let mut reduction = Reduction::new();
+    let (mut forces, eliminations, partial) = Forces::new(memory, posture, loads);
+    for k in (0..n).rev() {
+        let own = forces.residual(k, P::take(correction[k]));
+        partial[k] = reduction.reduce(&eliminations[k], &forces.jacobians[k], own);
+    }
+    memory.root_force = forces.force;
+    substitute::<T, P, D, S>(memory, n, correction);
+}
+
+/// Sums positions, velocities and accelerations from the root to the tip. Into `residual` goes what needs no force at the outer
+/// node.
+#[inline(always)]
+fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    root: Root<T, S>,
+    accelerations: &[[T; 2]],
+    residual: &mut [[T; 2]],
+) {
     let n = posture.segments();
     let (accelerations, residual) = (&accelerations[..n], &mut residual[..n]);
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let (jacobians, base_accelerations) = (&mut memory.jacobians[..n], &mut memory.base_accelerations[..n + 1]);
-    let (base_forces, outer_forces) = (&mut memory.base_forces[..n], &mut memory.outer_forces[..n]);
+    let base_forces = &mut memory.base_forces[..n];
     let mass = posture.mass();
 
     let Root { mut position, mut velocity, acceleration: mut base } = root;
@@ -359,19 +408,87 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     }
     P::put(&mut residual[n - 1], pending);
     base_accelerations[n] = base;
+}
 
-    let loaded = !loads.is_empty();
-    let mut force = zero();
-    for k in (0..n).rev() {
-        if loaded && let Some(load) = posture.load(loads, k, positions[k], velocities[k]) {
+/// The nodes to ask for their loads.
+#[derive(Clone, Copy)]
+struct Loaded<'a> {
+    any: bool,
+    lanes: Option<&'a [LaneSet]>,
+}
+
+impl<'a> Loaded<'a> {
+    #[inline(always)]
+    fn new<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+        posture: &P,
+        loads: &'a dyn NodeLoads<T>,
+    ) -> Self {
+        Self { any: posture.is_loaded(loads), lanes: loads.lanes() }
+    }
+
+    #[inline(always)]
+    fn at(self, node: usize) -> bool {
+        self.any && self.lanes.is_none_or(|lanes| !lanes[node].is_empty())
+    }
+}
+
+/// The forces inside a chain, summed inwards from the tip.
+struct Forces<'a, T, P, const D: usize, const S: usize> {
+    posture: &'a P,
+    loads: &'a dyn NodeLoads<T>,
+    loaded: Loaded<'a>,
+    jacobians: &'a [[[T; D]; S]],
+    positions: &'a [[T; S]],
+    velocities: &'a [[T; S]],
+    base_forces: &'a [[T; S]],
+    outer_forces: &'a mut [[T; S]],
+    /// On the inner node of the segment that was summed last.
+    force: [T; S],
+}
+
+impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a, T, P, D, S> {
+    /// Those before the first sum; with the factorised matrix and the scratch of its solution.
+    #[inline(always)]
+    fn new(
+        memory: &'a mut Memory<T, D, S>,
+        posture: &'a P,
+        loads: &'a dyn NodeLoads<T>,
+    ) -> (Self, &'a [Elimination<T, D, S>], &'a mut [[T; D]]) {
+        let n = posture.segments();
+        let forces = Self {
+            posture,
+            loads,
+            loaded: Loaded::new(posture, loads),
+            jacobians: &memory.jacobians[..n],
+            positions: &memory.positions[..n],
+            velocities: &memory.velocities[..n],
+            base_forces: &memory.base_forces[..n],
+            outer_forces: &mut memory.outer_forces[..n],
+            force: zero(),
+        };
+        (forces, &memory.eliminations[..n], &mut memory.partial[..n])
+    }
+
+    /// Adds the forces on segment `k`, the next one inwards. Returns the force at its outer node.
+    #[inline(always)]
+    fn add(&mut self, k: usize) -> [T; S] {
+        let mut force = self.force;
+        if self.loaded.at(k)
+            && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
+        {
             force = sub(force, load);
         }
-        outer_forces[k] = force;
-        let own = add(P::take(residual[k]), mul_transposed(&jacobians[k], force));
-        P::put(&mut residual[k], own);
-        force = add(force, base_forces[k]);
+        self.outer_forces[k] = force;
+        self.force = add(force, self.base_forces[k]);
+        force
     }
-    memory.root_force = force;
+
+    /// [`Forces::add`]. Returns the residual of segment `k`, of which `inertial` needs no force at the outer node.
+    #[inline(always)]
+    fn residual(&mut self, k: usize, inertial: [T; D]) -> [T; D] {
+        let force = self.add(k);
+        add(inertial, mul_transposed(&self.jacobians[k], force))
+    }
 }
 
 /// The forces inside the chain at the point of the last [`residual`], but with the loads that the nodes carry where they are now.
@@ -381,14 +498,9 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
     posture: &P,
     loads: &dyn NodeLoads<T>,
 ) {
-    let n = posture.segments();
-    let mut force = zero();
-    for k in (0..n).rev() {
-        if let Some(load) = posture.load(loads, k, memory.positions[k], memory.velocities[k]) {
-            force = sub(force, load);
-        }
-        memory.outer_forces[k] = force;
-        force = add(force, memory.base_forces[k]);
+    let (mut forces, ..) = Forces::new(memory, posture, loads);
+    for k in (0..posture.segments()).rev() {
+        forces.add(k);
     }
 }
 
@@ -408,14 +520,16 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
     let mass = posture.mass();
-    let (loaded, whole) = (!loads.is_empty(), lanes == LaneSet::first(T::LANES));
+    let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
 
     // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero_matrix::<T, S, D>());
     let (mut c, mut d) = (zero_matrix::<T, D, S>(), zero_matrix::<T, D, D>());
     for k in (0..n).rev() {
-        if loaded && let Some(tangent) = posture.load_tangent(loads, k, positions[k], velocities[k]) {
+        if loaded.at(k)
+            && let Some(tangent) = posture.load_tangent(loads, k, positions[k], velocities[k])
+        {
             unrolled!(row < S, {
                 let elastic = scale(weights.coordinates, tangent.position[row]);
                 let viscous = scale(weights.rates, tangent.velocity[row]);
@@ -463,23 +577,52 @@ pub(super) fn solve<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     right_side: &mut [[T; 2]],
 ) {
     let (eliminations, jacobians) = (&memory.eliminations[..n], &memory.jacobians[..n]);
-    let (partial, right_side) = (&mut memory.partial[..n], &mut right_side[..n]);
-    let (mut force, mut torque) = (zero::<T, S>(), zero::<T, D>());
+    let partial = &mut memory.partial[..n];
+    let mut reduction = Reduction::new();
     for k in (0..n).rev() {
-        let elimination = &eliminations[k];
-        let own = sub(sub(P::take(right_side[k]), mul_transposed(&jacobians[k], force)), torque);
-        let own = mul(&elimination.pivot, own);
-        force = add(force, mul(&elimination.force, own));
-        torque = mul(&elimination.torque, own);
-        partial[k] = own;
+        partial[k] = reduction.reduce(&eliminations[k], &jacobians[k], P::take(right_side[k]));
     }
+    substitute::<T, P, D, S>(memory, n, right_side);
+}
+
+/// The inward half of a solution: what the segments outside the present one leave to those inside it.
+struct Reduction<T, const D: usize, const S: usize> {
+    force: [T; S],
+    torque: [T; D],
+}
+
+impl<T: Real, const D: usize, const S: usize> Reduction<T, D, S> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { force: zero(), torque: zero() }
+    }
+
+    /// `δq̈` of the next segment inwards for its `right_side`, with its inner node and its inner neighbour at rest.
+    #[inline(always)]
+    fn reduce(&mut self, elimination: &Elimination<T, D, S>, jacobian: &[[T; D]; S], right_side: [T; D]) -> [T; D] {
+        let own = sub(sub(right_side, mul_transposed(jacobian, self.force)), self.torque);
+        let own = mul(&elimination.pivot, own);
+        self.force = add(self.force, mul(&elimination.force, own));
+        self.torque = mul(&elimination.torque, own);
+        own
+    }
+}
+
+/// The outward half of a solution.
+#[inline(always)]
+fn substitute<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &Memory<T, D, S>,
+    n: usize,
+    solution: &mut [[T; 2]],
+) {
+    let (eliminations, partial, solution) = (&memory.eliminations[..n], &memory.partial[..n], &mut solution[..n]);
     let (mut base, mut neighbour) = (zero::<T, S>(), zero::<T, D>());
     for k in 0..n {
         let elimination = &eliminations[k];
         let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
         neighbour = sub(partial[k], inner);
         base = add(base, mul(&elimination.outer, neighbour));
-        P::put(&mut right_side[k], neighbour);
+        P::put(&mut solution[k], neighbour);
     }
 }
 

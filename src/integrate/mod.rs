@@ -25,7 +25,7 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 
 /// The relative tolerance of a linear variation, unless that of the motion is looser
 /// ([`SecondOrderSystem::carries_variation`]).
-pub const VARIATION_TOLERANCE: f64 = 1e-4;
+pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
 /// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
 pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e12;
@@ -62,6 +62,12 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
 
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
+
+    /// The correction of Newton's method at `(t, q, q̇, q̈)`: [`SecondOrderSystem::residual`], then [`SecondOrderSystem::solve`].
+    fn correction(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], correction: &mut [[T; D]]) {
+        self.residual(time, q, v, accelerations, correction);
+        self.solve(correction);
+    }
 
     /// Rates of the quantities that are integrated along the motion, at `(t, q, q̇, q̈)`. A step may start or end there:
     /// the caller may next ask the system about that point.

@@ -260,11 +260,13 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
         for iteration in 0..MAX_NEWTON_ITERATIONS {
             let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-            system.residual(time, &self.q, v, a, &mut self.correction);
-            if !matrix.is_empty() {
+            if matrix.is_empty() {
+                system.correction(time, &self.q, v, a, &mut self.correction);
+            } else {
+                system.residual(time, &self.q, v, a, &mut self.correction);
                 system.factorise(time, &self.q, v, a, weights, matrix);
+                system.solve(&mut self.correction);
             }
-            system.solve(&mut self.correction);
             if variation {
                 system.solve_variation(time, &self.q, v, a, weights, &mut self.correction);
             }

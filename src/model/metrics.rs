@@ -186,11 +186,14 @@ pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
 /// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, a straight line of length
 /// `length` from `root` along the unit vector `direction`.
 pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
-    let offset = sub(tip, root);
-    let along = dot(offset, direction).clamp(0.0, length);
-    let nearest = add(root, scale(along, direction));
+    let nearest = add(root, scale(nearest_on_filament(tip, root, direction, length), direction));
     let distance = sub(tip, nearest);
     dot(distance, distance).sqrt()
+}
+
+/// Distance in m from the root to the point of the undeformed filament that is nearest to `tip`; see [`tip_deflection`].
+pub fn nearest_on_filament(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
+    dot(sub(tip, root), direction).clamp(0.0, length)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The equations of a pass: in space, or in the plane of rotation.
 
-use crate::equations::linear::in_lane;
 use crate::equations::{
     Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
 };
+use crate::integrate::hermite::Knot;
 
 /// The form of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -71,11 +71,15 @@ impl<T: Compiled> Equations<T> {
 
     /// Position in m and velocity in m/s of a node in one lane, where the nodes were last placed.
     pub fn node(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
-        each!(self, dynamics => dynamics.node(node).each_ref().map(|vector| in_lane(vector, lane)))
+        each!(self, dynamics => dynamics.node_in_lane(node, lane))
     }
 
-    pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
-        each!(self, dynamics => dynamics.node_motion(node, lane))
+    /// Position, velocity and acceleration of every node in one lane, after [`Equations::track`] or [`Equations::residual`].
+    pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
+        each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
+            let [value, rate, acceleration] = dynamics.node_motion(node, lane);
+            *knot = Knot { value, rate, acceleration };
+        });
     }
 
     pub fn root_force(&self) -> [T; 3] {
@@ -139,6 +143,18 @@ impl<T: Compiled> Equations<T> {
         residual: &mut [[T; 2]],
     ) {
         each!(self, dynamics => dynamics.residual(clamp, q, v, accelerations, loads, residual));
+    }
+
+    pub fn correction(
+        &mut self,
+        clamp: &Clamp<T>,
+        q: &[[T; 2]],
+        v: &[[T; 2]],
+        accelerations: &[[T; 2]],
+        loads: &impl NodeLoads<T>,
+        correction: &mut [[T; 2]],
+    ) {
+        each!(self, dynamics => dynamics.correction(clamp, q, v, accelerations, loads, correction));
     }
 
     #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]

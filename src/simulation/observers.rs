@@ -4,11 +4,11 @@ use super::form::{Equations, Form};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, integral};
 use super::trajectory::Step;
-use crate::contact::ContactForce;
-use crate::equations::linear::{add, dot};
-use crate::equations::{Chain, Energies};
+use crate::contact::{Approach, ContactForce};
+use crate::equations::linear::{add, dot, scale, sub};
+use crate::equations::{Chain, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
-use crate::model::metrics::{ContactRecord, tip_deflection};
+use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
 
@@ -22,9 +22,17 @@ pub struct ContactObserver<M, W> {
     nominal_exit: f64,
     record: ContactRecord,
     was_closed: bool,
-    /// The end of the last step, and the tip deflection there.
-    seen_until: f64,
-    deflection_there: f64,
+    /// What the last step ended with.
+    last: Tip,
+}
+
+/// The tip at one time.
+#[derive(Clone, Copy, Debug)]
+struct Tip {
+    time: f64,
+    deflection: f64,
+    /// Its speed relative to the nearest point of the undeformed filament, in m/s.
+    speed: f64,
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
@@ -40,8 +48,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             nominal_exit,
             record: ContactRecord::default(),
             was_closed: false,
-            seen_until: f64::NAN,
-            deflection_there: 0.0,
+            last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
         }
     }
 
@@ -63,10 +70,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.was_closed = closed;
         // The sum of a contact whose force underflows can be less than zero.
         self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
-        let start = if step.start.time == self.seen_until { self.deflection_there } else { self.deflection(step, 0.0) };
-        let end = self.deflection(step, 1.0);
-        (self.seen_until, self.deflection_there) = (step.end.time, end);
-        if start.max(end) + self.reach(step) > self.record.max_deflection {
+        let last =
+            if step.start.time == self.last.time { self.last } else { self.tip(step.start_nodes, step.start.time) };
+        self.last = self.tip(step.end_nodes, step.end.time);
+        // An upper bound on the deflection within the step, from the speeds at its ends.
+        let bound = last.deflection.max(self.last.deflection) + step.length() * (last.speed + self.last.speed);
+        if bound > self.record.max_deflection {
             self.record.max_deflection = maximum_in_step(|s| self.deflection(step, s), self.record.max_deflection);
         }
         self.record.lateral_amplification = match self.form {
@@ -86,7 +95,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
-        self.forces(step, s).0
+        let closed = (0..step.closed.len()).filter(|&node| step.closed[node]);
+        closed.map(|node| self.filament.law.normal_force(&self.approach(step, node, s)).max(0.0)).sum()
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
@@ -109,25 +119,40 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         (normal, dot(tangential, tangential).sqrt())
     }
 
+    /// The energy stored in the closed contacts, in J.
+    fn stored_energy(&self, step: &Step<'_>, s: f64) -> f64 {
+        let closed = (0..step.closed.len()).filter(|&node| step.closed[node]);
+        let stored = closed.map(|node| {
+            let (position, velocity) = step.node(node, s);
+            self.filament.law.stored_energy(&self.filament.approach(position, velocity, step.time(s)))
+        });
+        stored.sum()
+    }
+
     /// The contact force on `node`.
     fn node_force(&self, step: &Step<'_>, node: usize, s: f64) -> ContactForce {
         if !step.closed[node] {
             return ContactForce::NONE;
         }
-        let (position, velocity) = step.node(node, s);
-        self.filament.law.pressing_force(&self.filament.approach(position, velocity, step.time(s)))
+        self.filament.law.pressing_force(&self.approach(step, node, s))
     }
 
-    /// Upper bound on the relative motion of the tip and the undeformed filament in a step, in m, from their speeds at its
-    /// ends.
-    fn reach(&self, step: &Step<'_>) -> f64 {
-        let size = |vector: [f64; 3]| dot(vector, vector).sqrt();
-        let speed = |knots: &[Knot<3>], time| {
-            let clamp = self.filament.motion.at(time);
-            let undeformed = size(clamp.velocity) + self.filament_length * size(clamp.direction_rate);
-            size(knots[knots.len() - 1].rate) + undeformed
-        };
-        step.length() * (speed(step.start_nodes, step.start.time) + speed(step.end_nodes, step.end.time))
+    fn approach(&self, step: &Step<'_>, node: usize, s: f64) -> Approach {
+        let (position, velocity) = step.node(node, s);
+        self.filament.approach(position, velocity, step.time(s))
+    }
+
+    /// The tip of the nodes in `knots`, at `time`.
+    fn tip(&self, knots: &[Knot<3>], time: f64) -> Tip {
+        let Knot { value, rate, .. } = knots[knots.len() - 1];
+        let Clamp { position: root, velocity, direction, direction_rate, .. } = self.filament.motion.at(time);
+        let along = nearest_on_filament(value, root, direction, self.filament_length);
+        let relative = sub(rate, add(velocity, scale(along, direction_rate)));
+        Tip {
+            time,
+            deflection: tip_deflection(value, root, direction, self.filament_length),
+            speed: dot(relative, relative).sqrt(),
+        }
     }
 
     fn deflection(&self, step: &Step<'_>, s: f64) -> f64 {
@@ -241,6 +266,18 @@ pub(super) struct Sampler {
     v: Vec<[f64; 2]>,
     /// The largest contact normal force since the last sample, in N.
     peak_force: f64,
+    dissipated: Dissipated,
+}
+
+/// The account of the dissipated energy.
+#[derive(Clone, Copy, Default)]
+struct Dissipated {
+    /// At the end of the last step, in J.
+    total: f64,
+    /// The contact's share of the integrals there, in J.
+    contact: f64,
+    /// The largest value reported, in J. The energy cannot fall, but its account can, by less than the tolerance.
+    reported: f64,
 }
 
 impl Sampler {
@@ -255,11 +292,16 @@ impl Sampler {
             q: zeros.clone(),
             v: zeros,
             peak_force: 0.0,
+            dissipated: Dissipated::default(),
         }
     }
 
     pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
+        if self.sampling.samples == 0 {
+            return;
+        }
+        let dissipated = self.dissipated_in(step, observer);
         let mut start = 0.0;
         while let Some(time) = due(self.history.len(), self.sampling.samples, self.end_time) {
             let later = time > step.end.time;
@@ -269,9 +311,39 @@ impl Sampler {
                 return;
             }
             let energies = self.energies(step, observer, s);
-            self.history.push(sample(step, observer, s, time, &energies, self.peak_force));
+            self.dissipated.reported = self.dissipated.reported.max(dissipated.at(step, s));
+            let dissipated = self.dissipated.reported;
+            self.history.push(sample(step, observer, (s, time), &energies, dissipated, self.peak_force));
             (start, self.peak_force) = (s, 0.0);
         }
+    }
+
+    /// Enters the next step into the account of the dissipated energy.
+    ///
+    /// The integrals of the dissipated powers are as accurate as the motion, except after damped contacts: where a node comes off
+    /// while it is pressed in, its fast modes end in a step that is too long to see their dissipation. With contact damping the
+    /// dissipated energy is therefore what the balance of all other energies leaves.
+    fn dissipated_in<M: ClampMotion, W: Workpiece>(
+        &mut self,
+        step: &Step<'_>,
+        observer: &ContactObserver<M, W>,
+    ) -> DissipatedInStep {
+        let [start_integrals, end_integrals] = [&step.start.integrals, &step.end.integrals];
+        // What the contact lost when it opened, at the start of the step.
+        let lost = start_integrals[integral::CONTACT_DISSIPATION] - self.dissipated.contact;
+        let start = self.dissipated.total + lost;
+        let rise = if observer.filament.law.damping > 0.0 && self.sampling.tracks_energy() {
+            let mut conserved = |s: f64| {
+                let Energies { kinetic, spring, gravity, .. } = self.energies(step, observer, s);
+                kinetic + spring + gravity + observer.stored_energy(step, s)
+            };
+            end_integrals[integral::WORK] - start_integrals[integral::WORK] - (conserved(1.0) - conserved(0.0))
+        } else {
+            dissipated_power_integral(end_integrals) - dissipated_power_integral(start_integrals)
+        };
+        self.dissipated.total = start + rise;
+        self.dissipated.contact = end_integrals[integral::CONTACT_DISSIPATION];
+        DissipatedInStep { start, rise }
     }
 
     fn energies<M: ClampMotion, W: Workpiece>(
@@ -316,9 +388,9 @@ impl Sampler {
 fn sample<T: Tool, W: Workpiece>(
     step: &Step<'_>,
     observer: &ContactObserver<Turning<T>, W>,
-    s: f64,
-    time: f64,
+    (s, time): (f64, f64),
     energies: &Energies<f64>,
+    dissipated_energy_j: f64,
     peak_force: f64,
 ) -> Sample {
     let integrals = step.integrals(s);
@@ -335,10 +407,32 @@ fn sample<T: Tool, W: Workpiece>(
         tip_z_m,
         kinetic_energy_j: energies.kinetic,
         potential_energy_j: energies.spring + energies.gravity,
-        dissipated_energy_j: integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION],
+        dissipated_energy_j,
         contact_normal_impulse_n_s: integrals[integral::NORMAL_IMPULSE].max(0.0),
         peak_contact_normal_force_n: peak_force.max(normal),
     }
+}
+
+/// The dissipated energy at the start of a step, and its rise within the step, in J.
+struct DissipatedInStep {
+    start: f64,
+    rise: f64,
+}
+
+impl DissipatedInStep {
+    /// The dissipated energy at the fraction `s` of the step in J. It rises as the integrals do.
+    fn at(&self, step: &Step<'_>, s: f64) -> f64 {
+        let [start, here, end] =
+            [&step.start.integrals, &step.integrals(s), &step.end.integrals].map(dissipated_power_integral);
+        // Where much is dissipated in a small part of the step, the interpolated integrals can leave the range of its ends.
+        let share = if end > start { ((here - start) / (end - start)).clamp(0.0, 1.0) } else { s };
+        self.start + share * self.rise
+    }
+}
+
+/// The integral of the dissipated powers in J.
+fn dissipated_power_integral(integrals: &[f64; integral::COUNT]) -> f64 {
+    integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION]
 }
 
 /// The time in s of the next of `count` equally spaced samples, after `taken` of them.

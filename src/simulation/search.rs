@@ -96,13 +96,21 @@ pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (
 pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
     /// A part of the step over which its ends are looked at.
     const NEAR: f64 = 1e-4;
-    let samples: [f64; 5] = std::array::from_fn(|i| f(i as f64 / 4.0));
-    let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
-    let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
     // Between samples a parabola rises by no more than the difference of the samples.
-    if value + (value - smallest) <= least {
+    let is_low = |samples: &[f64]| {
+        let [smallest, largest] =
+            [f64::min, f64::max].map(|pick| samples.iter().copied().reduce(pick).unwrap_or(least));
+        largest + (largest - smallest) <= least
+    };
+    let [start, middle, end] = [0.0, 0.5, 1.0].map(&f);
+    if is_low(&[start, middle, end]) {
         return least;
     }
+    let samples = [start, f(0.25), middle, f(0.75), end];
+    if is_low(&samples) {
+        return least;
+    }
+    let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
     let nothing_higher = match best {
         0 => f(NEAR) < value,
         4 => f(1.0 - NEAR) < value,

@@ -166,28 +166,28 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
 
     /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just ended.
     fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
-        let Some(mut run) = self.runs[lane].take() else { return false };
+        let Some(run) = &mut self.runs[lane] else { return false };
         if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
             // All lanes share their charts: a filament that leaves those about z continues alone.
+            let run = self.runs[lane].take().expect("the lane has a job");
             self.finish_alone(run, done);
             return false;
         }
-        match run.trajectory.next_step(&self.system) {
+        let result = match run.trajectory.next_step(&self.system) {
             Ok(Some(step)) => {
                 self.steps.set_lane(lane, step);
                 self.stepper.set_start(lane, run.trajectory.start());
-                self.runs[lane] = Some(run);
-                true
+                return true;
             }
-            Ok(None) => {
-                run.report(done);
-                false
-            }
-            Err(error) => {
-                done(run.number, Err(error.into()));
-                false
-            }
+            Ok(None) => Ok(()),
+            Err(error) => Err(error),
+        };
+        let run = self.runs[lane].take().expect("the lane has a job");
+        match result {
+            Ok(()) => run.report(done),
+            Err(error) => done(run.number, Err(error.into())),
         }
+        false
     }
 
     fn finish_alone(&self, mut run: Run<T, W>, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {

@@ -288,17 +288,14 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// Position, velocity and acceleration of every node of `lane`, at the end of the last step.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
-        for (node, knot) in knots.iter_mut().enumerate() {
-            let [value, rate, acceleration] = self.equations.node_motion(node, lane);
-            *knot = Knot { value, rate, acceleration };
-        }
+        self.equations.nodes(lane, knots);
     }
 
     /// The clamps at `time`.
     fn clamp(&mut self, time: T) -> &Clamp<T> {
         // NaN means that they must be evaluated again: it does not equal any time.
         if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
-            self.clamp = (time, Clamp::from_lanes(|lane| self.filaments[lane].motion.at(time.lane(lane))));
+            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
         }
         &self.clamp.1
     }
@@ -325,14 +322,13 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
                 // Use the smooth law even where it pulls: stages of a step that ends on an opening can lie past it.
-                let force = filament.law.force(&approach);
-                add(integral::NORMAL_IMPULSE, force.normal);
+                add(integral::NORMAL_IMPULSE, filament.law.normal_force(&approach));
                 if self.tracks_dissipation {
                     add(integral::CONTACT_DISSIPATION, filament.law.dissipated_power(&approach));
                 }
                 if self.tracks_energy {
                     let surface = filament.workpiece.surface(position, time);
-                    add(integral::WORK, dot(force.total(&approach), surface.velocity));
+                    add(integral::WORK, dot(filament.law.force(&approach).total(&approach), surface.velocity));
                 }
             }
         }
@@ -394,6 +390,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
 
     fn solve(&mut self, right_side: &mut [[T; 2]]) {
         self.equations.solve(right_side);
+    }
+
+    fn correction(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], correction: &mut [[T; 2]]) {
+        let (equations, clamp, loads) = self.parts(time);
+        equations.correction(clamp, q, v, accelerations, &loads, correction);
     }
 
     fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
@@ -480,12 +481,15 @@ pub struct ContactLoads<'a, M, W, T> {
     closed: &'a [LaneSet],
     /// Whether no node is closed in any lane.
     empty: bool,
+    /// Whether there is friction in any lane.
+    frictional: bool,
     time: T,
 }
 
 impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], time: T) -> Self {
-        Self { filaments, closed, empty: closed.iter().all(|lanes| lanes.is_empty()), time }
+        let frictional = filaments.iter().any(|filament| filament.law.friction != 0.0);
+        Self { filaments, closed, empty: closed.iter().all(|lanes| lanes.is_empty()), frictional, time }
     }
 
     /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
@@ -499,6 +503,14 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
 impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_, M, W, T> {
     fn is_empty(&self) -> bool {
         self.empty
+    }
+
+    fn lanes(&self) -> Option<&[LaneSet]> {
+        Some(self.closed)
+    }
+
+    fn resists_lateral_motion(&self) -> bool {
+        self.frictional
     }
 
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
@@ -517,7 +529,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     }
 
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T> {
-        if self.closed[node].iter().all(|lane| self.filaments[lane].law.friction == 0.0) {
+        if self.closed[node].is_empty() || !self.frictional {
             return None;
         }
         let mut result = T::from_f64(0.0);

@@ -3,7 +3,8 @@
 use super::Statistics;
 use super::error::IntegrationError;
 use super::search::{maximise, root};
-use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, integral::COUNT};
+use super::system::integral::{CONTACT_DISSIPATION, COUNT};
+use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Compiled, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
@@ -119,10 +120,38 @@ pub struct Trajectory {
     chart_changes: usize,
     start: FilamentState,
     end: FilamentState,
-    start_nodes: Vec<Knot<3>>,
-    end_nodes: Vec<Knot<3>>,
+    start_nodes: Nodes,
+    end_nodes: Nodes,
     closed: Vec<bool>,
+    /// The energy that each closed contact stored when it closed, in J.
+    stored: Vec<f64>,
     phase: Phase,
+}
+
+/// The nodes at one time.
+#[derive(Clone, Debug)]
+struct Nodes {
+    knots: Vec<Knot<3>>,
+    /// Upper bound on their speeds relative to the workpiece, in m/s.
+    speed: f64,
+    /// Lower bounds on how far they are from their events, in m; zero where nothing is known.
+    distances: Vec<f64>,
+}
+
+impl Nodes {
+    /// The nodes in `knots`, without speed and distances.
+    fn new(knots: Vec<Knot<3>>) -> Self {
+        let distances = vec![0.0; knots.len()];
+        Self { knots, speed: f64::INFINITY, distances }
+    }
+
+    /// Bounds the speeds of the nodes at `time`. The surface moves at one speed wherever they may touch it.
+    fn bound_speed<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>, time: f64) {
+        let square = self.knots.iter().map(|knot| dot(knot.rate, knot.rate)).fold(0.0, f64::max);
+        let tip = self.knots[self.knots.len() - 1].value;
+        let surface = filament.workpiece.surface(tip, time).velocity;
+        self.speed = square.sqrt() + dot(surface, surface).sqrt();
+    }
 }
 
 /// The purpose of the next attempt.
@@ -160,8 +189,9 @@ impl Trajectory {
         let control = StepControl::new(tableau, 1e-3 * (end_time - start.time));
         let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
-        let mut start_nodes = vec![none; n];
-        system.track(&start, &mut start_nodes);
+        let mut start_nodes = Nodes::new(vec![none; n]);
+        system.track(&start, &mut start_nodes.knots);
+        start_nodes.bound_speed(system.filament(0), start.time);
         Self {
             end_time,
             tolerances,
@@ -175,6 +205,7 @@ impl Trajectory {
             end_nodes: start_nodes.clone(),
             start_nodes,
             closed: (0..n).map(|node| system.is_closed(0, node)).collect(),
+            stored: vec![0.0; n],
         }
     }
 
@@ -257,8 +288,10 @@ impl Trajectory {
                 if !self.control.judge(self.start.time, proposal, outcome)? {
                     return Ok(());
                 }
-                system.nodes(lane, &mut self.end_nodes);
-                let crossing = first_crossing(system.filament(lane), &self.step(), self.location);
+                let filament = system.filament(lane);
+                system.nodes(lane, &mut self.end_nodes.knots);
+                self.end_nodes.bound_speed(filament, self.end.time);
+                let crossing = self.first_crossing(filament);
                 if let Some(crossing) = crossing
                     && crossing.after > 0.0
                 {
@@ -275,7 +308,9 @@ impl Trajectory {
                     self.control.retreat(self.start.time, landing.crossing.after, cause)?;
                     return Ok(());
                 }
-                system.nodes(lane, &mut self.end_nodes);
+                system.nodes(lane, &mut self.end_nodes.knots);
+                self.end_nodes.bound_speed(system.filament(lane), self.end.time);
+                self.end_nodes.distances.fill(0.0);
                 if let Some(next) = self.correct(landing, system.filament(lane)) {
                     self.phase = Phase::Land(next);
                     return Ok(());
@@ -295,7 +330,9 @@ impl Trajectory {
             }
         }
         if let Some(Crossing { node, .. }) = crossing {
+            self.keep_account(node, system.filament(lane));
             self.closed[node] = !self.closed[node];
+            self.start_nodes.distances[node] = 0.0;
             system.set_closed(lane, node, self.closed[node]);
             self.contact_events += 1;
         }
@@ -326,10 +363,50 @@ impl Trajectory {
         Step {
             start: &self.start,
             end: &self.end,
-            start_nodes: &self.start_nodes,
-            end_nodes: &self.end_nodes,
+            start_nodes: &self.start_nodes.knots,
+            end_nodes: &self.end_nodes.knots,
             closed: &self.closed,
         }
+    }
+
+    /// Adds what is lost when the contact of `node` opens while it is still pressed in, because it recedes so fast that its damping
+    /// would pull: its elastic energy does no more work. When such a contact closes again before it has come out, it gets that
+    /// energy back.
+    fn keep_account<M: ClampMotion, W: Workpiece>(&mut self, node: usize, filament: &Filament<M, W>) {
+        let Knot { value, rate, .. } = self.start_nodes.knots[node];
+        let approach = filament.approach(value, rate, self.start.time);
+        let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
+        if self.closed[node] {
+            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[node];
+        } else {
+            self.stored[node] = stored;
+        }
+    }
+
+    /// The earliest event of the step. Finds out how far the nodes are from their events at its end.
+    fn first_crossing<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>) -> Option<Crossing> {
+        let mut distances = std::mem::take(&mut self.end_nodes.distances);
+        let step = self.step();
+        // With contact damping a node's speed alone can make it cross.
+        let undamped = filament.law.damping == 0.0;
+        let reach = 2.0 * step.length() * (self.start_nodes.speed + self.end_nodes.speed);
+        let mut first: Option<Crossing> = None;
+        for (node, end) in distances.iter_mut().enumerate() {
+            let start = self.start_nodes.distances[node];
+            if undamped && start > reach {
+                *end = start - reach;
+                continue;
+            }
+            let (distance, crossing) = crossing(filament, &step, node, self.location);
+            *end = distance;
+            if let Some(crossing) = crossing
+                && first.is_none_or(|first| crossing.after < first.after)
+            {
+                first = Some(crossing);
+            }
+        }
+        self.end_nodes.distances = distances;
+        first
     }
 
     /// The next landing after the attempt of `landing`; `None` if that was close enough to the event.
@@ -337,7 +414,7 @@ impl Trajectory {
         let Landing { crossing, mut low, mut high, length, attempts } = landing;
         let (node, location) = (crossing.node, self.location);
         let excess = |position, velocity, time| excess(filament, self.closed[node], position, velocity, time, location);
-        let Knot { value, rate, acceleration } = self.end_nodes[node];
+        let Knot { value, rate, acceleration } = self.end_nodes.knots[node];
         let here = excess(value, rate, self.end.time);
         let resolved = high - low <= 4.0 * f64::EPSILON * (self.start.time.abs() + high);
         if here.abs() <= location / 2.0 || (resolved && here > 0.0) || attempts + 1 >= MAX_LANDINGS {
@@ -402,58 +479,63 @@ fn normal_reach<M: ClampMotion, W: Workpiece>(
     length * (approach.penetration_rate.abs() + length * bend)
 }
 
-/// The earliest event of a step, by its interpolant.
-fn first_crossing<M: ClampMotion, W: Workpiece>(
+/// How far `node` is from its event at the end of a step, in m, and its event within the step, by the interpolant.
+fn crossing<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     step: &Step<'_>,
+    node: usize,
     location: f64,
-) -> Option<Crossing> {
-    let mut first: Option<Crossing> = None;
-    for node in 0..step.closed.len() {
-        let excess = |position, velocity, time| excess(filament, step.closed[node], position, velocity, time, location);
-        let at = |s: f64| {
-            let (position, velocity) = step.node(node, s);
-            excess(position, velocity, step.time(s))
-        };
-        let (start, end) = (&step.start_nodes[node], &step.end_nodes[node]);
-        let before = excess(start.value, start.rate, step.start.time);
-        let after = excess(end.value, end.rate, step.end.time);
-        let past = if before > 0.0 {
-            0.0
-        } else if after > 0.0 {
-            1.0
-        } else {
-            // The node may cross and return. Search for this only if it can move that far within the step: check first by its
-            // speed, then by the component along the normal. (With contact damping its speed alone can make it cross.)
-            let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
-            let gap = -before.max(after);
-            let undamped = filament.law.damping == 0.0;
-            if undamped && gap > step.length() * (speed(start) + speed(end)) {
-                continue;
-            }
-            let length = step.length();
-            let reach = normal_reach(filament, start, step.start.time, length)
-                + normal_reach(filament, end, step.end.time, length);
-            if undamped && gap > reach {
-                continue;
-            }
-            let spacing = 1.0 / INNER_POINTS as f64;
-            let inner = (1..INNER_POINTS).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
-            let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
-            if undamped && -highest > spacing * reach {
-                continue;
-            }
-            let (peak, highest) = maximise(at, best - spacing, best + spacing);
-            if highest <= 0.0 {
-                continue;
-            }
-            peak
-        };
-        let crossing = if past == 0.0 { 0.0 } else { root(at, 0.0, past) };
-        let after = crossing * step.length();
-        if first.is_none_or(|first| after < first.after) {
-            first = Some(Crossing { node, after, past: past * step.length() });
+) -> (f64, Option<Crossing>) {
+    let excess = |position, velocity, time| excess(filament, step.closed[node], position, velocity, time, location);
+    let at = |s: f64| {
+        let (position, velocity) = step.node(node, s);
+        excess(position, velocity, step.time(s))
+    };
+    let (start, end) = (&step.start_nodes[node], &step.end_nodes[node]);
+    let before = excess(start.value, start.rate, step.start.time);
+    let after = excess(end.value, end.rate, step.end.time);
+    let past = if before > 0.0 {
+        0.0
+    } else if after > 0.0 {
+        1.0
+    } else {
+        match touch(filament, step, [start, end], -before.max(after), &at) {
+            Some(peak) => peak,
+            None => return (-after, None),
         }
+    };
+    let crossing = if past == 0.0 { 0.0 } else { root(at, 0.0, past) };
+    (-after, Some(Crossing { node, after: crossing * step.length(), past: past * step.length() }))
+}
+
+/// The fraction of a step at which a node that is before its event at the `ends`, by at least `gap` (m), is past it; `at` is
+/// its excess by the fraction.
+fn touch<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    step: &Step<'_>,
+    ends: [&Knot<3>; 2],
+    gap: f64,
+    at: &impl Fn(f64) -> f64,
+) -> Option<f64> {
+    // Search for this only if the node can move that far within the step: check first by its speed, then by the component
+    // along the normal. (With contact damping its speed alone can make it cross.)
+    let (length, undamped) = (step.length(), filament.law.damping == 0.0);
+    let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
+    let [start, end] = ends;
+    if undamped && gap > length * (speed(start) + speed(end)) {
+        return None;
     }
-    first
+    let reach =
+        normal_reach(filament, start, step.start.time, length) + normal_reach(filament, end, step.end.time, length);
+    if undamped && gap > reach {
+        return None;
+    }
+    let spacing = 1.0 / INNER_POINTS as f64;
+    let inner = (1..INNER_POINTS).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
+    let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
+    if undamped && -highest > spacing * reach {
+        return None;
+    }
+    let (peak, highest) = maximise(at, best - spacing, best + spacing);
+    (highest > 0.0).then_some(peak)
 }

@@ -5,14 +5,23 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
-use crate::equations::{Clamp, PolarAxis, find_pole, sin_cos};
+use crate::equations::{Clamp, Lanewise, PolarAxis, find_pole, sin_cos};
 use crate::model::settings::Settings;
 
 /// How a clamp moves. A filament system needs no more than this.
 pub trait ClampMotion {
     /// Position, direction and their derivatives at `time` in s.
     fn at(&self, time: f64) -> Clamp<f64>;
+
+    /// [`ClampMotion::at`] for several clamps, one per lane of `times`. In each lane the result must have the same bits.
+    fn in_lanes<'a, T: Lanewise>(clamp: impl Fn(usize) -> &'a Self, times: T) -> Clamp<T>
+    where
+        Self: Sized + 'a,
+    {
+        Clamp::from_lanes(|lane| clamp(lane).at(times.lane(lane)))
+    }
 }
 
 /// A tool that turns about `z`, and the clamp of one of its filaments.
@@ -43,6 +52,14 @@ pub trait ClampMotion {
 pub trait Tool {
     /// The clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω` in rad/s).
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64>;
+
+    /// [`Tool::clamp`] for several tools, one per lane. In each lane the result must have the same bits.
+    fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T>
+    where
+        Self: Sized + 'a,
+    {
+        Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)))
+    }
 
     /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the distance of the tips
     /// from the axis. The brushing velocity is `v_b = ω R`.
@@ -94,6 +111,14 @@ impl<T: Tool> ClampMotion for Turning<T> {
     fn at(&self, time: f64) -> Clamp<f64> {
         self.tool.clamp(self.angle(time), self.rate)
     }
+
+    fn in_lanes<'a, L: Lanewise>(clamp: impl Fn(usize) -> &'a Self, times: L) -> Clamp<L>
+    where
+        T: 'a,
+    {
+        let angles = L::from_lanes(|lane| clamp(lane).angle(times.lane(lane)));
+        T::in_lanes(|lane| &clamp(lane).tool, angles, L::from_lanes(|lane| clamp(lane).rate))
+    }
 }
 
 /// A clamp at rest at the origin.
@@ -142,6 +167,18 @@ impl Tool for RoundTool {
         Clamp { direction: [cos * x, cos * y, sin], direction_rate, ..clamp }
     }
 
+    fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T> {
+        if !(0..T::LANES).all(|lane| tool(lane).is_planar()) {
+            return Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)));
+        }
+        dispatch(RadialClamp {
+            body_radius: T::from_lanes(|lane| tool(lane).body_radius),
+            angle: angles,
+            rate: rates,
+            acceleration: T::from_f64(0.0),
+        })
+    }
+
     fn radius(&self, filament_length: f64) -> f64 {
         self.body_radius + filament_length
     }
@@ -158,16 +195,36 @@ impl Tool for RoundTool {
 /// The clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle `β` (rad), rate `β̇` and
 /// acceleration `β̈` of the body.
 pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) -> Clamp<f64> {
-    let (sin, cos) = sin_cos(angle);
-    let (radial, tangential) = ([cos, sin, 0.0], [-sin, cos, 0.0]);
-    let direction_rate = scale(rate, tangential);
-    let direction_acceleration = add(scale(acceleration, tangential), scale(-rate * rate, radial));
-    Clamp {
-        position: scale(body_radius, radial),
-        velocity: scale(body_radius, direction_rate),
-        acceleration: scale(body_radius, direction_acceleration),
-        direction: radial,
-        direction_rate,
+    RadialClamp { body_radius, angle, rate, acceleration }.run()
+}
+
+/// The arguments of [`radial_clamp`], for one tool or for one per lane.
+struct RadialClamp<T> {
+    body_radius: T,
+    angle: T,
+    rate: T,
+    acceleration: T,
+}
+
+impl<T: Lanewise> Loop for RadialClamp<T> {
+    type Output = Clamp<T>;
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) -> Clamp<T> {
+        let Self { body_radius, angle, rate, acceleration } = self;
+        let ((sin, cos), none) = (angle.sin_cos(), T::from_f64(0.0));
+        let (radial, tangential) = ([cos, sin, none], [-sin, cos, none]);
+        let direction_rate = scale(rate, tangential);
+        let direction_acceleration = add(scale(acceleration, tangential), scale(-rate * rate, radial));
+        Clamp {
+            position: scale(body_radius, radial),
+            velocity: scale(body_radius, direction_rate),
+            acceleration: scale(body_radius, direction_acceleration),
+            direction: radial,
+            direction_rate,
+        }
     }
 }
 

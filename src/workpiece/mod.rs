@@ -24,6 +24,9 @@ pub struct Surface {
 /// The tool turns about the `z` axis of the frame, in the positive direction.
 pub trait Workpiece {
     /// The surface seen from `position` (m) at `time` (s). The normal should be continuous where filaments touch.
+    ///
+    /// The gap is a distance: it must not change by more than twice the way that a position goes relative to the workpiece.
+    /// Nodes that are too far away to arrive are not looked at in every step.
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
 
     /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and velocity have no component along

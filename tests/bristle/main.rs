@@ -1,6 +1,7 @@
 //! Tests of the core through its public interface. They form one program, as each further one would have to be linked.
 
 mod common;
+mod energy;
 
 mod agreement;
 mod allocations;
@@ -9,6 +10,7 @@ mod fingerprint;
 mod lateral;
 mod open_core;
 mod physics;
+mod planar;
 mod poles;
 mod reference;
 mod work;

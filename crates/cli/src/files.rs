@@ -6,14 +6,17 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use bristle_inspect::comparison::MAX_GRAPH_BYTES;
-use bristle_text::shown_path;
+use bristle_text::{shown, shown_path};
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
 
+/// Longest reason for which a file cannot be read or written, in characters. It may state the path again.
+const LONGEST_REASON: usize = 200;
+
 /// A file or directory that cannot be read or written.
 #[derive(Debug, Error)]
-#[error("cannot {action} `{}`: {source}", shown_path(path))]
+#[error("cannot {action} `{}`: {}", shown_path(path), shown(&source.to_string(), LONGEST_REASON))]
 pub struct FileError {
     action: &'static str,
     path: PathBuf,
@@ -264,4 +267,16 @@ fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
 /// Resolves a path that a file states, relative to the directory of that file.
 pub fn relative_to(file: &Path, path: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_path_is_cut_in_the_reason_too() {
+        let path = PathBuf::from("long ".repeat(2000));
+        let error = StagedFile::write(path, |_| Ok(())).expect_err("no file system takes such a name").to_string();
+        assert!(error.starts_with("cannot write `long") && error.chars().count() < 1000, "{error}");
+    }
 }

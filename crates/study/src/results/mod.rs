@@ -106,12 +106,15 @@ mod tests {
             assert!(saved.contains(old), "{old}");
             read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
         };
-        assert!(study_error("\"format\": 2", "\"format\": 1").contains("use the version"));
-        assert!(study_error("\"format\": 2", "\"format\": two").starts_with("study.json:2, column"));
+        assert!(study_error("\"format\": 3", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 3", "\"format\": two").starts_with("study.json:2, column"));
         assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
         assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
         assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));
         assert!(study_error("\"runs_sha256\"", "\"runs\"").contains("runs_sha256"));
+        assert!(study_error("0.04,", "0.05,").contains("has changed"));
+        assert!(study_error("10.3", "10.35").contains("has changed"));
+        assert!(study_error("\"measured\": false", "\"measured\": true").contains("has changed"));
 
         let study = read_study(&saved, "study.json").expect("a study");
         let error = |text: &str| read_runs(text, "runs.csv", &study).expect_err("damaged").to_string();

@@ -12,6 +12,9 @@ use crate::digest::digest;
 use crate::study::{Study, Sweep, SweepText};
 use crate::uncertainty::check;
 
+const IN_JSON: &str = "checked settings have a form in JSON";
+const CHANGED: &str = "the file has changed since it was written";
+
 /// A study as read from `study.json`.
 #[derive(Clone, Debug)]
 pub struct SavedStudy {
@@ -40,6 +43,17 @@ struct StudyFile {
     measured: bool,
     settings: Settings,
     axes: Vec<SweepText>,
+    /// Hash of all other keys: figures and advice would show results of other settings if one of these were changed.
+    own_sha256: String,
+}
+
+impl StudyFile {
+    /// The hash of all keys but `own_sha256`.
+    fn digest(&self) -> String {
+        let Self { format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, own_sha256: _ } =
+            self;
+        json_digest(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes))
+    }
 }
 
 /// The SHA-256 of each result file of a contact, by its path relative to the directory of the results, with `/`.
@@ -82,13 +96,23 @@ struct CaseFile {
     settings: Settings,
     /// Hashes of the other files. After a crash between two renames, one of them does not match.
     sha256: FileHashes,
+    /// Hash of all other keys.
+    own_sha256: String,
+}
+
+impl CaseFile {
+    /// The hash of all keys but `own_sha256`.
+    fn digest(&self) -> String {
+        let Self { format, bristle_version, settings, sha256, own_sha256: _ } = self;
+        json_digest(&(format, bristle_version, settings, sha256))
+    }
 }
 
 /// The text of `study.json` for a `runs.csv` with the text `runs`. `measured` states whether measured forces belong to the
 /// results.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
-    pretty(&StudyFile {
+    let mut file = StudyFile {
         format: STUDY_FORMAT,
         bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
         equations_sha256: FINGERPRINT.to_owned(),
@@ -96,18 +120,29 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
         measured,
         settings: study.base().clone(),
         axes: study.sweep_texts(),
-    })
+        own_sha256: String::new(),
+    };
+    file.own_sha256 = file.digest();
+    pretty(&file)
 }
 
 /// The text of `case.json` for a contact with these result `files`.
 #[must_use]
 pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
     let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
-    pretty(&CaseFile { format: CASE_FORMAT, bristle_version, settings: settings.clone(), sha256: files.clone() })
+    let (settings, sha256) = (settings.clone(), files.clone());
+    let mut file = CaseFile { format: CASE_FORMAT, bristle_version, settings, sha256, own_sha256: String::new() };
+    file.own_sha256 = file.digest();
+    pretty(&file)
 }
 
 fn pretty(value: &impl Serialize) -> String {
-    serde_json::to_string_pretty(value).expect("checked settings have a form in JSON") + "\n"
+    serde_json::to_string_pretty(value).expect(IN_JSON) + "\n"
+}
+
+/// The SHA-256 of a value as JSON.
+fn json_digest(value: &impl Serialize) -> String {
+    digest(serde_json::to_string(value).expect(IN_JSON).as_bytes())
 }
 
 /// Reads `study.json`. Errors use `name` for the file.
@@ -117,6 +152,7 @@ fn pretty(value: &impl Serialize) -> String {
 pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let source = Source { name, text };
     let file: StudyFile = source.object(STUDY_FORMAT)?;
+    let digest = file.digest();
     let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
         let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
@@ -128,6 +164,10 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
         );
     }
     let study = Study::new(file.settings, sweeps).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    // Checked last, because all checks above can state where the text is wrong.
+    if digest != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
+    }
     Ok(SavedStudy {
         study,
         version: file.bristle_version,
@@ -145,5 +185,8 @@ pub fn read_case(text: &str, name: &str) -> Result<SavedCase, DataError> {
     let source = Source { name, text };
     let file: CaseFile = source.object(CASE_FORMAT)?;
     check(&file.settings).map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
+    if file.digest() != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
+    }
     Ok(SavedCase { settings: file.settings, files: file.sha256 })
 }

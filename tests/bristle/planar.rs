@@ -1,0 +1,214 @@
+//! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on nothing else: not on how the set-up
+//! is turned about `z` or mirrored, nor, beyond the tolerance, on the tolerance.
+
+use bristle::equations::Clamp;
+use bristle::model::metrics::{Metrics, NominalContact};
+use bristle::model::record::Record;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Form, Job, Kind, Pass, Simulation, simulate_side_by_side, simulate_with_history};
+use bristle::tool::{RoundTool, Tool};
+use bristle::workpiece::{Plane, Workpiece};
+use fastrand::Rng;
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
+
+/// Number of random settings.
+const SETTINGS: usize = 500;
+
+/// Settings of a planar pass, slow ones among them: 0.2 m/s at the paper's stiffness is slow enough to buckle sideways.
+fn draw(rng: &mut Rng) -> Settings {
+    let between = |rng: &mut Rng, low: f64, high: f64| low * (high / low).powf(rng.f64());
+    let mut settings = Settings::paper(between(rng, 0.2, 40.0), between(rng, 0.3e-3, 6e-3));
+    settings.filament.segments = rng.usize(3..8);
+    settings.filament.damping_ratio = between(rng, 0.02, 0.2);
+    settings.contact.stiffness_n_m = between(rng, 1e4, 1e7);
+    let mut sometimes = || rng.u32(..4) == 0;
+    let chosen: [bool; 6] = std::array::from_fn(|_| sometimes());
+    let [exponent, damping, friction, radius, feed, gravity] = chosen;
+    if exponent {
+        settings.contact.exponent = 1.0 + 1.5 * rng.f64();
+    }
+    if damping {
+        settings.contact.damping_s_m = rng.f64();
+    }
+    if friction {
+        settings.contact.friction_coefficient = 0.6 * rng.f64();
+    }
+    if radius {
+        // Less than the gap at the start.
+        settings.contact.radius_m = 3e-5 * rng.f64();
+    }
+    if feed {
+        settings.workpiece.feed_velocity_m_s = rng.f64() - 0.5;
+    }
+    if gravity {
+        settings.process.gravity_m_s2 = [20.0 * rng.f64() - 10.0, -9.81, 0.0];
+    }
+    settings
+}
+
+/// Random settings, and the metrics of their passes.
+static DRAWN: LazyLock<(Vec<Settings>, Vec<Metrics>)> = LazyLock::new(|| {
+    let mut rng = Rng::with_seed(14);
+    let settings: Vec<Settings> = (0..SETTINGS).map(|_| draw(&mut rng)).collect();
+    let metrics = metrics(settings.iter().map(Pass::new).collect());
+    (settings, metrics)
+});
+
+/// The metrics of passes, computed in lanes.
+fn metrics<T: Tool + Clone, W: Workpiece + Clone>(passes: Vec<Pass<T, W>>) -> Vec<Metrics> {
+    let mut results = vec![None; passes.len()];
+    let mut jobs: Vec<Job<T, W>> = passes.into_iter().enumerate().map(|(number, pass)| Job { number, pass }).collect();
+    let take = |kind: Option<Kind>| {
+        let fits = |job: &Job<T, W>| kind.is_none_or(|kind| job.pass.kind() == kind);
+        let position = jobs.iter().rposition(fits)?;
+        Some(jobs.swap_remove(position))
+    };
+    simulate_side_by_side(take, |number, result| results[number] = Some(result.expect("the pass ends").metrics));
+    results.into_iter().map(|metrics| metrics.expect("each pass is reported")).collect()
+}
+
+/// The largest relative difference of any metric except the lateral amplification, and that of the amplification.
+fn deviation(a: &Metrics, b: &Metrics) -> [f64; 2] {
+    let mut largest = [0.0_f64; 2];
+    for column in Metrics::COLUMNS {
+        let (a, b) = (column.get(a), column.get(b));
+        let kind = usize::from(column.key == "lateral_amplification");
+        if a != b {
+            largest[kind] = largest[kind].max((a - b).abs() / a.abs().max(b.abs()));
+        }
+    }
+    largest
+}
+
+/// `found` deviates from the metrics of [`DRAWN`] by no more than `tolerances`.
+fn assert_same(found: &[Metrics], tolerances: [f64; 2]) {
+    assert_close(&DRAWN.0, &DRAWN.1, found, tolerances);
+}
+
+fn assert_close(settings: &[Settings], expected: &[Metrics], found: &[Metrics], tolerances: [f64; 2]) {
+    for ((settings, expected), found) in settings.iter().zip(expected).zip(found) {
+        let deviations = deviation(expected, found);
+        let within = deviations.iter().zip(tolerances).all(|(deviation, tolerance)| *deviation <= tolerance);
+        assert!(within, "{deviations:?}\n{settings:?}\n{expected:?}\n{found:?}");
+    }
+}
+
+#[test]
+fn turning_the_set_up_about_z_changes_nothing() {
+    let mut rng = Rng::with_seed(15);
+    let turned = DRAWN.0.iter().map(|settings| Pass::new(&turn(settings, TAU * rng.f64())));
+    // Roundings change the steps after an event, each of which has an error of the tolerance, 1e-6, or less.
+    assert_same(&metrics(turned.collect()), [5e-6, 5e-5]);
+}
+
+/// The set-up turned by `angle` (rad).
+fn turn(settings: &Settings, angle: f64) -> Settings {
+    let (sin, cos) = angle.sin_cos();
+    let turn = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    let mut turned = settings.clone();
+    turned.workpiece.normal = turn(settings.workpiece.normal);
+    turned.process.gravity_m_s2 = turn(settings.process.gravity_m_s2);
+    turned
+}
+
+/// The mirror image of a round tool at `x = 0`, which turns the other way.
+#[derive(Clone, Copy)]
+struct Mirrored {
+    tool: RoundTool,
+}
+
+impl Mirrored {
+    fn image(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        [-x, y, z]
+    }
+
+    /// The mirror image of the pass of `settings`.
+    fn pass(settings: &Settings) -> Pass<Self, Plane> {
+        let mirrored = Self { tool: RoundTool::of(settings) };
+        let depth = settings.process.penetration_depth_m;
+        let distance = NominalContact::of(settings).tool_radius - depth;
+        let feed = [settings.workpiece.feed_velocity_m_s, 0.0, 0.0];
+        let plane = Plane::new([0.0, -distance, 0.0], [0.0, 1.0, 0.0], mirrored.image(feed));
+        let mut settings = settings.clone();
+        settings.process.gravity_m_s2 = mirrored.image(settings.process.gravity_m_s2);
+        Pass::with(&settings, mirrored, plane).expect("the tips touch the plane")
+    }
+}
+
+impl Tool for Mirrored {
+    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+        let Clamp { position, velocity, acceleration, direction, direction_rate } = self.tool.clamp(angle, rate);
+        Clamp {
+            position: self.image(position),
+            velocity: self.image(velocity),
+            acceleration: self.image(acceleration),
+            direction: self.image(direction),
+            direction_rate: self.image(direction_rate),
+        }
+    }
+
+    fn radius(&self, filament_length: f64) -> f64 {
+        self.tool.radius(filament_length)
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_mirror_image_has_the_same_metrics() {
+    assert_same(&metrics(DRAWN.0.iter().map(Mirrored::pass).collect()), [5e-6, 5e-5]);
+}
+
+#[test]
+fn a_tighter_tolerance_changes_no_more_than_the_tolerance_explains() {
+    let tighter = DRAWN.0.iter().map(|settings| {
+        let mut settings = settings.clone();
+        settings.solver.relative_tolerance /= 10.0;
+        Pass::new(&settings)
+    });
+    // The tolerance of one step is 1e-6; a pass has some hundred, and single contacts of grazing nodes are short.
+    assert_same(&metrics(tighter.collect()), [5e-4, 2e-2]);
+}
+
+#[test]
+fn a_pass_is_planar_where_tool_workpiece_and_gravity_are() {
+    let form = |change: fn(&mut Settings)| {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        change(&mut settings);
+        Pass::new(&settings).form()
+    };
+    assert_eq!(form(|_| ()), Form::Planar);
+    assert_eq!(form(|settings| settings.workpiece.normal = [-3.0, 0.4, 0.0]), Form::Planar);
+    assert_eq!(form(|settings| settings.process.gravity_m_s2 = [1.0, -9.81, 0.0]), Form::Planar);
+    assert_eq!(form(|settings| settings.contact.friction_coefficient = 0.3), Form::Planar);
+    assert_eq!(form(|settings| settings.workpiece.normal = [0.0, 1.0, 1e-12]), Form::Spatial);
+    assert_eq!(form(|settings| settings.process.gravity_m_s2[2] = 1e-9), Form::Spatial);
+    assert_eq!(form(|settings| settings.filament.lateral_tilt_rad = 1e-9), Form::Spatial);
+    let pass = Pass::new(&Settings::paper(10.0, 1e-3));
+    assert_eq!(pass.in_space().form(), Form::Spatial);
+}
+
+#[test]
+fn a_planar_filament_stays_in_the_plane() {
+    // The filament of this pass buckles sideways in space, as rounding decides.
+    let settings = Settings::paper(0.5, 5e-3);
+    let Simulation { metrics, history, .. } = simulate_with_history(&settings, 500).expect("the pass ends");
+    assert!(history.iter().all(|sample| sample.tip_z_m == 0.0));
+    assert!(metrics.laterally_unstable, "{metrics:?}");
+}
+
+#[test]
+fn stable_passes_are_the_same_in_space() {
+    for (velocity, depth, friction) in [(10.0, 1e-3, 0.0), (20.0, 3e-3, 0.0), (30.0, 5e-3, 0.0), (15.0, 2e-3, 0.3)] {
+        let mut settings = Settings::paper(velocity, depth);
+        settings.contact.friction_coefficient = friction;
+        settings.solver.relative_tolerance = 1e-8;
+        let [planar, spatial] = [Pass::new(&settings), Pass::new(&settings).in_space()]
+            .map(|pass| pass.simulate(Default::default()).expect("the pass ends").metrics);
+        let spatial = Metrics { lateral_amplification: planar.lateral_amplification, ..spatial };
+        assert_close(&[settings], &[planar], &[spatial], [2e-6, 0.0]);
+    }
+}
