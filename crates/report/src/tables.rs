@@ -147,16 +147,16 @@ fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
     let sweep_headings = sweep_headings.into_iter().map(str::to_owned);
     let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
     let heading_of_marks = marks.are_shown.then(String::new);
-    let mut rows: Vec<Vec<String>> = vec![headings.chain(heading_of_marks).collect()];
+    let mut rows: Vec<Vec<String>> = vec![heading_of_marks.into_iter().chain(headings).collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
         let values = study.values(case).zip(&factors);
         let values = values.map(|(value, factor)| short(value * factor));
         let metrics = columns.iter().map(|column| column.in_one_line(case));
         let mark = marks.are_shown.then(|| marks.of(case).to_owned());
-        rows.push(values.chain(metrics).chain(mark).collect());
+        rows.push(mark.into_iter().chain(values).chain(metrics).collect());
     }
-    let mut text: String = aligned(&rows).iter().map(|line| format!("{}\n", line.trim_end())).collect();
+    let mut text = aligned(&rows).join("\n") + "\n";
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }

@@ -143,22 +143,20 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         files.iter().for_each(|path| say_written(path));
         say_drawn(&drawn);
     }
-    study_warning(&study, &results).iter().for_each(say);
     let told = progress.summarise(seconds, &files);
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
-    if failures.is_empty() {
-        told?;
-        return Ok(ExitCode::SUCCESS);
+    if !failures.is_empty() {
+        let cases = if failures.len() == 1 { "case" } else { "cases" };
+        say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
     }
-    let cases = if failures.len() == 1 { "case" } else { "cases" };
-    say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
-    for (case, message) in failures.into_iter().take(MAX_FAILURES_SHOWN) {
+    for (case, message) in failures.iter().take(MAX_FAILURES_SHOWN) {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
+    study_warning(&study, &results).iter().for_each(say);
     told?;
-    Ok(SIMULATION_FAILED.into())
+    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }
 
 /// Tells the user what the journal held when the study started.

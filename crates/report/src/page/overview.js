@@ -315,7 +315,10 @@ function createOverview(study, grid, open) {
       const y = bottom - (high > low ? ((value - low) / (high - low)) * (layout.height - 12) : 0);
       drawing.append(
         svgElement("line", { class: "axis", x1: layout.left, x2: layout.left + layout.inner, y1: y, y2: y }),
-        svgText({ x: layout.left - 7, y: y + 4, "text-anchor": "end" }, number(quantity.logarithmic ? 10 ** value : value, 4)),
+        svgText(
+          { x: layout.left - 7, y: y + 4, "text-anchor": "end" },
+          number(quantity.logarithmic ? 10 ** value : value, 4),
+        ),
       );
     }
     const values = across.values.map((value) => value * across.scale.factor);
