@@ -86,12 +86,12 @@ fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &Motion) {
 }
 
 /// Measures `fast` by criterion, `repetitions` calls at a time, and prints how much longer `slow` takes.
-fn compare(
+fn compare<'a>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
     repetitions: u32,
-    fast: &mut dyn FnMut(),
-    slow: &mut dyn FnMut(),
+    fast: &'a mut dyn FnMut(),
+    slow: &'a mut dyn FnMut(),
 ) {
     let mut shortest = [Duration::MAX; 2];
     group.bench_function(name, |bencher| {
