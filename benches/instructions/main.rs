@@ -15,7 +15,9 @@ use std::fs;
 use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
-use bristle::equations::{Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, StepWeights};
+use bristle::equations::{
+    Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics, StepWeights,
+};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, simulate, simulate_side_by_side};
@@ -27,7 +29,7 @@ const MARGIN: f64 = 0.05;
 const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions/counts.csv");
 
 /// The subjects, with enough repetitions for an accurate count.
-const SUBJECTS: [(&str, usize); 10] = [
+const SUBJECTS: [(&str, usize); 18] = [
     ("residual", 100),
     ("factorisation", 100),
     ("solve", 100),
@@ -36,6 +38,14 @@ const SUBJECTS: [(&str, usize); 10] = [
     ("factorisation of eight in lanes", 100),
     ("solve of eight in lanes", 100),
     ("accelerations of eight in lanes", 100),
+    ("planar residual", 100),
+    ("planar factorisation", 100),
+    ("planar correction with variation", 100),
+    ("planar accelerations", 100),
+    ("planar residual of eight in lanes", 100),
+    ("planar factorisation of eight in lanes", 100),
+    ("planar correction with variation of eight in lanes", 100),
+    ("planar accelerations of eight in lanes", 100),
     ("pass", 1),
     ("eight passes in lanes", 1),
 ];
@@ -68,7 +78,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let change = count as f64 / expected as f64 - 1.0;
         let mark = if change.abs() > MARGIN { "  <- outside the margin" } else { "" };
         off |= change.abs() > MARGIN;
-        println!("{name:34} {count:12} instructions, {:+.1} %{mark}", 100.0 * change);
+        println!("{name:50} {count:12} instructions, {:+.1} %{mark}", 100.0 * change);
     }
     if off {
         eprintln!(
@@ -100,7 +110,9 @@ fn run(subject: usize, repetitions: usize) {
     match subject {
         0..4 => run_loop::<f64>(subject, repetitions),
         4..8 => run_loop::<Lanes<LANES>>(subject - 4, repetitions),
-        8 => {
+        8..12 => run_planar_loop::<f64>(subject - 8, repetitions),
+        12..16 => run_planar_loop::<Lanes<LANES>>(subject - 12, repetitions),
+        16 => {
             let settings = settings();
             for _ in 0..repetitions {
                 black_box(simulate(black_box(&settings)).expect("the pass ends"));
@@ -132,20 +144,37 @@ fn settings() -> Settings {
     settings
 }
 
-/// A bent and turning filament, the same in all lanes.
+/// A bent and turning filament, the same in all lanes, and the weights of a step.
+struct Motion<T> {
+    chain: Chain<T>,
+    clamp: Clamp<T>,
+    q: Vec<[T; 2]>,
+    v: Vec<[T; 2]>,
+    weights: StepWeights<T>,
+}
+
+impl<T: Compiled> Motion<T> {
+    fn new() -> Self {
+        let settings = settings();
+        let n = settings.filament.segments;
+        let chain = filament::chain(&settings.filament, [0.0; 3]);
+        let of = T::from_f64;
+        Self {
+            chain: Chain::from_lanes(|_| &chain),
+            clamp: Clamp::from_lanes(|_| radial_clamp(settings.tool.body_radius_m, 0.3, 50.0, 0.0)),
+            q: (0..n).map(|k| [of(1.5 + 0.01 * k as f64), of(0.3 + 0.03 * k as f64)]).collect(),
+            v: (0..n).map(|k| [of(0.1 * k as f64), of(50.0 + k as f64)]).collect(),
+            weights: StepWeights { coordinates: of(1e-10), rates: of(1e-5) },
+        }
+    }
+}
+
 fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
-    let settings = settings();
-    let n = settings.filament.segments;
-    let chain = filament::chain(&settings.filament, [0.0; 3]);
-    let clamp = Clamp::from_lanes(|_| radial_clamp(settings.tool.body_radius_m, 0.3, 50.0, 0.0));
-    let of = T::from_f64;
-    let q: Vec<[T; 2]> = (0..n).map(|k| [of(1.5 + 0.01 * k as f64), of(0.3 + 0.03 * k as f64)]).collect();
-    let v: Vec<[T; 2]> = (0..n).map(|k| [of(0.1 * k as f64), of(50.0 + k as f64)]).collect();
-    let mut dynamics = Dynamics::<T>::new(Chain::from_lanes(|_| &chain));
-    let (mut a, mut result) = (vec![[of(0.0); 2]; n], vec![[of(0.0); 2]; n]);
+    let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
+    let mut dynamics = Dynamics::new(chain);
+    let (mut a, mut result) = (q.clone(), q.clone());
     dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
     dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
-    let weights = StepWeights { coordinates: of(1e-10), rates: of(1e-5) };
     let all = LaneSet::first(T::LANES);
     dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all);
     for _ in 0..repetitions {
@@ -154,6 +183,30 @@ fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
             0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
             1 => dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all),
             2 => dynamics.solve(&mut result),
+            _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
+        }
+    }
+    black_box((a, result));
+}
+
+/// The same with the equations in the plane, which take the polar angles as a variation.
+fn run_planar_loop<T: Compiled>(subject: usize, repetitions: usize) {
+    let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
+    let mut dynamics = PlanarDynamics::new(chain);
+    let (mut a, mut result) = (q.clone(), q.clone());
+    dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
+    dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
+    let all = LaneSet::first(T::LANES);
+    dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all);
+    for _ in 0..repetitions {
+        let dynamics = black_box(&mut dynamics);
+        match subject {
+            0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
+            1 => dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all),
+            2 => {
+                dynamics.correction(&clamp, &q, &v, &a, &NoLoads, &mut result);
+                dynamics.solve_variation(&clamp, &q, &v, &a, &NoLoads, weights, &mut result);
+            }
             _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
         }
     }

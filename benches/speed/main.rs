@@ -6,10 +6,11 @@
 //! ```
 //!
 //! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of the
-//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `derivation`: the equations, from
-//! energies to Rust.
+//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `planar`: the planar equations against
+//! those in space, and lanes against single states, as ratios from one run. `derivation`: the equations, from energies to Rust.
 
 mod fixed_size;
+mod planar;
 
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -78,6 +79,15 @@ impl Motion {
             v,
             accelerations: vec![[0.0; 2]; segments],
         }
+    }
+
+    /// The same in the plane.
+    fn planar(segments: usize) -> Self {
+        let mut motion = Self::new(segments);
+        for (q, v) in motion.q.iter_mut().zip(&mut motion.v) {
+            (q[0], v[0]) = (std::f64::consts::FRAC_PI_2, 0.0);
+        }
+        motion
     }
 
     fn compute_accelerations(&mut self) {
@@ -235,5 +245,5 @@ fn derivation(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, accelerations, implicit_step, contact, whole_study, derivation);
+criterion_group!(benches, accelerations, implicit_step, contact, whole_study, planar::planar, derivation);
 criterion_main!(benches);

@@ -95,6 +95,18 @@ impl<const N: usize> Neg for Lanes<N> {
     }
 }
 
+/// Sine and cosine where at least one lane is beyond [`TRIGONOMETRIC_LIMIT`]. On its own, because results that are written lane
+/// by lane stay in memory: inlined, this would slow down the others too.
+#[cold]
+#[inline(never)]
+fn far_sin_cos<const N: usize>(angles: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
+    let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
+    for lane in 0..N {
+        (sin[lane], cos[lane]) = elementary::sin_cos(angles.0[lane]);
+    }
+    (Lanes(sin), Lanes(cos))
+}
+
 impl<const N: usize> Real for Lanes<N> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
@@ -118,15 +130,12 @@ impl<const N: usize> Real for Lanes<N> {
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
+        if !self.all_within(TRIGONOMETRIC_LIMIT) {
+            return far_sin_cos(self);
+        }
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
-        if self.all_within(TRIGONOMETRIC_LIMIT) {
-            for lane in 0..N {
-                (sin[lane], cos[lane]) = elementary::near_sin_cos(self.0[lane]);
-            }
-        } else {
-            for lane in 0..N {
-                (sin[lane], cos[lane]) = elementary::sin_cos(self.0[lane]);
-            }
+        for lane in 0..N {
+            (sin[lane], cos[lane]) = elementary::near_sin_cos(self.0[lane]);
         }
         (Self(sin), Self(cos))
     }

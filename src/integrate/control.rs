@@ -26,6 +26,30 @@ pub struct Proposal {
     pub remaining: f64,
 }
 
+/// How much work an integration may spend to keep its tolerance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Newton iterations.
+    pub iterations: usize,
+    /// The length of the integration in s.
+    pub duration: f64,
+}
+
+/// The share of the effort that is free at the start, when a filament meets the workpiece.
+const FREE_SHARE: f64 = 0.2;
+/// The floor rises with this power of the work over its share: steeply, so that it is far below any step as long as the work is
+/// a fraction of its share.
+const FLOOR_POWER: i32 = 4;
+/// The floor changes slowly. A step up to this factor above it counts as one at the floor.
+const FLOOR_MARGIN: f64 = 1.25;
+
+/// Largest growth towards the floor of a step that misses the tolerance: at the floor itself Newton's method may have failed.
+const FLOOR_GROWTH: f64 = 2.0;
+
+/// An integration that takes this many times the work to which it is limited has failed: its steps are abandoned, however long
+/// they may be.
+const EXHAUSTION: f64 = 1.5;
+
 /// Chooses the steps of one integration.
 #[derive(Clone, Debug)]
 pub struct StepControl {
@@ -33,6 +57,8 @@ pub struct StepControl {
     /// The step to try next in s.
     step: f64,
     previous_error: f64,
+    allowed_error: f64,
+    effort: Option<Effort>,
     work: Work,
 }
 
@@ -40,7 +66,29 @@ impl StepControl {
     /// Starts with `step` (s).
     pub fn new(tableau: &Tableau, step: f64) -> Self {
         let order = f64::from(tableau.order);
-        Self { order, step, previous_error: 1.0, work: Work::default() }
+        Self { order, step, previous_error: 1.0, allowed_error: 1.0, effort: None, work: Work::default() }
+    }
+
+    /// Limits the work to about `effort`: steps of less than a certain length are accepted whatever their error.
+    ///
+    /// That length vanishes as long as the work is far below its share. It rises to the one with which the effort lasts to the
+    /// end. The methods are L-stable, and damp vibrations that are too fast for it; they follow slower ones as before.
+    #[must_use]
+    pub fn within(self, effort: Effort) -> Self {
+        Self { effort: Some(effort), ..self }
+    }
+
+    /// The length in s of a step that is accepted whatever its error.
+    fn floor(&self, remaining: f64) -> f64 {
+        let (Some(Effort { iterations, duration }), 1..) = (self.effort, self.work.steps) else { return 0.0 };
+        let spent = self.work.newton_iterations as f64 / iterations as f64;
+        let share = FREE_SHARE + (1.0 - FREE_SHARE) * (1.0 - remaining / duration);
+        duration * spent / self.work.steps as f64 * (spent / share).powi(FLOOR_POWER)
+    }
+
+    /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more where work is limited.
+    pub fn allowed_error(&self) -> f64 {
+        self.allowed_error
     }
 
     /// Work so far.
@@ -72,6 +120,17 @@ impl StepControl {
         Proposal { step, limited, remaining }
     }
 
+    /// True for a `step` (s), with `remaining` (s) left at its start, that is so short that the work does not allow shorter
+    /// ones ([`StepControl::within`]): it need not meet the tolerance.
+    pub fn is_at_floor(&self, step: f64, remaining: f64) -> bool {
+        step <= FLOOR_MARGIN * self.floor(remaining)
+    }
+
+    /// True if the work has exceeded its limit by so much that longer steps cannot help.
+    pub fn is_exhausted(&self) -> bool {
+        self.effort.is_some_and(|effort| self.work.newton_iterations as f64 > EXHAUSTION * effort.iterations as f64)
+    }
+
     /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is accepted.
     ///
     /// # Errors
@@ -83,17 +142,20 @@ impl StepControl {
         outcome: Result<f64, RejectionCause<R>>,
     ) -> Result<bool, IntegrationError<R>> {
         let Proposal { step, limited, remaining } = proposal;
+        let (floor, short) = (self.floor(remaining), self.is_at_floor(step, remaining));
         let cause = match outcome {
-            Ok(error) if error <= 1.0 => {
+            Ok(error) if error <= 1.0 || short => {
                 self.work.steps += 1;
-                let proposed = step * self.factor(error);
+                self.work.unresolved_steps += usize::from(error > 1.0);
+                let proposed = (step * self.factor(error)).max(floor.min(FLOOR_GROWTH * step));
                 // A step cut short by the end is not evidence against a longer one.
                 self.step = if limited { self.step.max(proposed) } else { proposed };
-                self.previous_error = error.max(1e-4);
+                self.previous_error = error.clamp(1e-4, 1.0);
+                self.allowed_error = error.max(1.0);
                 return Ok(true);
             }
             Ok(error) => {
-                self.step = step * self.factor(error).min(1.0);
+                self.step = (step * self.factor(error).min(1.0)).max(floor);
                 RejectionCause::Error
             }
             Err(cause) => {

@@ -17,7 +17,7 @@ mod single;
 mod stepper;
 pub mod tableau;
 
-pub use control::{Proposal, StepControl};
+pub use control::{Effort, Proposal, StepControl};
 pub use single::Integrator;
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
@@ -28,7 +28,7 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
 /// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
-pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e12;
+pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e30;
 
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.
@@ -206,6 +206,8 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
 pub struct Work {
     /// Accepted steps.
     pub steps: usize,
+    /// Accepted steps whose error is above the tolerance, because the integration had spent its [`Effort`].
+    pub unresolved_steps: usize,
     /// Steps repeated because the error estimate was too large, or the system refused their final state.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.

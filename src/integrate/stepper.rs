@@ -11,6 +11,8 @@ const MAX_STAGES: usize = 8;
 
 /// Newton's method stops when its error is this fraction of the error allowed for a step.
 const NEWTON_TOLERANCE: f64 = 0.02;
+/// Where a step may miss the tolerance, it stops at no larger error than this, relative to the scales of the tolerances.
+const LOOSEST_NEWTON_TOLERANCE: f64 = 1e-5;
 /// With [`StageSolution::Predicted`] it stops after the first iteration if the correction is below this, in tolerances.
 ///
 /// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, because the error estimate
@@ -76,8 +78,10 @@ pub struct Stepper<T, const D: usize, const Q: usize> {
 }
 
 /// Newton's method in one lane.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Newton {
+    /// The correction, in tolerances, below which it ends.
+    tolerance: f64,
     /// Of the last iterations, the estimate for the next stage.
     contraction: f64,
     previous_norm: Option<f64>,
@@ -97,6 +101,17 @@ enum Progress {
 }
 
 impl Newton {
+    fn new() -> Self {
+        Self {
+            tolerance: NEWTON_TOLERANCE,
+            contraction: 1.0,
+            previous_norm: None,
+            iterations: 0,
+            factorisations: 0,
+            failed: false,
+        }
+    }
+
     /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was made in it.
     fn judge(&mut self, solution: StageSolution, iteration: usize, norm: f64, fresh: bool, relative: f64) -> Progress {
         if !norm.is_finite() {
@@ -112,7 +127,7 @@ impl Newton {
         }
         if let Some(previous) = self.previous_norm {
             let contraction = norm / previous;
-            if contraction > MAX_CONTRACTION && norm > NEWTON_TOLERANCE {
+            if contraction > MAX_CONTRACTION && norm > self.tolerance {
                 self.previous_norm = None;
                 return if fresh { Progress::Failed } else { Progress::NeedsMatrix };
             }
@@ -124,7 +139,7 @@ impl Newton {
         self.previous_norm = Some(norm);
         let remaining = if self.contraction < 1.0 { self.contraction / (1.0 - self.contraction) * norm } else { norm };
         // Corrections of a few roundings are noise, and their contraction means nothing.
-        if remaining <= NEWTON_TOLERANCE || norm * relative <= 8.0 * f64::EPSILON {
+        if remaining <= self.tolerance || norm * relative <= 8.0 * f64::EPSILON {
             Progress::Converged
         } else {
             Progress::Continues
@@ -165,7 +180,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             correction: zeros(),
             integrals: [none; Q],
             error: none,
-            newton: vec![Newton { contraction: 1.0, ..Newton::default() }; T::LANES],
+            newton: vec![Newton::new(); T::LANES],
         }
     }
 
@@ -173,11 +188,17 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     ///
     /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
-        self.newton[lane] = Newton { contraction: 1.0, ..Newton::default() };
+        self.newton[lane] = Newton::new();
         let Tolerances { relative, coordinate_scale, rate_scale } = tolerances;
         self.tolerances.relative.set_lane(lane, relative);
         self.tolerances.coordinate_scale.set_lane(lane, coordinate_scale);
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
+    }
+
+    /// Sets the error, in tolerances, with which the next steps of `lane` will be accepted: stages need not be more accurate.
+    pub fn set_allowed_error(&mut self, lane: usize, error: f64) {
+        let loosest = LOOSEST_NEWTON_TOLERANCE / self.tolerances.relative.lane(lane);
+        self.newton[lane].tolerance = (NEWTON_TOLERANCE * error).min(loosest).max(NEWTON_TOLERANCE);
     }
 
     /// Sets the state from which the steps of `lane` start.
@@ -203,7 +224,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         let diagonal = T::from_f64(tableau.gamma) * step;
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
         for newton in &mut self.newton {
-            *newton = Newton { contraction: newton.contraction, ..Newton::default() };
+            *newton = Newton { iterations: 0, factorisations: 0, failed: false, ..*newton };
         }
         for stage in 1..=last {
             let time = self.time + T::from_f64(tableau.node(stage)) * step;

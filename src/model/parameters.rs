@@ -111,7 +111,6 @@ pub struct Range {
 }
 
 impl Range {
-    const FINITE: Self = Self::real(Bound::Unbounded, Bound::Unbounded);
     const POSITIVE: Self = Self::real(Bound::Excluded(0.0), Bound::Unbounded);
     const NOT_NEGATIVE: Self = Self::at_least(0.0);
     const ANGLE: Self = Self::real(Bound::Included(0.0), Bound::Excluded(std::f64::consts::TAU));
@@ -207,7 +206,7 @@ macro_rules! parameter {
 
 /// All scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
-    parameter!(tool.body_radius_m, "m", Range::POSITIVE, "r_g", "radius of the brush body").required(),
+    parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body").required(),
     parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush").required(),
     parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments"),
     parameter!(
@@ -218,26 +217,27 @@ pub static PARAMETERS: &[Parameter] = &[
         "uncertainty of the number of filaments"
     ),
     parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments"),
-    parameter!(filament.length_m, "m", Range::POSITIVE, "l_f", "free length").required(),
+    parameter!(filament.length_m, "m", Range::real(Bound::Excluded(0.0), Bound::Included(100.0)), "l_f", "free length")
+        .required(),
     parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required(),
-    parameter!(filament.density_kg_m3, "kg/m³", Range::POSITIVE, "ρ", "density"),
-    parameter!(filament.youngs_modulus_pa, "Pa", Range::POSITIVE, "E", "Young’s modulus"),
-    parameter!(filament.damping_ratio, "", Range::NOT_NEGATIVE, "ζ", "damping ratio of the first bending mode"),
+    parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density"),
+    parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus"),
+    parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode"),
     parameter!(filament.lateral_tilt_rad, "rad", Range::between(-1.0, 1.0), "τ", "tilt of the clamp towards +z"),
     parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness"),
-    parameter!(contact.exponent, "", Range::at_least(1.0), "p", "exponent of the penetration"),
+    parameter!(contact.exponent, "", Range::between(1.0, 10.0), "p", "exponent of the penetration"),
     parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE, "χ", "contact damping"),
     parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE, "", "contact radius of a node"),
-    parameter!(contact.friction_coefficient, "", Range::NOT_NEGATIVE, "µ", "coefficient of friction"),
+    parameter!(contact.friction_coefficient, "", Range::between(0.0, 100.0), "µ", "coefficient of friction"),
     parameter!(
         contact.friction_regularisation_m_s,
         "m/s",
-        Range::POSITIVE,
+        Range::between(1e-9, 1e4),
         "v_reg",
         "sliding speed over which friction sets in"
     ),
-    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::FINITE, "v_ft", "feed velocity"),
-    parameter!(process.brushing_velocity_m_s, "m/s", Range::POSITIVE, "v_b", "brushing velocity").required(),
+    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity"),
+    parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity").required(),
     parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
@@ -355,7 +355,8 @@ mod tests {
 
     #[test]
     fn ranges_contain_finite_numbers_only() {
-        for range in [Range::FINITE, Range::POSITIVE, Range::whole(1.0, 400.0)] {
+        let finite = Range::real(Bound::Unbounded, Bound::Unbounded);
+        for range in [finite, Range::POSITIVE, Range::whole(1.0, 400.0)] {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!(!range.contains(value), "{range} contains {value}");
             }

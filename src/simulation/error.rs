@@ -34,12 +34,13 @@ impl fmt::Display for Obstacle {
 pub enum IntegrationError {
     /// No step can be taken.
     Step(integrate::IntegrationError<Obstacle>),
-    /// The pass takes more steps than any sensible case.
+    /// The pass takes more work than any pass may, although it may miss the tolerance
+    /// ([`StepControl::within`](crate::integrate::StepControl::within)).
     TooManySteps {
         /// Steps taken.
         steps: usize,
-        /// Time in s.
-        time: f64,
+        /// The share of the pass that they have passed, from 0 to 1.
+        share: f64,
         /// Step in s.
         step: f64,
     },
@@ -60,10 +61,12 @@ impl fmt::Display for IntegrationError {
                 write!(formatter, "{error}: a setting of extreme size, or a joint folded back on itself")
             }
             Self::Step(error @ Refused { .. }) => error.fmt(formatter),
-            Self::TooManySteps { steps, time, step } => write!(
+            Self::TooManySteps { steps, share, step } => write!(
                 formatter,
-                "{steps} steps reached only t = {time:.9e} s, with steps of {step:.3e} s at last; try more damping, a \
-                 larger friction regularisation, or a looser relative tolerance"
+                "the work of a whole pass was spent on {:.1} % of this one, in {steps} steps of {step:.1e} s at last; try a \
+                 filament.damping_ratio above 0, fewer filament.segments, a softer contact, or a larger friction \
+                 regularisation",
+                100.0 * share
             ),
         }
     }
@@ -133,7 +136,7 @@ mod tests {
             IntegrationError::Step(too_small(RejectionCause::Refused(Obstacle::Pole { segment: 2 }))),
             IntegrationError::Step(NotFinite { time: 1e-3 }),
             IntegrationError::Step(Refused { time: 1e-3, reason: Obstacle::Fold { segment: 2 } }),
-            IntegrationError::TooManySteps { steps: 300_000, time: 1e-3, step: 2e-9 },
+            IntegrationError::TooManySteps { steps: 30_000, share: 0.125, step: 2e-9 },
         ]
         .map(|error| error.to_string());
         assert_eq!(
@@ -149,8 +152,9 @@ mod tests {
                 "the accelerations at t = 1.000000000e-3 s are not finite: a setting of extreme size, or a joint folded \
                  back on itself",
                 "no step can start at t = 1.000000000e-3 s: segment 2 is folded back on segment 1",
-                "300000 steps reached only t = 1.000000000e-3 s, with steps of 2.000e-9 s at last; try more damping, a \
-                 larger friction regularisation, or a looser relative tolerance",
+                "the work of a whole pass was spent on 12.5 % of this one, in 30000 steps of 2.0e-9 s at last; try a \
+                 filament.damping_ratio above 0, fewer filament.segments, a softer contact, or a larger friction \
+                 regularisation",
             ]
         );
     }

@@ -57,6 +57,10 @@ crate::record! {
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct Statistics {
         steps: usize = ["", "", "accepted steps", "those that became part of the motion"],
+        unresolved_steps: usize = [
+            "", "", "unresolved steps",
+            "accepted steps that miss the tolerance, because the pass had spent its effort"
+        ],
         rejected_steps: usize = [
             "", "", "rejected steps",
             "repeated because the error estimate was too large, or the step met a pole of a segment's coordinates"
@@ -79,9 +83,11 @@ crate::record! {
 impl Statistics {
     /// The `work` of the integrator, and the counts of the simulation itself.
     fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
-        let Work { steps, rejected_steps, newton_iterations, newton_failures, factorisations } = *work;
+        let Work { steps, unresolved_steps, rejected_steps, newton_iterations, newton_failures, factorisations } =
+            *work;
         Self {
             steps,
+            unresolved_steps,
             rejected_steps,
             newton_iterations,
             newton_failures,
@@ -298,6 +304,19 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// # Errors
     /// If the integration cannot continue. All numbers returned are finite.
     pub fn simulate(&self, sampling: Sampling) -> Result<Simulation, SimulationError> {
+        self.simulate_telling(sampling, |_| ())
+    }
+
+    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1.
+    ///
+    /// # Errors
+    /// As for [`Pass::simulate`].
+    pub fn simulate_telling(
+        &self,
+        sampling: Sampling,
+        mut tell: impl FnMut(f64),
+    ) -> Result<Simulation, SimulationError> {
+        let [_, _, end_time] = self.times();
         let mut system = self.system_for(sampling);
         let start = self.start(&mut system);
         let mut observer = self.observer();
@@ -305,6 +324,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let (_, statistics) = self.integrate(&mut system, start, |step| {
             observer.observe(step);
             sampler.observe(step, &observer);
+            tell(step.end.time / end_time);
         })?;
         self.conclude(observer.record(), statistics, sampler)
     }
@@ -314,8 +334,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         Sampler::new(self.form, self.filament.chain, sampling, end_time)
     }
 
-    /// The start of a trajectory in `system`.
-    fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
+    /// The trajectory of the pass in `system`, at its start.
+    pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
         let [_, _, end_time] = self.times();
         Trajectory::new(system, start, end_time, METHOD, self.tolerances)

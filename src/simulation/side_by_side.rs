@@ -176,7 +176,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         let result = match run.trajectory.next_step(&self.system) {
             Ok(Some(step)) => {
                 self.steps.set_lane(lane, step);
-                self.stepper.set_start(lane, run.trajectory.start());
+                run.trajectory.prepare(lane, &mut self.stepper);
                 return true;
             }
             Ok(None) => Ok(()),

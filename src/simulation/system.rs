@@ -36,9 +36,9 @@ use integral::COUNT;
 
 /// Where the lateral variation of a planar state leaves this range, it is divided by [`VARIATION_FACTOR`], or multiplied again.
 /// Divided, it stays above [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
-const VARIATION_RANGE: std::ops::Range<f64> = 1e15..1e60;
+const VARIATION_RANGE: std::ops::Range<f64> = 1e32..1e90;
 /// See [`VARIATION_RANGE`].
-const VARIATION_FACTOR: f64 = 1e40;
+const VARIATION_FACTOR: f64 = 1e50;
 
 /// Entries of a segment's block of coordinates, as its [`Form`] defines them.
 pub const COORDINATES: usize = 2;
@@ -136,6 +136,18 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         let [x, y, z] = self.motion.at(time).position;
         let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
         (1e-4 * relative * length).min(by_force).max(rounding)
+    }
+
+    /// The same in m for a pass whose work is limited: `1e-2 × relative tolerance × l_f`, or less if the contact would store more
+    /// energy there than `1e-2 × relative tolerance × E I/l_f`, because switching gains or loses that energy.
+    pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
+        let chain = &self.chain;
+        let length = chain.length * chain.segments as f64;
+        let share = 1e-2 * relative;
+        // c h = E I, and a penetration δ stores k δ^(p+1)/(p+1).
+        let energy = share * chain.joint_stiffness * chain.length / length;
+        let power = self.law.exponent + 1.0;
+        (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
 }
 

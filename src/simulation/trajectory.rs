@@ -6,10 +6,10 @@ use super::search::{maximise, root};
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
 use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{Compiled, PolarAxis};
+use crate::equations::{Compiled, Lanewise, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::Tableau;
-use crate::integrate::{Proposal, SecondOrderSystem, StepControl, Stepper, Tolerances};
+use crate::integrate::{Effort, Proposal, SecondOrderSystem, StepControl, Stepper, Tolerances};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
@@ -73,8 +73,13 @@ impl Step<'_> {
     }
 }
 
-/// More steps than this in one pass count as a failure.
-const MAX_STEPS: usize = 300_000;
+/// The work that a pass may spend, in Newton iterations of one segment: some ten seconds of one core. Nearly all passes end with
+/// a hundredth of it (docs/integrators.md).
+const EFFORT: f64 = 4e7;
+/// The overhead of an iteration, expressed in segments.
+const SEGMENTS_OF_OVERHEAD: usize = 2;
+/// Newton iterations of a pass with few segments: the work around them matters too.
+const MAX_ITERATIONS: f64 = 2.5e6;
 /// Largest number of repetitions of a step until its end lies on an event: first by Newton's method, then by bisection to
 /// rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
@@ -115,6 +120,8 @@ pub struct Trajectory {
     tolerances: Tolerances,
     /// How deep a node may be past its event at the end of a step, in m.
     location: f64,
+    /// The same where the work is limited.
+    coarse_location: f64,
     control: StepControl,
     contact_events: usize,
     chart_changes: usize,
@@ -145,8 +152,11 @@ impl Nodes {
         Self { knots, speed: f64::INFINITY, distances }
     }
 
-    /// Bounds the speeds of the nodes at `time`. The surface moves at one speed wherever they may touch it.
+    /// Bounds the speeds of the nodes at `time`, if the workpiece moves at one velocity everywhere.
     fn bound_speed<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>, time: f64) {
+        if !filament.workpiece.translates() {
+            return;
+        }
         let square = self.knots.iter().map(|knot| dot(knot.rate, knot.rate)).fold(0.0, f64::max);
         let tip = self.knots[self.knots.len() - 1].value;
         let surface = filament.workpiece.surface(tip, time).velocity;
@@ -186,16 +196,21 @@ impl Trajectory {
         tolerances: Tolerances,
     ) -> Self {
         let n = system.blocks();
-        let control = StepControl::new(tableau, 1e-3 * (end_time - start.time));
+        let duration = end_time - start.time;
+        let iterations = EFFORT / (n + SEGMENTS_OF_OVERHEAD) as f64;
+        let effort = Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration };
+        let control = StepControl::new(tableau, 1e-3 * duration).within(effort);
         let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
         let mut start_nodes = Nodes::new(vec![none; n]);
         system.track(&start, &mut start_nodes.knots);
         start_nodes.bound_speed(system.filament(0), start.time);
+        let location = system.filament(0).event_tolerance(tolerances.relative, start.time);
         Self {
             end_time,
             tolerances,
-            location: system.filament(0).event_tolerance(tolerances.relative, start.time),
+            location,
+            coarse_location: system.filament(0).coarse_event_tolerance(tolerances.relative).max(location),
             phase: Phase::Advance(control.propose(start.time, end_time)),
             control,
             contact_events: 0,
@@ -212,6 +227,12 @@ impl Trajectory {
     /// The state from which the next step starts.
     pub fn start(&self) -> &FilamentState {
         &self.start
+    }
+
+    /// Prepares the next step in `lane` of `stepper`.
+    pub fn prepare<T: Lanewise>(&self, lane: usize, stepper: &mut Stepper<T, COORDINATES, COUNT>) {
+        stepper.set_start(lane, &self.start);
+        stepper.set_allowed_error(lane, self.control.allowed_error());
     }
 
     /// Closes in `lane` of `system` the nodes that are closed in this trajectory.
@@ -252,9 +273,10 @@ impl Trajectory {
         if time >= self.end_time {
             return Ok(None);
         }
-        let steps = self.control.work().steps;
-        if steps >= MAX_STEPS {
-            return Err(IntegrationError::TooManySteps { steps, time, step: self.control.step() });
+        if self.control.is_exhausted() {
+            let steps = self.control.work().steps;
+            let share = time / self.end_time;
+            return Err(IntegrationError::TooManySteps { steps, share, step: self.control.step() });
         }
         self.start.check(system)?;
         let proposal = self.control.propose(time, self.end_time);
@@ -352,7 +374,7 @@ impl Trajectory {
         stepper.set_tolerances(0, self.tolerances);
         while let Some(step) = self.next_step(system)? {
             system.set_charts(&self.start.charts);
-            stepper.set_start(0, &self.start);
+            self.prepare(0, stepper);
             stepper.attempt(system, step);
             self.conclude(0, stepper, system, &mut observe)?;
         }
@@ -416,8 +438,13 @@ impl Trajectory {
         let excess = |position, velocity, time| excess(filament, self.closed[node], position, velocity, time, location);
         let Knot { value, rate, acceleration } = self.end_nodes.knots[node];
         let here = excess(value, rate, self.end.time);
+        // Where work is limited, the end of a step may lie some depth past the event, but not before it: the node would
+        // switch back.
+        let limited = self.control.is_at_floor(crossing.past, self.end_time - self.start.time);
+        let depth = if limited { self.coarse_location } else { 0.0 };
         let resolved = high - low <= 4.0 * f64::EPSILON * (self.start.time.abs() + high);
-        if here.abs() <= location / 2.0 || (resolved && here > 0.0) || attempts + 1 >= MAX_LANDINGS {
+        let near = here.abs() <= location / 2.0 || (0.0..=depth).contains(&here);
+        if near || (resolved && here > 0.0) || attempts + 1 >= MAX_LANDINGS {
             return None;
         }
         if here > 0.0 {
@@ -430,7 +457,7 @@ impl Trajectory {
         let earlier = add(value, scale(-back, rate));
         let slower = add(rate, scale(-back, acceleration));
         let slope = (here - excess(earlier, slower, self.end.time - back)) / back;
-        let next = length - here / slope;
+        let next = length - (here - depth / 2.0) / slope;
         let inside = next > low && next < high && attempts < MAX_NEWTON_LANDINGS;
         let length = match () {
             () if resolved => high,

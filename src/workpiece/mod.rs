@@ -37,6 +37,14 @@ pub trait Workpiece {
         false
     }
 
+    /// True if the workpiece moves without turning or deforming: [`Surface::velocity`] is the same everywhere. The search for
+    /// contact events then leaves out nodes that are far away.
+    ///
+    /// The default is false, which is always right.
+    fn translates(&self) -> bool {
+        false
+    }
+
     /// The angles of the tool between which its undeformed tips touch the workpiece as it is at time zero; none if they
     /// never touch, or touch all the time. `tip` gives the position of a tip in m by the angle `β` in rad.
     ///
@@ -158,6 +166,10 @@ impl Workpiece for Plane {
 
     fn is_planar(&self) -> bool {
         self.normal[2] == 0.0 && self.velocity[2] == 0.0
+    }
+
+    fn translates(&self) -> bool {
+        true
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {

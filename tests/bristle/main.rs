@@ -13,4 +13,5 @@ mod physics;
 mod planar;
 mod poles;
 mod reference;
+mod slow;
 mod work;

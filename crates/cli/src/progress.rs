@@ -1,4 +1,5 @@
-//! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs.
+//! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs. And that of one long
+//! simulation: a bar.
 
 use std::collections::VecDeque;
 use std::io;
@@ -157,18 +158,70 @@ fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> St
         text += &if rate >= 9.95 { format!(", {rate:.0}/s") } else { format!(", {rate:.2}/s") };
     }
     if let Some(seconds) = seconds_left {
-        let seconds = seconds.ceil();
-        let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds % 3600.0 / 60.0).floor());
-        text += &match seconds {
-            3600.0.. => format!(", {hours} h {minutes} min left"),
-            60.0.. => format!(", {minutes} min {} s left", seconds % 60.0),
-            _ => format!(", {seconds} s left"),
-        };
+        text += &time_left(seconds);
     }
     if failures > 0 {
         text += &format!(", {failures} failed");
     }
     text
+}
+
+/// Such as `, 2 min 10 s left`.
+fn time_left(seconds: f64) -> String {
+    let seconds = seconds.ceil();
+    let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds % 3600.0 / 60.0).floor());
+    match seconds {
+        3600.0.. => format!(", {hours} h {minutes} min left"),
+        60.0.. => format!(", {minutes} min {} s left", seconds % 60.0),
+        _ => format!(", {seconds} s left"),
+    }
+}
+
+/// The progress of one pass: nothing at first, then a bar on a terminal.
+pub struct PassProgress {
+    begun: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl PassProgress {
+    /// A simulation that ends sooner shows no bar.
+    const PATIENCE: Duration = Duration::from_secs(2);
+    /// Parts of the bar.
+    const PARTS: f64 = 1000.0;
+
+    /// Starts with nothing done.
+    pub fn begin() -> Self {
+        Self { begun: Instant::now(), bar: None }
+    }
+
+    /// Shows what `share` of the pass, from 0 to 1, is done.
+    pub fn tell(&mut self, share: f64) {
+        let passed = self.begun.elapsed();
+        if passed < Self::PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let bar = ProgressBar::new(Self::PARTS as u64).with_style(pass_style());
+            terminal::keep_below(&bar);
+            bar
+        });
+        bar.set_position((Self::PARTS * share) as u64);
+        bar.set_message(time_left(passed.as_secs_f64() * (1.0 / share - 1.0)));
+    }
+
+    /// Ends the bar.
+    pub fn end(self) {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+            terminal::nothing_below();
+        }
+    }
+}
+
+/// Style of the bar of one pass.
+fn pass_style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:30} {percent} % of the pass{msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Tally {

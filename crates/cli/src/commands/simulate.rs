@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle::simulation::{Sampling, simulate_with};
+use bristle::simulation::{Pass, Sampling, Statistics};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
@@ -17,6 +17,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
 use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
+use crate::progress::PassProgress;
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
 use crate::terminal::{say, say_written};
 use crate::values::parse_count;
@@ -27,7 +28,8 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
-/// time. [study] is ignored. If the contact is laterally unstable, a warning says how to see what an imperfect filament does.
+/// time. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
+/// a warning says how to see what an imperfect filament does.
 ///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
@@ -72,7 +74,12 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let simulation = simulate_with(&settings, Sampling { samples, shapes, loads: true, alongside: false })?;
+    let mut progress = PassProgress::begin();
+    let sampling = Sampling { samples, shapes, loads: true, alongside: false };
+    let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
+    progress.end();
+    let simulation = simulation?;
+    warn_of_limited_work(&simulation.statistics);
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut content = Vec::new();
@@ -100,4 +107,15 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     case_warning(&settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
+}
+
+/// Warns if the pass had to miss its tolerance.
+fn warn_of_limited_work(statistics: &Statistics) {
+    let Statistics { steps, unresolved_steps, .. } = statistics;
+    if *unresolved_steps > 0 {
+        say(format_args!(
+            "warning: {unresolved_steps} of {steps} steps miss the relative tolerance, as the work\n         of a pass is \
+             limited; some damping (`filament.damping_ratio`) avoids this"
+        ));
+    }
 }

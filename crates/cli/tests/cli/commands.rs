@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 20] = [
+const RESULTS: [&str; 21] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -59,6 +59,7 @@ const RESULTS: [&str; 20] = [
     "lateral_amplification",
     "laterally_unstable",
     "steps",
+    "unresolved_steps",
     "rejected_steps",
     "newton_iterations",
     "newton_failures",
