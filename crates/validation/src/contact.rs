@@ -1,5 +1,6 @@
 //! Passes of a filament over the workpiece.
 
+use std::f64::consts::FRAC_PI_2;
 use std::num::NonZeroUsize;
 
 use bristle::equations::Dynamics;
@@ -106,7 +107,12 @@ struct Balance {
     balanced: Vec<(f64, f64)>,
 }
 
-/// Follows the momentum through a pass.
+/// Blocks of planar coordinates, `[η, θ]`, as those of the spatial equations, `[φ, θ]`, with the same first entry for all.
+fn in_space(blocks: &[[f64; 2]], polar: f64) -> Vec<[f64; 2]> {
+    blocks.iter().map(|block| [polar, block[1]]).collect()
+}
+
+/// Follows the momentum through a planar pass, with the root force of the spatial equations.
 fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     /// Gauss points and weights on a step.
     const POINTS: [(f64, f64); 3] =
@@ -135,6 +141,8 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             step.coordinates(s, &mut q, &mut v);
             watching.accelerations(time, &q, &v, &mut accelerations);
             let clamp = pass.tool().at(time);
+            let [q, v, accelerations] =
+                [(&q, FRAC_PI_2), (&v, 0.0), (&accelerations, 0.0)].map(|(blocks, polar)| in_space(blocks, polar));
             dynamics.residual(&clamp, &q, &v, &accelerations, &watching.loads(time), &mut rest);
             let weight = weight * step.length();
             root_impulse = add(root_impulse, scale(weight, dynamics.root_force()));
