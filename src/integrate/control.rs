@@ -40,6 +40,8 @@ const FREE_SHARE: f64 = 0.2;
 /// The floor rises with this power of the work over its share: steeply, so that it is far below any step as long as the work is
 /// a fraction of its share.
 const FLOOR_POWER: i32 = 4;
+/// The floor rises no further above this ratio of the work to its share: Newton's method would fail at longer steps.
+const HIGHEST_OVERDRAFT: f64 = 1.5;
 /// The floor changes slowly. A step up to this factor above it counts as one at the floor.
 const FLOOR_MARGIN: f64 = 1.25;
 
@@ -48,7 +50,7 @@ const FLOOR_GROWTH: f64 = 2.0;
 
 /// An integration that takes this many times the work to which it is limited has failed: its steps are abandoned, however long
 /// they may be.
-const EXHAUSTION: f64 = 1.5;
+const EXHAUSTION: f64 = 3.5;
 
 /// Chooses the steps of one integration.
 #[derive(Clone, Debug)]
@@ -83,7 +85,7 @@ impl StepControl {
         let (Some(Effort { iterations, duration }), 1..) = (self.effort, self.work.steps) else { return 0.0 };
         let spent = self.work.newton_iterations as f64 / iterations as f64;
         let share = FREE_SHARE + (1.0 - FREE_SHARE) * (1.0 - remaining / duration);
-        duration * spent / self.work.steps as f64 * (spent / share).powi(FLOOR_POWER)
+        duration * spent / self.work.steps as f64 * (spent / share).min(HIGHEST_OVERDRAFT).powi(FLOOR_POWER)
     }
 
     /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more where work is limited.
