@@ -20,6 +20,7 @@ fn work_of_typical_passes() {
         let statistics = simulate(&crate::common::case(segments, velocity, depth)).expect("the pass ends").statistics;
         let Statistics {
             steps,
+            unresolved_steps,
             rejected_steps,
             newton_iterations,
             newton_failures,
@@ -27,6 +28,7 @@ fn work_of_typical_passes() {
             contact_events,
             chart_changes,
         } = statistics;
+        assert_eq!(unresolved_steps, 0, "an ordinary pass keeps its tolerance");
         assert_eq!(chart_changes, 0, "a round tool's filament stays away from the poles of z");
         let counts = [steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events];
         for (count, expected) in counts.into_iter().zip(expected) {
