@@ -73,7 +73,7 @@ impl Step<'_> {
     }
 }
 
-/// The work that a pass may spend, in Newton iterations of one segment: some ten seconds of one core. Nearly all passes end with
+/// The work that a pass may spend, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
 /// a hundredth of it (docs/integrators.md).
 const EFFORT: f64 = 4e7;
 /// The overhead of an iteration, expressed in segments.
