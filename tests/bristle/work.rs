@@ -26,7 +26,9 @@ fn work_of_typical_passes() {
             factorisations,
             contact_events,
             chart_changes,
+            unresolved_steps,
         } = statistics;
+        assert_eq!(unresolved_steps, 0, "the work of these passes is not limited");
         assert_eq!(chart_changes, 0, "a round tool's filament stays away from the poles of z");
         let counts = [steps, rejected_steps, newton_iterations, newton_failures, factorisations, contact_events];
         for (count, expected) in counts.into_iter().zip(expected) {
