@@ -839,8 +839,13 @@ fn bad_sweeps_are_refused_with_key_and_line() {
 fn a_grid_of_too_many_points_is_refused_at_once() {
     let workspace = Workspace::new();
     let thousands = "{ start = 1, stop = 9999, step = 1 }";
-    let keys =
-        ["contact.exponent", "contact.stiffness_n_m", "filament.density_kg_m3", "tool.filament_count", "tool.width_m"];
+    let keys = [
+        "contact.damping_s_m",
+        "contact.stiffness_n_m",
+        "filament.density_kg_m3",
+        "tool.filament_count",
+        "tool.width_m",
+    ];
     let sweeps: String = keys.iter().map(|key| format!("\"{key}\" = {thousands}\n")).collect();
     workspace.write("case.toml", format!("{FILE}{sweeps}"));
     let message = workspace.refuse("study case.toml --out results");

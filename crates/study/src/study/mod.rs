@@ -110,7 +110,7 @@ mod tests {
         let error = Study::new(base(), twice).expect_err("swept twice");
         assert_eq!(error, StudyError::SweptTwice { path: DEPTH });
         let thousand = |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
-        let many = vec![thousand(VELOCITY), thousand("contact.exponent")];
+        let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
         let error = Study::new(base(), many).expect_err("too many cases");
         assert_eq!(error, StudyError::TooManyCases);
     }
