@@ -113,13 +113,12 @@ impl<'t> Document<'t> {
 
     /// The settings for evaluating a state without contact. The file need not state velocity and depth.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
-        // The evaluation does not depend on the two: any value that passes the checks will do.
-        const ANY: &str = "1e-300";
+        // The evaluation does not depend on the two: any values that pass the checks will do.
+        const ANY: [(&str, &str); 2] = [(VELOCITY, "1.0"), (DEPTH, "1e-300")];
         let absent = |path| Parameter::find(path).filter(|parameter| find(&self.table, parameter.path).is_none());
-        let overrides: Vec<Override<'_>> = [VELOCITY, DEPTH]
+        let overrides: Vec<Override<'_>> = ANY
             .into_iter()
-            .filter_map(absent)
-            .map(|parameter| Override { parameter, text: ANY, span: self.end() })
+            .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
             .collect();
         self.build(&overrides).map(|(settings, _)| settings)
     }
