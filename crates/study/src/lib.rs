@@ -16,6 +16,7 @@ pub mod digest;
 pub mod document;
 pub mod input_error;
 pub mod journal;
+pub mod limited_work;
 pub mod measured;
 pub mod results;
 pub mod schema;

@@ -4,12 +4,13 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle::simulation::{Pass, Sampling, Statistics};
+use bristle::simulation::{Pass, Sampling};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
 use bristle_study::digest::digest;
 use bristle_study::document::Document;
+use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
 use bristle_study::stability::case_warning;
 use clap::Args;
@@ -79,7 +80,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let simulation = simulation?;
-    warn_of_limited_work(&simulation.statistics);
+    case_work_warning(&simulation.statistics).iter().for_each(say);
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut content = Vec::new();
@@ -107,15 +108,4 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
     case_warning(&settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
-}
-
-/// Warns if the pass had to miss its tolerance.
-fn warn_of_limited_work(statistics: &Statistics) {
-    let Statistics { steps, unresolved_steps, .. } = statistics;
-    if *unresolved_steps > 0 {
-        say(format_args!(
-            "warning: {unresolved_steps} of {steps} steps miss the relative tolerance, as the work\n         of a pass is \
-             limited; some damping (`filament.damping_ratio`) avoids this"
-        ));
-    }
 }

@@ -12,6 +12,7 @@ use bristle_report::page::{Course, Recorder, page};
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
+use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
@@ -154,6 +155,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     for (case, message) in failures.iter().take(MAX_FAILURES_SHOWN) {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
+    study_work_warning(&results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
