@@ -9,8 +9,8 @@ use crate::text::layout::wrap_at;
 const WIDTH: usize = 80;
 
 /// What a limit of work means for results, and what avoids it.
-const CONSEQUENCE: &str = "The impulse is good to 0.3 %, contact times and peak forces to some per cent; the lateral amplification means \
-                           nothing. Some damping (`filament.damping_ratio`) avoids this.";
+const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and peak forces to some ten per cent; the lateral \
+                           amplification means nothing. Some damping (`filament.damping_ratio`) avoids this.";
 
 /// The warning about the cases of a study whose work was limited, for a terminal 80 columns wide. `None` if there are none.
 #[must_use]
