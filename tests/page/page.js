@@ -291,7 +291,7 @@ test("settings, statistics, version and hash of the equations are there", async 
   ]) {
     assert.ok(settings.includes(text), text);
   }
-  assert.match(await page.textContent("#statistics"), /accepted steps[\d\s]+rejected steps/);
+  assert.match(await page.textContent("#statistics"), /accepted steps[\d\s]+unresolved steps[\d\s]+rejected steps/);
   const origin = await page.textContent("#origin");
   assert.match(origin, /Bristle \d+\.\d+\.\d+/);
   assert.match(origin, /[0-9a-f]{64} \(SHA-256\)/);
