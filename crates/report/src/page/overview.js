@@ -166,7 +166,8 @@ function createOverview(study, grid, open) {
   function measure() {
     const width = map.clientWidth;
     const [left, right, top, bottom] = [upward ? 50 : 64, 8, 8, 44];
-    const inner = width - left - right;
+    // Before the page has been laid out the width is zero.
+    const inner = Math.max(0, width - left - right);
     const wanted = upward ? Math.min(inner * 0.66, rows * 64) : inner * 0.5;
     const height = Math.round(Math.min(Math.max(wanted, 190), 460));
     layout = { width, left, top, inner, height, total: height + top + bottom };
