@@ -20,8 +20,8 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 # Columns that count something; the status is text, all others are real numbers.
 COUNTS = {
-    "segments", "contact_count", "steps", "rejected_steps", "newton_iterations", "newton_failures", "factorisations",
-    "contact_events", "failed_samples",
+    "segments", "contact_count", "laterally_unstable", "steps", "unresolved_steps", "rejected_steps",
+    "newton_iterations", "newton_failures", "factorisations", "contact_events", "failed_samples",
 }
 # Arrays at the nodes, with their components.
 ARRAYS = {

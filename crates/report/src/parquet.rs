@@ -176,8 +176,8 @@ mod tests {
         let (mut bytes, mut table) = (Vec::new(), Vec::new());
         write_runs_parquet(&mut bytes, &study, &results, "settings").expect("a file");
         write_runs(&mut table, &study, &results).expect("a table");
-        // Twelve metrics and six numbers of the solver's work of each case that failed.
-        assert_eq!(compare(&bytes, &table, ("study.json", "settings")), (4 * 18, 1));
+        // Fourteen metrics and seven numbers of the solver’s work of each case that failed.
+        assert_eq!(compare(&bytes, &table, ("study.json", "settings")), (4 * 21, 1));
     }
 
     #[test]
