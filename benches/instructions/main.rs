@@ -16,7 +16,7 @@ use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
 use bristle::equations::{
-    Chain, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics, StepWeights,
+    Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics, StepWeights,
 };
 use bristle::model::filament;
 use bristle::model::settings::Settings;
@@ -176,12 +176,12 @@ fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
     dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
     dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
     let all = LaneSet::first(T::LANES);
-    dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all);
+    dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all);
     for _ in 0..repetitions {
         let dynamics = black_box(&mut dynamics);
         match subject {
             0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
-            1 => dynamics.factorise(&clamp, &v, &a, &NoLoads, weights, all),
+            1 => dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all),
             2 => dynamics.solve(&mut result),
             _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
         }

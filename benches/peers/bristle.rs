@@ -9,7 +9,7 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use bristle::equations::{Batch, Chain, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
+use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
@@ -130,7 +130,7 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
     for _ in 0..calls {
         let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
         dynamics.residual(clamp, q, v, &accelerations, &NoLoads, &mut correction);
-        dynamics.factorise(clamp, v, &accelerations, &NoLoads, weights, LaneSet::first(1));
+        dynamics.factorise(clamp, q, v, &accelerations, &NoLoads, weights, LaneSet::first(1));
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })

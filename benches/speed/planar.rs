@@ -6,7 +6,8 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use bristle::equations::{
-    Batch, Chain, Clamp, Compiled, Dynamics, LANES, Lanes, Member, NoLoads, PlanarDynamics, lanes_are_compiled,
+    Batch, Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, Lanes, Member, NoLoads, PlanarDynamics,
+    lanes_are_compiled,
 };
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Pass, simulate_side_by_side};

@@ -13,7 +13,8 @@ use std::error::Error;
 use std::fmt;
 
 use super::{
-    Chain, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled, linear::zero,
+    Chain, ChainDynamics, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled,
+    linear::zero,
 };
 
 /// States that are computed together.

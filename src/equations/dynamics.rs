@@ -6,10 +6,12 @@ use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, zero};
 use super::planar::{PlanarRecursion, PlanarTask};
-use super::recursion::{self, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent};
+use super::recursion::{
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent,
+};
+use super::tasks::{ChainDynamics, Task};
 use super::{
-    Chain, Clamp, Energies, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeTangent, PlanarDynamics, Real, StepWeights,
-    kernels,
+    Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeTangent, PlanarDynamics, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -60,8 +62,8 @@ impl<T: Real> Dynamics<T> {
         self.charts.copy_from_slice(charts);
     }
 
-    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`Dynamics::place`], [`Dynamics::track`] or
-    /// [`Dynamics::residual`].
+    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`ChainDynamics::place`], [`ChainDynamics::track`] or
+    /// [`ChainDynamics::residual`].
     pub fn positions(&self) -> &[[T; 3]] {
         &self.memory.positions
     }
@@ -76,13 +78,13 @@ impl<T: Real> Dynamics<T> {
         &self.memory.velocities
     }
 
-    /// Force that the clamp exerts on the root in N, from the last [`Dynamics::residual`].
+    /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
         self.memory.root_force
     }
 
-    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`Dynamics::track`] or
-    /// [`Dynamics::residual`].
+    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`ChainDynamics::track`] or
+    /// [`ChainDynamics::residual`].
     pub fn node_acceleration(&self, node: usize) -> [T; 3] {
         add(self.memory.base_accelerations[node + 1], self.chain.gravity)
     }
@@ -90,33 +92,7 @@ impl<T: Real> Dynamics<T> {
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
     pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
         let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
-        let Chain { segments: n, length, mass, inertia, gravity, .. } = self.chain;
-        let (root, constants) = (self.chain.root_joint(), self.chain.joint());
-        let (direction, direction_rate) = clamp.about(self.charts[0]);
-        let root = kernels::clamp_energy(direction, direction_rate, self.angles[0], v[0], root.stiffness, root.damping);
-        let none = T::from_f64(0.0);
-        let mut energies = Energies {
-            kinetic: none,
-            spring: root.spring,
-            gravity: none,
-            dissipation: root.dissipation,
-            clamp_torque_power: root.power,
-        };
-        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-        for k in 0..n {
-            let Side { angles, rates, axis } = posture.side(k);
-            let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
-            let segment = kernels::segment_energy(*angles, *rates, x, x_rate, g, length, mass, inertia);
-            energies.kinetic = energies.kinetic + segment.kinetic;
-            energies.gravity = energies.gravity + segment.gravity;
-            if k > 0 {
-                let joint = chart::joint_energy(posture.side(k - 1), posture.side(k), constants);
-                energies.spring = energies.spring + joint.spring;
-                energies.dissipation = energies.dissipation + joint.dissipation;
-            }
-            (position, velocity) = (self.memory.positions[k], self.memory.velocities[k]);
-        }
-        energies
+        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
     }
 }
 
@@ -149,8 +125,33 @@ impl<'a, T: Real> Spatial<'a, T> {
     }
 
     #[inline(always)]
-    fn root(&self) -> Root<T, 3> {
-        self.clamp.root(self.chain.gravity)
+    fn clamp_energy(&self) -> kernels::ClampEnergy<T> {
+        let JointConstants { stiffness, damping } = self.chain.root_joint();
+        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
+        kernels::clamp_energy(direction, direction_rate, self.angles[0], self.v[0], stiffness, damping)
+    }
+}
+
+impl<T: Real> Energetic<T, 2, 3> for Spatial<'_, T> {
+    #[inline(always)]
+    fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> [T; 2] {
+        let Chain { length, mass, inertia, gravity, .. } = self.chain;
+        let axis = self.charts[k];
+        let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
+        let kernels::SegmentEnergy { kinetic, gravity } =
+            kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, length, mass, inertia);
+        [kinetic, gravity]
+    }
+
+    #[inline(always)]
+    fn inner_joint_energy(&self, k: usize) -> [T; 2] {
+        if k > 0 {
+            let kernels::JointEnergy { spring, dissipation } =
+                chart::joint_energy(self.side(k - 1), self.side(k), self.chain.joint());
+            return [spring, dissipation];
+        }
+        let kernels::ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
+        [spring, dissipation]
     }
 }
 
@@ -163,6 +164,11 @@ impl<T: Real> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn mass(&self) -> T {
         self.chain.mass
+    }
+
+    #[inline(always)]
+    fn root(&self) -> Root<T, 3> {
+        self.clamp.root(self.chain.gravity)
     }
 
     #[inline(always)]
@@ -270,124 +276,9 @@ impl<T: Real> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 }
 
-impl<T: Compiled> Dynamics<T> {
-    /// Angles, positions and velocities at `(q, q̇)`, without forces.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        T::run(self, Task::Place { clamp, q, v });
-    }
-
-    /// Like [`Dynamics::place`], with the accelerations of the nodes at `q̈`.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        T::run(self, Task::Track { clamp, q, v, accelerations });
-    }
-
-    /// The [`Energies::dissipation`] alone in W, at the `q` of the last call that took it.
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn dissipation(&mut self, clamp: &Clamp<T>, v: &[[T; 2]]) -> T {
-        let mut result = T::from_f64(0.0);
-        T::run(self, Task::Dissipation { clamp, q: &[], v, result: &mut result });
-        result
-    }
-
-    /// Moves the nodes to their positions after `correction` (rad/s²) is subtracted from the `q̈` of the last
-    /// [`Dynamics::residual`], and its products with `weights` from `q̇` and `q`.
-    ///
-    /// This is first order in the correction. In the velocities, `w_v |q̇|` is neglected compared with one.
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        T::run(self, Task::Shift { correction, weights });
-    }
-
-    /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
-    ///
-    /// Exact up to rounding: solves `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`. Joint torques are exact to one rounding of `c`. In a nearly straight filament, small
-    /// components are therefore known to some 1e-16 of the torque at a bend of one radian.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn accelerations(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        accelerations: &mut [[T; 2]],
-    ) {
-        T::run(self, Task::Accelerations { clamp, q, v, loads, result: accelerations });
-    }
-
-    /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn residual(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        residual: &mut [[T; 2]],
-    ) {
-        T::run(self, Task::Residual { clamp, q, v, accelerations, loads, result: residual });
-    }
-
-    /// [`Dynamics::residual`] and [`Dynamics::solve`] in one: into `correction` the change of `q̈` (rad/s²) that Newton's method
-    /// subtracts, with the matrix of the last [`Dynamics::factorise`].
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn correction(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        correction: &mut [[T; 2]],
-    ) {
-        T::run(self, Task::Correction { clamp, q, v, accelerations, loads, result: correction });
-    }
-
-    /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        T::run(self, Task::Solve { right_side });
-    }
-
-    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
-    /// state of the last [`Dynamics::residual`], which must have been called with the same arguments.
-    ///
-    /// Only in `lanes`: the others keep their matrix.
-    ///
-    /// The matrix is exact except for one approximation: a loaded node is assumed to move by `w_q δẍ` (and at
-    /// `w_v δẍ`). This neglects `2 w_v |q̇|` compared with one. Newton's method converges to the same solution.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn factorise(
-        &mut self,
-        clamp: &Clamp<T>,
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    ) {
-        T::run(self, Task::Factorise { clamp, q: &[], v, accelerations, loads, weights, lanes });
+impl<T: Compiled> ChainDynamics<T> for Dynamics<T> {
+    fn run(&mut self, task: Task<'_, T>) {
+        T::run(self, task);
     }
 }
 
@@ -452,68 +343,6 @@ impl Compiled for Lanes<LANES> {
     }
 }
 
-/// A task for [`Dynamics`] or [`PlanarDynamics`]: a method of the same name, with its arguments.
-pub enum Task<'a, T> {
-    Place {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-    },
-    Track {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-    },
-    Accelerations {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
-    Residual {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
-    Correction {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
-    Factorise {
-        clamp: &'a Clamp<T>,
-        /// Only for a planar chain. In space the sines and cosines of the last residual suffice.
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    },
-    Solve {
-        right_side: &'a mut [[T; 2]],
-    },
-    Shift {
-        correction: &'a [[T; 2]],
-        weights: StepWeights<T>,
-    },
-    Dissipation {
-        clamp: &'a Clamp<T>,
-        /// See `Factorise`.
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        result: &'a mut T,
-    },
-}
-
 /// A task with its chain.
 struct Recursion<'a, T> {
     dynamics: &'a mut Dynamics<T>,
@@ -531,60 +360,9 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
     fn run(self) {
         let Dynamics { chain, charts, angles, memory } = self.dynamics;
         let n = chain.segments;
-        match self.task {
-            Task::Place { clamp, q, v } => {
-                T::sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                recursion::place(memory, &posture, posture.root());
-            }
-            Task::Track { clamp, q, v, accelerations } => {
-                T::sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                recursion::track(memory, &posture, posture.root(), accelerations);
-            }
-            Task::Accelerations { clamp, q, v, loads, result } => {
-                T::sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                if !loads.is_empty() {
-                    recursion::place(memory, &posture, posture.root());
-                }
-                recursion::accelerations(memory, &posture, posture.root(), loads, result);
-            }
-            Task::Residual { clamp, q, v, accelerations, loads, result } => {
-                T::sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
-            }
-            Task::Correction { clamp, q, v, accelerations, loads, result } => {
-                T::sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                recursion::correction(memory, &posture, posture.root(), accelerations, loads, result);
-            }
-            Task::Factorise { clamp, v, accelerations, loads, weights, lanes, .. } => {
-                let posture = Spatial::new(chain, charts, angles, v, clamp);
-                recursion::factorise(memory, &posture, accelerations, loads, weights, lanes);
-            }
-            Task::Solve { right_side } => recursion::solve::<T, Spatial<'_, T>, 2, 3>(memory, n, right_side),
-            Task::Shift { correction, weights } => {
-                recursion::shift::<T, Spatial<'_, T>, 2, 3>(memory, n, correction, weights);
-            }
-            Task::Dissipation { clamp, v, result, .. } => {
-                *result = dissipation(&Spatial::new(chain, charts, angles, v, clamp))
-            }
+        if let Some(q) = self.task.new_coordinates() {
+            T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
+        recursion::perform(memory, n, |clamp, _, v| Spatial::new(chain, charts, angles, v, clamp), self.task);
     }
-}
-
-/// The dissipation function of the whole chain in W.
-#[inline(always)]
-fn dissipation<T: Real>(posture: &Spatial<'_, T>) -> T {
-    let (root, constants) = (posture.chain.root_joint(), posture.chain.joint());
-    let (direction, direction_rate) = posture.clamp.about(posture.charts[0]);
-    let (angles, v) = (posture.angles[0], posture.v[0]);
-    let root = kernels::clamp_energy(direction, direction_rate, angles, v, root.stiffness, root.damping);
-    let mut sum = root.dissipation;
-    for k in 1..posture.chain.segments {
-        sum = sum + chart::joint_energy(posture.side(k - 1), posture.side(k), constants).dissipation;
-    }
-    sum
 }

@@ -18,6 +18,7 @@ pub mod linear;
 mod planar;
 mod real;
 mod recursion;
+mod tasks;
 
 pub use batch::{Batch, BatchError, LANES, Member};
 pub use chain::{Chain, Clamp, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
@@ -28,6 +29,8 @@ pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use lanes::Lanes;
 pub use planar::PlanarDynamics;
 pub use real::{LaneSet, Lanewise, Real};
+pub use tasks::ChainDynamics;
+pub(crate) use tasks::Task;
 
 /// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.
 pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");

@@ -10,15 +10,19 @@
 
 use super::chart::JointConstants;
 use super::dispatch::Loop;
-use super::dynamics::Task;
 use super::linear::{add, in_lane, zero};
-use super::recursion::{self, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent};
-use super::{Chain, Clamp, Compiled, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights, kernels};
+use super::recursion::{
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent,
+};
+use super::tasks::{ChainDynamics, Task};
+use super::{Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, Real, StepWeights, kernels};
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
 ///
 /// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[η, θ]`, `η` per rad of tilt and `θ` in rad.
-/// Neighbouring azimuths differ by less than `π`. Nodes, loads and clamp are in the frame; their components along `z` are zero.
+/// Neighbouring azimuths differ by less than `π`. The methods of [`ChainDynamics`] are about the motion alone and leave the entries of
+/// the variation as they are, except that [`ChainDynamics::factorise`] factorises the matrices of both: the motion does not depend
+/// on its variation. Nodes, loads and clamp are in the frame; their components along `z` are zero.
 #[derive(Clone, Debug)]
 pub struct PlanarDynamics<T> {
     chain: Chain<T>,
@@ -50,12 +54,12 @@ impl<T: Real> PlanarDynamics<T> {
     }
 
     /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the state of the last
-    /// [`PlanarDynamics::place`], [`PlanarDynamics::track`] or [`PlanarDynamics::residual`].
+    /// [`ChainDynamics::place`], [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn node(&self, node: usize) -> [[T; 3]; 2] {
         [to_frame(self.memory.positions[node]), to_frame(self.memory.velocities[node])]
     }
 
-    /// Force that the clamp exerts on the root in N, from the last [`PlanarDynamics::residual`].
+    /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
         to_frame(self.memory.root_force)
     }
@@ -63,95 +67,18 @@ impl<T: Real> PlanarDynamics<T> {
     /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
     pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
         let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
-        let Chain { segments: n, length, mass, inertia, gravity, .. } = self.chain;
-        let root = posture.clamp_energy();
-        let none = T::from_f64(0.0);
-        let mut energies = Energies {
-            kinetic: none,
-            spring: root.spring,
-            gravity: none,
-            dissipation: root.dissipation,
-            clamp_torque_power: root.power,
-        };
-        let Root { mut position, mut velocity, .. } = posture.root();
-        for k in 0..n {
-            let gravity = in_plane(gravity);
-            let segment = kernels::planar_segment_energy(
-                self.angles[k],
-                v[k][1],
-                position,
-                velocity,
-                gravity,
-                length,
-                mass,
-                inertia,
-            );
-            energies.kinetic = energies.kinetic + segment.kinetic;
-            energies.gravity = energies.gravity + segment.gravity;
-            if k > 0 {
-                let joint = posture.joint_energy(k);
-                energies.spring = energies.spring + joint.spring;
-                energies.dissipation = energies.dissipation + joint.dissipation;
-            }
-            (position, velocity) = (self.memory.positions[k], self.memory.velocities[k]);
-        }
-        energies
+        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
+    }
+}
+
+impl<T: Compiled> ChainDynamics<T> for PlanarDynamics<T> {
+    fn run(&mut self, task: Task<'_, T>) {
+        T::run_planar(self, PlanarTask::Motion(task));
     }
 }
 
 impl<T: Compiled> PlanarDynamics<T> {
-    /// Angles, positions and velocities at `(q, q̇)`, without forces.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        T::run_planar(self, PlanarTask::Motion(Task::Place { clamp, q, v }));
-    }
-
-    /// Like [`PlanarDynamics::place`], with the accelerations of the nodes at `q̈`.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        T::run_planar(self, PlanarTask::Motion(Task::Track { clamp, q, v, accelerations }));
-    }
-
-    /// The [`Energies::dissipation`] alone in W, at the `q` of the last call that took it.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn dissipation(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> T {
-        let mut result = T::from_f64(0.0);
-        T::run_planar(self, PlanarTask::Motion(Task::Dissipation { clamp, q, v, result: &mut result }));
-        result
-    }
-
-    /// Moves the nodes to their positions after `correction` is subtracted from the `q̈` of the last
-    /// [`PlanarDynamics::residual`]; see [`Dynamics::shift`](super::Dynamics::shift).
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        T::run_planar(self, PlanarTask::Motion(Task::Shift { correction, weights }));
-    }
-
-    /// Azimuthal accelerations `θ̈` in rad/s² at the state `(q, q̇)`, into `accelerations`, whose `η̈` stay as they are; see
-    /// [`Dynamics::accelerations`](super::Dynamics::accelerations).
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn accelerations(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        accelerations: &mut [[T; 2]],
-    ) {
-        T::run_planar(self, PlanarTask::Motion(Task::Accelerations { clamp, q, v, loads, result: accelerations }));
-    }
-
-    /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last [`PlanarDynamics::residual`], which must have
+    /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last [`ChainDynamics::residual`], which must have
     /// been called with the same arguments.
     ///
     /// # Panics
@@ -167,45 +94,11 @@ impl<T: Compiled> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Lateral { clamp, q, v, loads, result: accelerations });
     }
 
-    /// `M θ̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, whose entries for the variation stay as they are.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn residual(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        residual: &mut [[T; 2]],
-    ) {
-        let task = Task::Residual { clamp, q, v, accelerations, loads, result: residual };
-        T::run_planar(self, PlanarTask::Motion(task));
-    }
-
-    /// [`PlanarDynamics::residual`] and [`PlanarDynamics::solve`] in one, with the result in `correction`.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    pub fn correction(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        correction: &mut [[T; 2]],
-    ) {
-        let task = Task::Correction { clamp, q, v, accelerations, loads, result: correction };
-        T::run_planar(self, PlanarTask::Motion(task));
-    }
-
     /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
     ///
-    /// The right side is the residual of the variation at the point of the last [`PlanarDynamics::residual`], but with the loads
+    /// The right side is the residual of the variation at the point of the last [`ChainDynamics::residual`], but with the loads
     /// that the nodes carry after the correction of `θ̈`: in a stiff contact they change by far more than anything else. The
-    /// nodes are moved there, as by [`PlanarDynamics::shift`].
+    /// nodes are moved there, as by [`ChainDynamics::shift`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -222,35 +115,6 @@ impl<T: Compiled> PlanarDynamics<T> {
     ) {
         T::run_planar(self, PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction });
     }
-
-    /// Solves the factorised equations of motion for `right_side`, in place. Its entries for the variation stay as they are.
-    ///
-    /// # Panics
-    /// If the slice is shorter than the chain.
-    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        T::run_planar(self, PlanarTask::Motion(Task::Solve { right_side }));
-    }
-
-    /// Factorises the matrices of Newton's method at the state of the last [`PlanarDynamics::residual`]; see
-    /// [`Dynamics::factorise`](super::Dynamics::factorise). The effect of `θ̈` on the lateral equations is neglected, because
-    /// the motion does not depend on its variation.
-    ///
-    /// # Panics
-    /// If a slice is shorter than the chain.
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
-    pub fn factorise(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    ) {
-        let task = Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes };
-        T::run_planar(self, PlanarTask::Motion(task));
-    }
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
@@ -261,8 +125,8 @@ impl<T: Lanewise> PlanarDynamics<T> {
             .map(|[x, y]| [x, y, 0.0])
     }
 
-    /// Position, velocity and acceleration of a node in one lane, after [`PlanarDynamics::track`] or
-    /// [`PlanarDynamics::residual`].
+    /// Position, velocity and acceleration of a node in one lane, after [`ChainDynamics::track`] or
+    /// [`ChainDynamics::residual`].
     #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
@@ -299,12 +163,6 @@ impl<'a, T: Real> Planar<'a, T> {
         Self { chain: *chain, angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
     }
 
-    #[inline(always)]
-    fn root(&self) -> Root<T, 2> {
-        let Root { position, velocity, acceleration } = self.clamp.root(self.chain.gravity);
-        Root { position: in_plane(position), velocity: in_plane(velocity), acceleration: in_plane(acceleration) }
-    }
-
     /// `e_0` and `ė_0`.
     #[inline(always)]
     fn clamp(&self) -> ([T; 2], [T; 2]) {
@@ -317,23 +175,29 @@ impl<'a, T: Real> Planar<'a, T> {
         let (direction, direction_rate) = self.clamp();
         kernels::planar_clamp_energy(direction, direction_rate, self.angles[0], self.v[0][1], stiffness, damping)
     }
+}
 
-    /// Energy and dissipation of the joint at the inner end of segment `k`, which is not the first.
+impl<T: Real> Energetic<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
-    fn joint_energy(&self, k: usize) -> kernels::PlanarJointEnergy<T> {
-        let JointConstants { stiffness, damping } = self.chain.joint();
-        let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
-        kernels::planar_joint_energy(inner, outer, self.v[k - 1][1], self.v[k][1], stiffness, damping)
+    fn segment_energy(&self, k: usize, position: [T; 2], velocity: [T; 2]) -> [T; 2] {
+        let Chain { length, mass, inertia, gravity, .. } = self.chain;
+        let (angles, rate, g) = (self.angles[k], self.v[k][1], in_plane(gravity));
+        let kernels::PlanarSegmentEnergy { kinetic, gravity } =
+            kernels::planar_segment_energy(angles, rate, position, velocity, g, length, mass, inertia);
+        [kinetic, gravity]
     }
 
-    /// The dissipation function of the whole chain in W.
     #[inline(always)]
-    fn dissipation(&self) -> T {
-        let mut sum = self.clamp_energy().dissipation;
-        for k in 1..self.chain.segments {
-            sum = sum + self.joint_energy(k).dissipation;
+    fn inner_joint_energy(&self, k: usize) -> [T; 2] {
+        if k > 0 {
+            let JointConstants { stiffness, damping } = self.chain.joint();
+            let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
+            let kernels::PlanarJointEnergy { spring, dissipation } =
+                kernels::planar_joint_energy(inner, outer, self.v[k - 1][1], self.v[k][1], stiffness, damping);
+            return [spring, dissipation];
         }
-        sum
+        let kernels::PlanarClampEnergy { spring, dissipation, .. } = self.clamp_energy();
+        [spring, dissipation]
     }
 }
 
@@ -346,6 +210,12 @@ impl<T: Real> Posture<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn mass(&self) -> T {
         self.chain.mass
+    }
+
+    #[inline(always)]
+    fn root(&self) -> Root<T, 2> {
+        let Root { position, velocity, acceleration } = self.clamp.root(self.chain.gravity);
+        Root { position: in_plane(position), velocity: in_plane(velocity), acceleration: in_plane(acceleration) }
     }
 
     #[inline(always)]
@@ -476,12 +346,6 @@ impl<T: Real> Lateral<'_, T> {
         let (position, velocity) = (to_frame(self.motion.positions[k]), to_frame(self.motion.velocities[k]));
         loads.lateral_damping(k, position, velocity)
     }
-
-    /// The root stays where it is when the clamp is tilted.
-    #[inline(always)]
-    fn root() -> Root<T, 1> {
-        Root { position: zero(), velocity: zero(), acceleration: zero() }
-    }
 }
 
 impl<T: Real> Posture<T, 1, 1> for Lateral<'_, T> {
@@ -493,6 +357,12 @@ impl<T: Real> Posture<T, 1, 1> for Lateral<'_, T> {
     #[inline(always)]
     fn mass(&self) -> T {
         self.planar.mass()
+    }
+
+    /// The root stays where it is when the clamp is tilted.
+    #[inline(always)]
+    fn root(&self) -> Root<T, 1> {
+        Root { position: zero(), velocity: zero(), acceleration: zero() }
     }
 
     #[inline(always)]
@@ -663,12 +533,23 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
     fn run(self) {
         let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
         let n = chain.segments;
-        let task = match self.task {
-            PlanarTask::Motion(task) => task,
+        match self.task {
+            PlanarTask::Motion(task) => {
+                if let Some(q) = task.new_coordinates() {
+                    T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
+                }
+                if let Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } = task {
+                    let posture = Planar::new(chain, angles, q, v, clamp);
+                    recursion::factorise(memory, &posture, accelerations, loads, weights, lanes);
+                    let posture = Lateral { planar: posture, motion: memory };
+                    recursion::factorise(lateral, &posture, accelerations, loads, weights, lanes);
+                    return;
+                }
+                recursion::perform(memory, n, |clamp, q, v| Planar::new(chain, angles, q, v, clamp), task);
+            }
             PlanarTask::Lateral { clamp, q, v, loads, result } => {
                 let posture = Lateral { planar: Planar::new(chain, angles, q, v, clamp), motion: memory };
-                recursion::accelerations(lateral, &posture, Lateral::root(), loads, result);
-                return;
+                recursion::accelerations(lateral, &posture, loads, result);
             }
             PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction } => {
                 let posture = Planar::new(chain, angles, q, v, clamp);
@@ -677,53 +558,7 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                     recursion::load(memory, &posture, loads);
                 }
                 let posture = Lateral { planar: posture, motion: memory };
-                recursion::correction(lateral, &posture, Lateral::root(), accelerations, loads, correction);
-                return;
-            }
-        };
-        match task {
-            Task::Place { clamp, q, v } => {
-                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                recursion::place(memory, &posture, posture.root());
-            }
-            Task::Track { clamp, q, v, accelerations } => {
-                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                recursion::track(memory, &posture, posture.root(), accelerations);
-            }
-            Task::Accelerations { clamp, q, v, loads, result } => {
-                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                if !loads.is_empty() {
-                    recursion::place(memory, &posture, posture.root());
-                }
-                recursion::accelerations(memory, &posture, posture.root(), loads, result);
-            }
-            Task::Residual { clamp, q, v, accelerations, loads, result } => {
-                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                recursion::residual(memory, &posture, posture.root(), accelerations, loads, result);
-            }
-            Task::Correction { clamp, q, v, accelerations, loads, result } => {
-                T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                recursion::correction(memory, &posture, posture.root(), accelerations, loads, result);
-            }
-            Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } => {
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                recursion::factorise(memory, &posture, accelerations, loads, weights, lanes);
-                let posture = Lateral { planar: posture, motion: memory };
-                recursion::factorise(lateral, &posture, accelerations, loads, weights, lanes);
-            }
-            Task::Solve { right_side } => {
-                recursion::solve::<T, Planar<'_, T>, 1, 2>(memory, n, right_side);
-            }
-            Task::Shift { correction, weights } => {
-                recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
-            }
-            Task::Dissipation { clamp, q, v, result } => {
-                *result = Planar::new(chain, angles, q, v, clamp).dissipation()
+                recursion::correction(lateral, &posture, accelerations, loads, correction);
             }
         }
     }

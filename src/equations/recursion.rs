@@ -14,7 +14,8 @@ use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
-use super::{LaneSet, Lanewise, NodeLoads, Real, StepWeights};
+use super::tasks::Task;
+use super::{Clamp, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
 
 /// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
 #[derive(Clone, Copy)]
@@ -86,6 +87,9 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Mass of a segment.
     fn mass(&self) -> T;
 
+    /// The inner end of the first segment.
+    fn root(&self) -> Root<T, S>;
+
     /// Takes the coordinates, or what belongs to them, from a block.
     fn take(block: [T; 2]) -> [T; D];
 
@@ -127,6 +131,15 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         position: [T; S],
         velocity: [T; S],
     ) -> Option<LoadTangent<T, S>>;
+}
+
+/// A chain whose energies are known.
+pub(super) trait Energetic<T: Real, const D: usize, const S: usize>: Posture<T, D, S> {
+    /// Kinetic energy and energy of gravity of segment `k`, whose inner end is at `position` and moves at `velocity`.
+    fn segment_energy(&self, k: usize, position: [T; S], velocity: [T; S]) -> [T; 2];
+
+    /// Energy of the spring and dissipation function of the damper at the inner end of segment `k`.
+    fn inner_joint_energy(&self, k: usize) -> [T; 2];
 }
 
 /// One segment's share of the factorised step matrix.
@@ -219,16 +232,81 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
     }
 }
 
+/// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
+/// clamp, the coordinates and the rates that it is given.
+#[inline(always)]
+pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, const S: usize>(
+    memory: &mut Memory<T, D, S>,
+    n: usize,
+    posture: impl FnOnce(&'a Clamp<T>, &'a [[T; 2]], &'a [[T; 2]]) -> P,
+    task: Task<'a, T>,
+) {
+    match task {
+        Task::Place { clamp, q, v } => place(memory, &posture(clamp, q, v)),
+        Task::Track { clamp, q, v, accelerations } => track(memory, &posture(clamp, q, v), accelerations),
+        Task::Accelerations { clamp, q, v, loads, result } => {
+            let posture = posture(clamp, q, v);
+            if !loads.is_empty() {
+                place(memory, &posture);
+            }
+            accelerations(memory, &posture, loads, result);
+        }
+        Task::Residual { clamp, q, v, accelerations, loads, result } => {
+            residual(memory, &posture(clamp, q, v), accelerations, loads, result);
+        }
+        Task::Correction { clamp, q, v, accelerations, loads, result } => {
+            correction(memory, &posture(clamp, q, v), accelerations, loads, result);
+        }
+        Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } => {
+            factorise(memory, &posture(clamp, q, v), accelerations, loads, weights, lanes);
+        }
+        Task::Solve { right_side } => solve::<T, P, D, S>(memory, n, right_side),
+        Task::Shift { correction, weights } => shift::<T, P, D, S>(memory, n, correction, weights),
+        Task::Dissipation { clamp, q, v, result } => *result = dissipation(&posture(clamp, q, v)),
+    }
+}
+
+/// The dissipation function of the whole chain in W.
+#[inline(always)]
+fn dissipation<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(posture: &P) -> T {
+    let [_, mut sum] = posture.inner_joint_energy(0);
+    for k in 1..posture.segments() {
+        let [_, dissipation] = posture.inner_joint_energy(k);
+        sum = sum + dissipation;
+    }
+    sum
+}
+
+/// Energies, where the nodes were last placed, with the power of the clamp's torque.
+pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(
+    memory: &Memory<T, D, S>,
+    posture: &P,
+    clamp_torque_power: T,
+) -> Energies<T> {
+    let none = T::from_f64(0.0);
+    let mut energies = Energies { kinetic: none, spring: none, gravity: none, dissipation: none, clamp_torque_power };
+    let Root { mut position, mut velocity, .. } = posture.root();
+    for k in 0..posture.segments() {
+        let ([kinetic, gravity], [spring, dissipation]) =
+            (posture.segment_energy(k, position, velocity), posture.inner_joint_energy(k));
+        energies.kinetic = energies.kinetic + kinetic;
+        energies.gravity = energies.gravity + gravity;
+        energies.spring = energies.spring + spring;
+        energies.dissipation = energies.dissipation + dissipation;
+        (position, velocity) = (memory.positions[k], memory.velocities[k]);
+    }
+    energies
+}
+
 /// Positions and velocities of the nodes.
 #[inline(always)]
 pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
 ) {
     let n = posture.segments();
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
-    let (mut position, mut velocity) = (root.position, root.velocity);
+    let Root { mut position, mut velocity, .. } = posture.root();
     for k in 0..n {
         let segment = posture.segment(k);
         position = add(position, segment.reach);
@@ -242,14 +320,13 @@ pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
 pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
     accelerations: &[[T; 2]],
 ) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let base_accelerations = &mut memory.base_accelerations[..n + 1];
-    let Root { mut position, mut velocity, acceleration: mut base } = root;
+    let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
     for k in 0..n {
         let segment = posture.segment(k);
         position = add(position, segment.reach);
@@ -266,7 +343,6 @@ pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
 pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
     loads: &dyn NodeLoads<T>,
     accelerations: &mut [[T; 2]],
 ) {
@@ -317,7 +393,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
         responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
     }
 
-    let mut base = root.acceleration;
+    let mut base = posture.root().acceleration;
     for k in 0..n {
         let Response { own, from_node, jacobian, bias } = &responses[k];
         let acceleration = sub(*own, mul(from_node, base));
@@ -331,12 +407,11 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
 pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
     accelerations: &[[T; 2]],
     loads: &dyn NodeLoads<T>,
     residual: &mut [[T; 2]],
 ) {
-    sum_outwards(memory, posture, root, accelerations, residual);
+    sum_outwards(memory, posture, accelerations, residual);
     let (mut forces, ..) = Forces::new(memory, posture, loads);
     for k in (0..posture.segments()).rev() {
         let own = forces.residual(k, P::take(residual[k]));
@@ -351,13 +426,12 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
 pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
     accelerations: &[[T; 2]],
     loads: &dyn NodeLoads<T>,
     correction: &mut [[T; 2]],
 ) {
     let n = posture.segments();
-    sum_outwards(memory, posture, root, accelerations, correction);
+    sum_outwards(memory, posture, accelerations, correction);
     let mut reduction = Reduction::new();
     let (mut forces, eliminations, partial) = Forces::new(memory, posture, loads);
     for k in (0..n).rev() {
@@ -374,7 +448,6 @@ pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: 
 fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    root: Root<T, S>,
     accelerations: &[[T; 2]],
     residual: &mut [[T; 2]],
 ) {
@@ -385,7 +458,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     let base_forces = &mut memory.base_forces[..n];
     let mass = posture.mass();
 
-    let Root { mut position, mut velocity, acceleration: mut base } = root;
+    let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
     // For the segment before, which still lacks the torque of its outer joint.
     let mut pending = zero();
     for k in 0..n {

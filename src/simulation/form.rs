@@ -1,7 +1,7 @@
 //! The equations of a pass: in space, or in the plane of rotation.
 
 use crate::equations::{
-    Chain, Clamp, Compiled, Dynamics, Energies, LaneSet, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
+    Chain, ChainDynamics, Clamp, Compiled, Dynamics, Energies, NodeLoads, PlanarDynamics, PolarAxis, StepWeights, Task,
 };
 use crate::integrate::hermite::Knot;
 
@@ -30,6 +30,12 @@ macro_rules! each {
             Equations::Planar($dynamics) => $result,
         }
     };
+}
+
+impl<T: Compiled> ChainDynamics<T> for Equations<T> {
+    fn run(&mut self, task: Task<'_, T>) {
+        each!(self, dynamics => dynamics.run(task));
+    }
 }
 
 impl<T: Compiled> Equations<T> {
@@ -74,7 +80,7 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.node_in_lane(node, lane))
     }
 
-    /// Position, velocity and acceleration of every node in one lane, after [`Equations::track`] or [`Equations::residual`].
+    /// Position, velocity and acceleration of every node in one lane, after [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
             let [value, rate, acceleration] = dynamics.node_motion(node, lane);
@@ -86,18 +92,6 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.root_force())
     }
 
-    pub fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        each!(self, dynamics => dynamics.place(clamp, q, v));
-    }
-
-    pub fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        each!(self, dynamics => dynamics.track(clamp, q, v, accelerations));
-    }
-
-    pub fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        each!(self, dynamics => dynamics.shift(correction, weights));
-    }
-
     /// At the state where the nodes were last placed.
     pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
         match self {
@@ -106,15 +100,8 @@ impl<T: Compiled> Equations<T> {
         }
     }
 
-    pub fn dissipation(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> T {
-        match self {
-            Self::Spatial(dynamics) => dynamics.dissipation(clamp, v),
-            Self::Planar(dynamics) => dynamics.dissipation(clamp, q, v),
-        }
-    }
-
-    /// `q̈` at a state, with `scratch` for one entry per segment.
-    pub fn accelerations(
+    /// `q̈` at a state, of the motion and of its variation, with `scratch` for one entry per segment.
+    pub fn all_accelerations(
         &mut self,
         clamp: &Clamp<T>,
         q: &[[T; 2]],
@@ -133,47 +120,6 @@ impl<T: Compiled> Equations<T> {
         }
     }
 
-    pub fn residual(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        residual: &mut [[T; 2]],
-    ) {
-        each!(self, dynamics => dynamics.residual(clamp, q, v, accelerations, loads, residual));
-    }
-
-    pub fn correction(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        correction: &mut [[T; 2]],
-    ) {
-        each!(self, dynamics => dynamics.correction(clamp, q, v, accelerations, loads, correction));
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
-    pub fn factorise(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    ) {
-        match self {
-            Self::Spatial(dynamics) => dynamics.factorise(clamp, v, accelerations, loads, weights, lanes),
-            Self::Planar(dynamics) => dynamics.factorise(clamp, q, v, accelerations, loads, weights, lanes),
-        }
-    }
-
     /// Only for planar equations.
     #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
     pub fn solve_variation(
@@ -189,9 +135,5 @@ impl<T: Compiled> Equations<T> {
         if let Self::Planar(dynamics) = self {
             dynamics.solve_variation(clamp, q, v, accelerations, loads, weights, correction);
         }
-    }
-
-    pub fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        each!(self, dynamics => dynamics.solve(right_side));
     }
 }

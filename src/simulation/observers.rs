@@ -6,7 +6,7 @@ use super::system::{Filament, FilamentState, integral};
 use super::trajectory::Step;
 use crate::contact::{Approach, ContactForce};
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::equations::{Chain, Clamp, Energies};
+use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};

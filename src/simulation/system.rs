@@ -7,8 +7,8 @@ use super::form::{Equations, Form};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{dot, in_lane, zero};
 use crate::equations::{
-    Chain, Clamp, Compiled, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights, find_pole,
-    near_pole,
+    Chain, ChainDynamics, Clamp, Compiled, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights,
+    find_pole, near_pole,
 };
 use crate::integrate::hermite::Knot;
 use crate::integrate::{SecondOrderSystem, StageSolution, State};
@@ -378,7 +378,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
     fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let (equations, clamp, loads) = self.parts(time);
-        equations.accelerations(clamp, q, v, &loads, accelerations, &mut scratch);
+        equations.all_accelerations(clamp, q, v, &loads, accelerations, &mut scratch);
         self.scratch = scratch;
     }
 

@@ -3,7 +3,7 @@
 use crate::common::{RandomState, largest, random_pairs, random_state, residual, tolerance};
 use bristle::contact::{Approach, ContactLaw};
 use bristle::equations::linear::add;
-use bristle::equations::{Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
+use bristle::equations::{ChainDynamics, Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
 use bristle::simulation::FilamentSystem;
 use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::{Plane, Workpiece};
@@ -141,7 +141,7 @@ fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl Nod
         let mut dynamics = Dynamics::new(state.chain);
         let mut residual = vec![[0.0; 2]; segments];
         dynamics.residual(&state.clamp, &state.q, &state.v, accelerations, loads, &mut residual);
-        dynamics.factorise(&state.clamp, &state.v, accelerations, loads, weights, LaneSet::first(1));
+        dynamics.factorise(&state.clamp, &state.q, &state.v, accelerations, loads, weights, LaneSet::first(1));
         dynamics.solve(&mut solution);
         for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
             let error = (solution - expected).abs();

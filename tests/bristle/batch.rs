@@ -1,7 +1,7 @@
 //! Is it right? Results computed side by side in vector lanes have the same bits as alone.
 
 use crate::common::{RandomState, case, filament as paper_filament, random_state};
-use bristle::equations::{Batch, Dynamics, LANES, Member, NoLoads, PolarAxis};
+use bristle::equations::{Batch, ChainDynamics, Dynamics, LANES, Member, NoLoads, PolarAxis};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};

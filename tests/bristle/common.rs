@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads};
 use bristle::model::filament;
 use bristle::model::settings::{FilamentSettings, Settings};
 use bristle::tool::radial_clamp;

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
-use bristle::equations::{Chain, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
+use bristle::equations::{Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
@@ -142,7 +142,7 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
                 at(0.0);
                 let mut solution: Vec<[f64; 2]> =
                     above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
-                dynamics.factorise(&state.clamp, &v, &a, &NoLoads, weights, LaneSet::first(1));
+                dynamics.factorise(&state.clamp, &q, &v, &a, &NoLoads, weights, LaneSet::first(1));
                 dynamics.solve(&mut solution);
                 for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
                     let error = (solution - expected).abs();

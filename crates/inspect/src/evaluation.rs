@@ -5,7 +5,7 @@ use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
 use serde::Serialize;
 
-use bristle::equations::{Chain, Clamp, Dynamics, NoLoads, PoleError};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, PoleError};
 use bristle::model::filament;
 use bristle::model::settings::FilamentSettings;
 use bristle::tool::radial_clamp;

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::num::NonZeroUsize;
 
-use bristle::equations::Dynamics;
 use bristle::equations::linear::{add, dot, scale, sub};
+use bristle::equations::{ChainDynamics, Dynamics};
 use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::hermite::Knot;
 use bristle::model::metrics::Metrics;

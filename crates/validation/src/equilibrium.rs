@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use bristle::equations::{Chain, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights};
+use bristle::equations::{Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights};
 use bristle::tool::ClampMotion;
 
 use super::Failure;
@@ -66,7 +66,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             // The step is so long, compared with the periods of the chain, that the step matrix reduces to the stiffness.
             let weights =
                 StepWeights { coordinates: 1e10 * chain.mass / chain.joint_stiffness * reach * reach, rates: 0.0 };
-            dynamics.factorise(&clamp, &rest, &rest, &tip, weights, LaneSet::first(1));
+            dynamics.factorise(&clamp, &q, &rest, &rest, &tip, weights, LaneSet::first(1));
             dynamics.solve(&mut change);
             let mut largest = 0.0;
             for (q, change) in q.as_flattened_mut().iter_mut().zip(change.as_flattened()) {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use bristle::equations::{Chain, Clamp, Dynamics, NoLoads};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// The coordinate of a segment that moves.
