@@ -411,12 +411,9 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
         if loaded.at(k)
-            && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
+            && let Some(force) = loaded.load(posture, loads, points, k, positions[k], velocities[k])
         {
             b = sub(b, force);
-        }
-        if loaded.points {
-            b = sub(b, at_outer_end(points, k));
         }
         let segment = posture.segment(k);
         let joint = posture.inner_joint(k);
@@ -544,6 +541,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
 #[derive(Clone, Copy)]
 struct Loaded<'a> {
     any: bool,
+    /// With loads at points of segments all nodes are asked.
     lanes: Option<&'a [LaneSet]>,
     /// Whether there may be loads at points of segments.
     points: bool,
@@ -556,7 +554,23 @@ impl<'a> Loaded<'a> {
         loads: &'a dyn NodeLoads<T>,
     ) -> Self {
         let any = posture.is_loaded(loads);
-        Self { any, lanes: loads.lanes(), points: any && loads.loads_points() }
+        let points = any && loads.loads_points();
+        Self { any, lanes: if points { None } else { loads.lanes() }, points }
+    }
+
+    /// The load on node `k`, with its share of `points`.
+    #[inline(always)]
+    fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+        self,
+        posture: &P,
+        loads: &dyn NodeLoads<T>,
+        points: &[Point<T, S>],
+        k: usize,
+        position: [T; S],
+        velocity: [T; S],
+    ) -> Option<[T; S]> {
+        let load = posture.load(loads, k, position, velocity);
+        if self.points { Some(add(load.unwrap_or_else(zero), at_outer_end(points, k))) } else { load }
     }
 
     /// Puts the loads at points of segments into `points`.
@@ -628,12 +642,10 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     fn add(&mut self, k: usize) -> [T; S] {
         let mut force = self.force;
         if self.loaded.at(k)
-            && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
+            && let Some(load) =
+                self.loaded.load(self.posture, self.loads, self.points, k, self.positions[k], self.velocities[k])
         {
             force = sub(force, load);
-        }
-        if self.loaded.points {
-            force = sub(force, at_outer_end(self.points, k));
         }
         self.outer_forces[k] = force;
         self.force = add(force, self.base_forces[k]);
@@ -698,9 +710,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
                 a[row] = sub(sub(a[row], elastic), viscous);
             });
         }
-        let ends = loaded.points.then(|| point_blocks(point_changes, k, weights));
-        if let Some([_, [_, outer_outer]]) = &ends {
-            a = sub_matrices(&a, outer_outer);
+        if loaded.points {
+            let [_, [_, outer_outer]] = point_blocks(point_changes, k, weights);
+            a = sub_matrices(&a, &outer_outer);
         }
         let segment = posture.segment(k);
         let jacobian = &segment.reach_jacobian;
@@ -719,8 +731,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
             });
         });
         let mut force = add_matrices(&tangent.base_force, &spread);
-        if let Some([[inner_inner, inner_outer], [outer_inner, _]]) = &ends {
+        if loaded.points {
             // The force on the outer end changes with the inner end, and that on the inner end with both.
+            let [[inner_inner, inner_outer], [outer_inner, _]] = &point_blocks(point_changes, k, weights);
             coupling = sub_matrices(&coupling, &transposed_product(jacobian, outer_inner));
             force = sub_matrices(&force, &product(inner_outer, outer));
             a = sub_matrices(&a, &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)));

@@ -158,11 +158,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
-        let (segments, centre) = (self.chain.segments, edge.centre_at(time));
-        let station = match start {
-            Some(start) => Station::nearest_from(start, segments, nodes, centre),
-            None => Station::nearest(segments, nodes, centre),
-        };
+        let station = Station::nearest_to(edge, start, self.chain.segments, nodes, time);
         EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
@@ -608,10 +604,9 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
                 let (filament, time) = (&self.filaments[lane], self.time.lane(lane));
                 let (edge, start) = (&filament.workpiece.edges()[edge], self.starts[edge][lane]);
                 let contact = filament.edge_contact(edge, &|index| nodes.node(index, lane), Some(start), time);
-                group.contacts[lane] = Some((filament, edge, contact));
+                group.contacts[lane] = Some((filament, contact));
             }
-            while let Some(segment) =
-                group.contacts.iter().flatten().map(|(.., contact)| contact.station.segment).next()
+            while let Some(segment) = group.contacts.iter().flatten().map(|(_, contact)| contact.station.segment).next()
             {
                 let rest = group.leave(segment);
                 take(segment, &group);
@@ -630,7 +625,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
 
 /// The closed contacts with one edge by lane, on one segment or on several.
 struct Edges<'a, M, W> {
-    contacts: [Option<(&'a Filament<M, W>, &'a Edge, EdgeContact)>; LANES],
+    contacts: [Option<(&'a Filament<M, W>, EdgeContact)>; LANES],
 }
 
 impl<M, W> Edges<'_, M, W> {
@@ -638,18 +633,16 @@ impl<M, W> Edges<'_, M, W> {
     fn leave(&mut self, segment: usize) -> Self {
         let mut rest = Self { contacts: [const { None }; LANES] };
         for (here, there) in self.contacts.iter_mut().zip(&mut rest.contacts) {
-            if here.as_ref().is_some_and(|(.., contact)| contact.station.segment != segment) {
+            if here.as_ref().is_some_and(|(_, contact)| contact.station.segment != segment) {
                 std::mem::swap(here, there);
             }
         }
         rest
     }
 
-    fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &Edge, &EdgeContact)> {
+    fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &EdgeContact)> {
         let lanes = self.contacts.iter().enumerate();
-        lanes.filter_map(|(lane, contact)| {
-            contact.as_ref().map(|(filament, edge, contact)| (lane, *filament, *edge, contact))
-        })
+        lanes.filter_map(|(lane, contact)| contact.as_ref().map(|(filament, contact)| (lane, *filament, contact)))
     }
 }
 
@@ -665,7 +658,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
         self.for_each_segment(nodes, |segment, group| {
             let mut load = PointLoad { segment, fraction: T::from_f64(0.0), force: zero() };
-            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
                 set_vector(&mut load.force, lane, filament.law.force(approach).total(approach));
             }
@@ -677,8 +670,8 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         self.for_each_segment(nodes, |segment, group| {
             let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
             let mut tangent = PointTangent { segment, ends: [[none; 2]; 2] };
-            for (lane, filament, edge, contact) in group.iter() {
-                let change = contact.tangent(&filament.law, edge, &|index| nodes.node(index, lane));
+            for (lane, filament, contact) in group.iter() {
+                let change = contact.tangent(&filament.law, &|index| nodes.node(index, lane));
                 for (ends, change) in tangent.ends.iter_mut().zip(&change) {
                     for (end, change) in ends.iter_mut().zip(change) {
                         set_tangent(end, lane, change);
@@ -693,7 +686,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         self.for_each_segment(nodes, |segment, group| {
             let none = T::from_f64(0.0);
             let mut load = PointDamping { segment, fraction: none, damping: none };
-            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
                 load.damping.set_lane(lane, filament.law.lateral_damping(approach));
             }

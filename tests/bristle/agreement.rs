@@ -114,7 +114,7 @@ fn along_step(
 }
 
 /// Solving the factorised system for the change of the residual along a step gives back the step.
-fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl NodeLoads<f64>, rng: &mut Rng) {
+pub fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl NodeLoads<f64>, rng: &mut Rng) {
     let segments = state.q.len();
     for weights in [
         StepWeights { coordinates: 1e-12, rates: 1e-6 },
