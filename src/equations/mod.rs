@@ -21,7 +21,9 @@ mod recursion;
 mod tasks;
 
 pub use batch::{Batch, BatchError, LANES, Member};
-pub use chain::{Chain, Clamp, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
+pub use chain::{
+    Chain, Clamp, Energies, Link, NoLoads, NodeLoads, NodeTangent, RelaxedAngle, StepWeights, UniformChain,
+};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dispatch::lanes_are_compiled;
 pub use dynamics::{Compiled, Dynamics};

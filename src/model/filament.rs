@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::equations::Chain;
+use crate::equations::{Chain, UniformChain};
 use crate::model::settings::FilamentSettings;
 
 /// First root of `cos βL cosh βL = −1`: the first bending mode of a clamped-free beam.
@@ -18,7 +18,7 @@ pub fn chain(filament: &FilamentSettings, gravity: [f64; 3]) -> Chain<f64> {
     let joint_stiffness = bending_stiffness(filament) / length;
     let root_stiffness = 2.0 * joint_stiffness;
     let damping_time = 2.0 * filament.damping_ratio / first_natural_frequency(filament);
-    Chain {
+    Chain::from(UniformChain {
         segments: filament.segments,
         length,
         mass,
@@ -28,7 +28,7 @@ pub fn chain(filament: &FilamentSettings, gravity: [f64; 3]) -> Chain<f64> {
         root_damping: damping_time * root_stiffness,
         joint_damping: damping_time * joint_stiffness,
         gravity,
-    }
+    })
 }
 
 /// `A = π d²/4` in m².

@@ -258,7 +258,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The start at time zero: straight, and turning rigidly with the body.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
-        let n = self.filament.chain.segments;
+        let n = self.filament.chain.segments();
         let Turning { tool, rate, initial_angle } = &self.filament.motion;
         let [mut q, mut v] = tool.undeformed(*initial_angle, *rate);
         if self.form == Form::Planar {
@@ -331,7 +331,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     fn sampler(&self, sampling: Sampling) -> Sampler {
         let [_, _, end_time] = self.times();
-        Sampler::new(self.form, self.filament.chain, sampling, end_time)
+        Sampler::new(self.form, self.filament.chain.clone(), sampling, end_time)
     }
 
     /// The trajectory of the pass in `system`, at its start.

@@ -98,7 +98,7 @@ impl FilamentState {
 }
 
 /// One filament: its constants, the motion of its clamp, and the workpiece.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Filament<M, W> {
     /// The constants.
     pub chain: Chain<f64>,
@@ -121,7 +121,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
     /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages.
     pub fn stage_solution(&self) -> StageSolution {
-        let damped = self.chain.root_damping > 0.0 || self.chain.joint_damping > 0.0;
+        let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
         if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
     }
 
@@ -129,9 +129,8 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// the contact is so stiff that this depth would cause a force above `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
-        // c h = E I
-        let force = chain.joint_stiffness * chain.length / (length * length);
+        let length = chain.length * chain.segments() as f64;
+        let force = chain.bending_stiffness() / (length * length);
         let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
         let [x, y, z] = self.motion.at(time).position;
         let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
@@ -142,10 +141,10 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// energy there than `1e-2 × relative tolerance × E I/l_f`, because switching gains or loses that energy.
     pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
+        let length = chain.length * chain.segments() as f64;
         let share = 1e-2 * relative;
-        // c h = E I, and a penetration δ stores k δ^(p+1)/(p+1).
-        let energy = share * chain.joint_stiffness * chain.length / length;
+        // A penetration δ stores k δ^(p+1)/(p+1).
+        let energy = share * chain.bending_stiffness() / length;
         let power = self.law.exponent + 1.0;
         (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
@@ -241,7 +240,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
-        let n = filaments[0].chain.segments;
+        let n = filaments[0].chain.segments();
         let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
         Self {
             equations: Equations::new(form, Chain::from_lanes(|lane| &filaments[lane].chain)),
@@ -267,7 +266,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If its number of segments differs from that of the others.
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
         self.filaments[lane] = filament;
-        self.equations.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
+        self.equations.chain_mut().set_lanes(|lane| &self.filaments[lane].chain);
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
