@@ -44,6 +44,10 @@ pub fn unit_beam(segments: usize) -> FilamentSettings {
         diameter_m: 2.0 / PI.sqrt(),
         density_kg_m3: 1.0,
         youngs_modulus_pa: 4.0 * PI,
+        tip_diameter_m: None,
+        waviness_amplitude_m: 0.0,
+        waviness_length_m: None,
+        waviness_phase_rad: 0.0,
         lateral_tilt_rad: 0.0,
         damping_ratio: 0.0,
     }
