@@ -93,14 +93,14 @@ pub(super) struct Root<T, const S: usize> {
     pub acceleration: [T; S],
 }
 
-/// A chain at one state. It holds the constants by value, so that the compiler can keep them in registers. It would read
-/// constants behind a reference again after every write.
+/// A chain at one state. It holds the constants of the whole chain by value, so that the compiler can keep them in registers. It
+/// would read constants behind a reference again after every write.
 pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Number of segments.
     fn segments(&self) -> usize;
 
-    /// Mass of a segment.
-    fn mass(&self) -> T;
+    /// Mass of segment `k`.
+    fn mass(&self, k: usize) -> T;
 
     /// The inner end of the first segment.
     fn root(&self) -> Root<T, S>;
@@ -405,7 +405,6 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     loaded.gather(posture, loads, positions, velocities, &mut memory.points);
     let points = &memory.points[..];
     let responses = &mut memory.responses[..n];
-    let mass = posture.mass();
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
     let mut torque_from_outside = zero();
@@ -441,7 +440,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
                     a[column][row] = entry;
                 }
             });
-            a[row][row] = mass + a[row][row];
+            a[row][row] = posture.mass(k) + a[row][row];
         });
         b = add(add(segment.base_bias, outer), mul(&coupling, own));
         responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
@@ -510,7 +509,6 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let (jacobians, base_accelerations) = (&mut memory.jacobians[..n], &mut memory.base_accelerations[..n + 1]);
     let base_forces = &mut memory.base_forces[..n];
-    let mass = posture.mass();
 
     let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
     // For the segment before, which still lacks the torque of its outer joint.
@@ -525,7 +523,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
         pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
         let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
-        base_forces[k] = add(scale(mass, base), own);
+        base_forces[k] = add(scale(posture.mass(k), base), own);
         base_accelerations[k] = base;
         base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
         position = add(position, segment.reach);
@@ -688,7 +686,6 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
     let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
-    let mass = posture.mass();
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
     if loaded.points {
         memory.point_changes.clear();
@@ -744,7 +741,7 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
 
         a = sub_matrices(&a, &product(&force, &from_node));
         unrolled!(i < S, {
-            a[i][i] = a[i][i] + mass;
+            a[i][i] = a[i][i] + posture.mass(k);
         });
         b = negative(&product(&force, &from_neighbour));
         c = negative(&product(&torque, &from_node));

@@ -120,7 +120,7 @@ pub struct Touch {
 }
 
 /// One filament: its constants, the motion of its clamp, and the workpiece.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Filament<M, W> {
     /// The constants.
     pub chain: Chain<f64>,
@@ -140,13 +140,13 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 
     /// The number of its possible contacts: one for each node, and one for each edge of the workpiece.
     pub fn contacts(&self) -> usize {
-        self.chain.segments + self.workpiece.edges().len()
+        self.chain.segments() + self.workpiece.edges().len()
     }
 
     /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at `time`. The search for its place
     /// on an edge begins at the segment `start`, or goes over all segments.
     pub fn touch(&self, contact: usize, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
-        let segments = self.chain.segments;
+        let segments = self.chain.segments();
         let Some(edge) = contact.checked_sub(segments) else {
             let [position, velocity] = nodes(contact + 1);
             let station = Station { segment: contact, fraction: 1.0 };
@@ -158,7 +158,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
-        let station = Station::nearest_to(edge, start, self.chain.segments, nodes, time);
+        let station = Station::nearest_to(edge, start, self.chain.segments(), nodes, time);
         EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
@@ -167,7 +167,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
     /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages.
     pub fn stage_solution(&self) -> StageSolution {
-        let damped = self.chain.root_damping > 0.0 || self.chain.joint_damping > 0.0;
+        let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
         if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
     }
 
@@ -175,9 +175,8 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// the contact is so stiff that this depth would cause a force above `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
-        // c h = E I
-        let force = chain.joint_stiffness * chain.length / (length * length);
+        let length = chain.length * chain.segments() as f64;
+        let force = chain.bending_stiffness() / (length * length);
         let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
         let [x, y, z] = self.motion.at(time).position;
         let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
@@ -188,10 +187,10 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// energy there than `1e-2 × relative tolerance × E I/l_f`, because switching gains or loses that energy.
     pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
+        let length = chain.length * chain.segments() as f64;
         let share = 1e-2 * relative;
-        // c h = E I, and a penetration δ stores k δ^(p+1)/(p+1).
-        let energy = share * chain.joint_stiffness * chain.length / length;
+        // A penetration δ stores k δ^(p+1)/(p+1).
+        let energy = share * chain.bending_stiffness() / length;
         let power = self.law.exponent + 1.0;
         (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
@@ -290,7 +289,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
-        let (n, contacts) = (filaments[0].chain.segments, filaments[0].contacts());
+        let (n, contacts) = (filaments[0].chain.segments(), filaments[0].contacts());
         assert!(filaments.iter().all(|filament| filament.contacts() == contacts), "all lanes have one number of edges");
         let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
         Self {
@@ -319,7 +318,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
         assert_eq!(filament.contacts(), self.closed.len(), "all lanes have one number of contacts");
         self.filaments[lane] = filament;
-        self.equations.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
+        self.equations.chain_mut().set_lanes(|lane| &self.filaments[lane].chain);
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
@@ -591,7 +590,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], starts: &'a [Vec<usize>], time: T) -> Self {
         let frictional = filaments.iter().any(|filament| filament.law.friction != 0.0);
         let empty = closed.iter().all(|lanes| lanes.is_empty());
-        let (closed, on_edges) = closed.split_at(filaments[0].chain.segments);
+        let (closed, on_edges) = closed.split_at(filaments[0].chain.segments());
         Self { filaments, closed, on_edges, starts, empty, frictional, time }
     }
 

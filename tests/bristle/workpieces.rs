@@ -71,7 +71,7 @@ fn touching(rng: &mut Rng, segments: usize, at: f64) -> (crate::common::RandomSt
     state.v.fill([0.0; 2]);
     state.clamp.velocity = [0.3, -0.2, 0.0];
     state.clamp.direction_rate = [0.0; 3];
-    let mut dynamics = Dynamics::new(state.chain);
+    let mut dynamics = Dynamics::new(state.chain.clone());
     dynamics.place(&state.clamp, &state.q, &state.v);
     let nodes = dynamics.positions();
     let (inner, outer) = (nodes[segments - 2], nodes[segments - 1]);
@@ -107,7 +107,7 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
     for (segments, at) in [(2, 0.3), (5, 0.7), (9, 0.5)] {
         let (state, edge) = touching(&mut rng, segments, at);
         let motion = bristle::tool::FixedClamp { direction: [1.0, 0.0, 0.0] };
-        let mut system = bristle::simulation::FilamentSystem::new(state.chain, motion, law, Wire(edge), false);
+        let mut system = bristle::simulation::FilamentSystem::new(state.chain.clone(), motion, law, Wire(edge), false);
         system.set_closed(0, segments, true);
         system.set_start(0, segments, segments - 1);
         // So do they with the accelerations.
@@ -116,7 +116,7 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
         assert!(loads.loads_points());
         crate::agreement::check_solve(&state, &accelerations, &loads, &mut rng);
         // In the plane.
-        let mut dynamics = PlanarDynamics::new(state.chain);
+        let mut dynamics = PlanarDynamics::new(state.chain.clone());
         let in_plane = |blocks: &[[f64; 2]]| blocks.iter().map(|block| [0.0, block[1]]).collect::<Vec<_>>();
         let (q, v, accelerations) = (in_plane(&state.q), in_plane(&state.v), in_plane(&accelerations));
         let weights = StepWeights { coordinates: 1e-9, rates: 3e-5 };
