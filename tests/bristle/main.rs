@@ -13,5 +13,6 @@ mod physics;
 mod planar;
 mod poles;
 mod reference;
+mod shape;
 mod slow;
 mod work;
