@@ -281,6 +281,20 @@ pub static PARAMETERS: &[Parameter] = &[
     ),
     parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE, "Δζ", "standard deviation of the damping ratio"),
     parameter!(
+        uncertainty.waviness_amplitude_std_m,
+        "m",
+        Range::NOT_NEGATIVE,
+        "ΔA",
+        "standard deviation of the waviness"
+    ),
+    parameter!(
+        uncertainty.waviness_phase_std_rad,
+        "rad",
+        Range::NOT_NEGATIVE,
+        "Δψ",
+        "standard deviation of the phase of the waviness"
+    ),
+    parameter!(
         uncertainty.samples,
         "",
         Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64),

@@ -315,6 +315,10 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
+    /// Standard deviation of the amplitude `A` of the waviness, in m. A negative sample is the mirror image.
+    pub waviness_amplitude_std_m: f64,
+    /// Standard deviation of the phase `ψ` of the waviness, in rad.
+    pub waviness_phase_std_rad: f64,
     /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
@@ -342,6 +346,8 @@ impl Default for UncertaintySettings {
             diameter_std_m: 0.0,
             youngs_modulus_std_pa: 0.0,
             damping_ratio_std: 0.0,
+            waviness_amplitude_std_m: 0.0,
+            waviness_phase_std_rad: 0.0,
             samples: 128,
             seed: 1,
             hold: Hold::Process,

@@ -13,6 +13,7 @@ mod physics;
 mod planar;
 mod poles;
 mod reference;
+mod shape;
 mod slow;
 mod work;
 mod workpieces;

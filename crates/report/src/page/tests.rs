@@ -68,6 +68,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         sobol_diameter: number(case),
         sobol_youngs_modulus: number(case),
         sobol_damping_ratio: number(case),
+        sobol_waviness_amplitude: number(case),
+        sobol_waviness_phase: number(case),
         sobol_filament_count: number(case),
         failed_samples: case % 7,
     };

@@ -1,7 +1,7 @@
 //! The tool force where filaments are not known exactly: sampled tools, the band of their forces, and its origin.
 //!
 //! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is simulated like any case, and
-//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the
+//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus, damping ratio and waviness of the
 //! filaments are normally distributed about the settings, and so is the number of filaments. All filaments of a tool are alike:
 //! the result is how far the force of one tool may be from that of another. If instead the filaments of one tool differ, they
 //! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments scatters.
@@ -20,9 +20,9 @@ use bristle::workpiece;
 mod indices;
 
 /// Number of inputs.
-pub const INPUT_COUNT: usize = 5;
+pub const INPUT_COUNT: usize = 7;
 /// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
-pub const MOVING: usize = 4;
+pub const MOVING: usize = 6;
 
 /// Ends of the band, as shares of the tools.
 const BAND: [f64; 2] = [0.025, 0.975];
@@ -38,24 +38,54 @@ pub struct Input {
     pub mean: &'static str,
     /// Path of its standard deviation.
     pub std: &'static str,
+    /// Its dimension in the sequence of samples. A further input takes the next one, so that the samples of the others stay.
+    dimension: u32,
 }
 
 /// All inputs, in the order of [`ForceScatter::sobol_indices`].
 pub const INPUTS: [Input; INPUT_COUNT] = [
-    Input { symbol: "l_f", name: "length", mean: "filament.length_m", std: "uncertainty.length_std_m" },
-    Input { symbol: "d", name: "diameter", mean: "filament.diameter_m", std: "uncertainty.diameter_std_m" },
+    Input { symbol: "l_f", name: "length", mean: "filament.length_m", std: "uncertainty.length_std_m", dimension: 0 },
+    Input {
+        symbol: "d",
+        name: "diameter",
+        mean: "filament.diameter_m",
+        std: "uncertainty.diameter_std_m",
+        dimension: 1,
+    },
     Input {
         symbol: "E",
         name: "Young’s modulus",
         mean: "filament.youngs_modulus_pa",
         std: "uncertainty.youngs_modulus_std_pa",
+        dimension: 2,
     },
-    Input { symbol: "ζ", name: "damping ratio", mean: "filament.damping_ratio", std: "uncertainty.damping_ratio_std" },
+    Input {
+        symbol: "ζ",
+        name: "damping ratio",
+        mean: "filament.damping_ratio",
+        std: "uncertainty.damping_ratio_std",
+        dimension: 3,
+    },
+    Input {
+        symbol: "A",
+        name: "waviness",
+        mean: "filament.waviness_amplitude_m",
+        std: "uncertainty.waviness_amplitude_std_m",
+        dimension: 5,
+    },
+    Input {
+        symbol: "ψ",
+        name: "phase of the waviness",
+        mean: "filament.waviness_phase_rad",
+        std: "uncertainty.waviness_phase_std_rad",
+        dimension: 6,
+    },
     Input {
         symbol: "N_f",
         name: "number of filaments",
         mean: "tool.filament_count",
         std: "tool.filament_count_uncertainty",
+        dimension: 4,
     },
 ];
 
@@ -102,6 +132,10 @@ bristle::record! {
             ["", "", "share of Young’s modulus", "first-order Sobol index of E in the variance of F_n,w"],
         sobol_damping_ratio: f64 =
             ["", "", "share of the damping ratio", "first-order Sobol index of ζ in the variance of F_n,w"],
+        sobol_waviness_amplitude: f64 =
+            ["", "", "share of the waviness", "first-order Sobol index of A in the variance of F_n,w"],
+        sobol_waviness_phase: f64 =
+            ["", "", "share of the phase of the waviness", "first-order Sobol index of ψ in the variance of F_n,w"],
         sobol_filament_count: f64 =
             ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
         failed_samples: usize =
@@ -124,6 +158,8 @@ impl ForceScatter {
             self.sobol_diameter,
             self.sobol_youngs_modulus,
             self.sobol_damping_ratio,
+            self.sobol_waviness_amplitude,
+            self.sobol_waviness_phase,
             self.sobol_filament_count,
         ]
     }
@@ -148,8 +184,7 @@ impl Scatter {
         if !scatters(settings) {
             return None;
         }
-        let point =
-            |index| std::array::from_fn(|input| standard_normal(index, input as u32, settings.uncertainty.seed));
+        let point = |index| INPUTS.map(|input| standard_normal(index, input.dimension, settings.uncertainty.seed));
         Some(Self {
             settings: settings.clone(),
             inputs: INPUTS.map(|input| parameter(input.mean)),
@@ -177,6 +212,10 @@ impl Scatter {
         for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
             self.inputs[input].set(&mut settings, self.value(tool, input));
         }
+        // A thicker filament has the same taper.
+        let nominal = &self.settings.filament;
+        settings.filament.tip_diameter_m =
+            nominal.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
         if settings.uncertainty.hold == Hold::Machine {
             let [nominal, here] = [&self.settings, &settings].map(Settings::tool_radius_m);
             settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * here;
@@ -265,7 +304,15 @@ impl Scatter {
             }
             shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
         }
-        let [sobol_length, sobol_diameter, sobol_youngs_modulus, sobol_damping_ratio, sobol_filament_count] = shares;
+        let [
+            sobol_length,
+            sobol_diameter,
+            sobol_youngs_modulus,
+            sobol_damping_ratio,
+            sobol_waviness_amplitude,
+            sobol_waviness_phase,
+            sobol_filament_count,
+        ] = shares;
         Some(ForceScatter {
             tool_force_mean_n: mean * count,
             tool_force_std_n: variance_of_force.sqrt(),
@@ -275,6 +322,8 @@ impl Scatter {
             sobol_diameter,
             sobol_youngs_modulus,
             sobol_damping_ratio,
+            sobol_waviness_amplitude,
+            sobol_waviness_phase,
             sobol_filament_count,
             failed_samples: self.count() - known.len(),
         })
@@ -287,12 +336,18 @@ impl Scatter {
     }
 }
 
-/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
+/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Waves may have any sign: their
+/// deviations are stated in their units.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
-        let percent = 100.0 * get(input.std, settings) / get(input.mean, settings);
-        input.scatters(settings).then(|| format!("{} ± {} %", input.symbol, two_digits(percent)))
+        let (std, mean) = (get(input.std, settings), get(input.mean, settings));
+        let size = if parameter(input.mean).range.contains(-1.0) {
+            format!("{} {}", two_digits(std), parameter(input.mean).unit)
+        } else {
+            format!("{} %", two_digits(100.0 * std / mean))
+        };
+        input.scatters(settings).then(|| format!("{} ± {size}", input.symbol))
     };
     INPUTS.iter().filter_map(input).collect::<Vec<_>>().join(", ")
 }
@@ -357,13 +412,13 @@ mod tests {
 
     #[test]
     fn inputs_have_their_means_and_deviations_and_are_independent() {
-        let stds =
-            "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n";
+        let stds = "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n\
+                    waviness_amplitude_std_m = 2e-4\nwaviness_phase_std_rad = 0.5\n";
         let scatter = Scatter::of(&settings(&format!("{stds}samples = 4096\nseed = 9"))).expect("tools");
         let tools: Vec<Settings> = (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool")).collect();
         let column = |input: &Input| tools.iter().map(|tool| get(input.mean, tool)).collect::<Vec<_>>();
         let columns: Vec<Vec<f64>> = INPUTS[..MOVING].iter().map(column).collect();
-        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3)];
+        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3), (0.0, 2e-4), (0.0, 0.5)];
         for (values, (mean, std)) in columns.iter().zip(expected) {
             let (found_mean, variance) = mean_and_variance(values);
             assert!((found_mean - mean).abs() < 0.002 * std, "{found_mean}");
@@ -378,6 +433,20 @@ mod tests {
         }
         // Settings that are not sampled keep their values.
         assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
+    }
+
+    #[test]
+    fn a_sampled_filament_keeps_its_taper() {
+        let mut settings = settings("diameter_std_m = 2e-5");
+        settings.filament.tip_diameter_m = Some(0.6e-3);
+        let scatter = Scatter::of(&settings).expect("tools");
+        for tool in 0..scatter.count() {
+            let filament = scatter.settings(tool).expect("a tool").filament;
+            assert!((filament.tip_diameter_m() / filament.diameter_m - 0.6).abs() < 1e-15);
+        }
+        assert_eq!(scatter_text(&settings), "d ± 2 %, N_f ± 5 %");
+        settings.uncertainty.waviness_amplitude_std_m = 2e-4;
+        assert_eq!(scatter_text(&settings), "d ± 2 %, A ± 0.0002 m, N_f ± 5 %");
     }
 
     #[test]
