@@ -260,6 +260,13 @@ pub static PARAMETERS: &[Parameter] = &[
     ),
     parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE, "Δζ", "standard deviation of the damping ratio"),
     parameter!(
+        uncertainty.friction_coefficient_std,
+        "",
+        Range::NOT_NEGATIVE,
+        "Δµ",
+        "standard deviation of the coefficient of friction"
+    ),
+    parameter!(
         uncertainty.samples,
         "",
         Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64),

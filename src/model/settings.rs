@@ -284,7 +284,8 @@ impl Default for SolverSettings {
     }
 }
 
-/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`, and that of
+/// friction.
 ///
 /// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
 /// filaments of a sampled tool are alike.
@@ -300,6 +301,8 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
+    /// Standard deviation of the coefficient of friction `µ`, whose distribution is cut at zero.
+    pub friction_coefficient_std: f64,
     /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
@@ -327,6 +330,7 @@ impl Default for UncertaintySettings {
             diameter_std_m: 0.0,
             youngs_modulus_std_pa: 0.0,
             damping_ratio_std: 0.0,
+            friction_coefficient_std: 0.0,
             samples: 128,
             seed: 1,
             hold: Hold::Process,

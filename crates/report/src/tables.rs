@@ -29,7 +29,7 @@ const UNSTABLE: &str = "!";
 pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     let band = study.scatters().then(Quantity::band);
     let columns: Vec<Readable> =
-        Quantity::headlines().chain(band).map(|quantity| Readable::new(quantity, results)).collect();
+        Quantity::headlines(results).chain(band).map(|quantity| Readable::new(quantity, results)).collect();
     let marks = Marks::new(results);
     let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
     let mut text = if is_grid {

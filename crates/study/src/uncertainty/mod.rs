@@ -2,7 +2,8 @@
 //!
 //! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is simulated like any case, and
 //! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the
-//! filaments are normally distributed about the settings, and so is the number of filaments. All filaments of a tool are alike:
+//! filaments are normally distributed about the settings, and so is the number of filaments. The coefficient of friction has a
+//! normal distribution that is cut at zero. All filaments of a tool are alike:
 //! the result is how far the force of one tool may be from that of another. If instead the filaments of one tool differ, they
 //! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments scatters.
 //!
@@ -10,7 +11,7 @@
 //! therefore as smooth over the process as the forces are.
 
 use serde::{Deserialize, Serialize};
-use spec_math::cephes64::ndtri;
+use spec_math::cephes64::{ndtr, ndtri};
 
 use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
@@ -20,9 +21,9 @@ use bristle::workpiece;
 mod indices;
 
 /// Number of inputs.
-pub const INPUT_COUNT: usize = 5;
+pub const INPUT_COUNT: usize = 6;
 /// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
-pub const MOVING: usize = 4;
+pub const MOVING: usize = 5;
 
 /// Ends of the band, as shares of the tools.
 const BAND: [f64; 2] = [0.025, 0.975];
@@ -38,26 +39,51 @@ pub struct Input {
     pub mean: &'static str,
     /// Path of its standard deviation.
     pub std: &'static str,
+    /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the samples of the others.
+    dimension: u32,
+    /// How it is distributed.
+    distribution: Distribution,
+}
+
+/// The distribution of an input, by its mean `m` and its standard deviation `s`.
+#[derive(Clone, Copy, Debug)]
+enum Distribution {
+    /// The normal distribution.
+    Normal,
+    /// The normal distribution without its part below zero, whose share goes to the rest in proportion. Its own mean is
+    /// therefore above `m`, and its standard deviation below `s`, unless `s` is small against `m`.
+    CutAtZero,
+}
+
+impl Distribution {
+    /// The value whose quantile is that of `z` in the standard normal distribution `Φ`.
+    fn value(self, mean: f64, std: f64, z: f64) -> f64 {
+        match self {
+            Self::Normal => mean + z * std,
+            _ if std == 0.0 => mean,
+            // The share of the values above it is Φ(−z) of those above zero, whose share is Φ(m/s).
+            Self::CutAtZero => (mean - std * ndtri(ndtr(-z) * ndtr(mean / std))).max(0.0),
+        }
+    }
 }
 
 /// All inputs, in the order of [`ForceScatter::sobol_indices`].
 pub const INPUTS: [Input; INPUT_COUNT] = [
-    Input { symbol: "l_f", name: "length", mean: "filament.length_m", std: "uncertainty.length_std_m" },
-    Input { symbol: "d", name: "diameter", mean: "filament.diameter_m", std: "uncertainty.diameter_std_m" },
+    input(0, ["l_f", "length", "filament.length_m", "uncertainty.length_std_m"]),
+    input(1, ["d", "diameter", "filament.diameter_m", "uncertainty.diameter_std_m"]),
+    input(2, ["E", "Young’s modulus", "filament.youngs_modulus_pa", "uncertainty.youngs_modulus_std_pa"]),
+    input(3, ["ζ", "damping ratio", "filament.damping_ratio", "uncertainty.damping_ratio_std"]),
     Input {
-        symbol: "E",
-        name: "Young’s modulus",
-        mean: "filament.youngs_modulus_pa",
-        std: "uncertainty.youngs_modulus_std_pa",
+        distribution: Distribution::CutAtZero,
+        ..input(5, ["µ", "friction", "contact.friction_coefficient", "uncertainty.friction_coefficient_std"])
     },
-    Input { symbol: "ζ", name: "damping ratio", mean: "filament.damping_ratio", std: "uncertainty.damping_ratio_std" },
-    Input {
-        symbol: "N_f",
-        name: "number of filaments",
-        mean: "tool.filament_count",
-        std: "tool.filament_count_uncertainty",
-    },
+    input(4, ["N_f", "number of filaments", "tool.filament_count", "tool.filament_count_uncertainty"]),
 ];
+
+/// A normally distributed input with its symbol, its name, and the paths of its mean and its standard deviation.
+const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> Input {
+    Input { symbol, name, mean, std, dimension, distribution: Distribution::Normal }
+}
 
 impl Input {
     /// Whether its standard deviation is above zero.
@@ -102,6 +128,8 @@ bristle::record! {
             ["", "", "share of Young’s modulus", "first-order Sobol index of E in the variance of F_n,w"],
         sobol_damping_ratio: f64 =
             ["", "", "share of the damping ratio", "first-order Sobol index of ζ in the variance of F_n,w"],
+        sobol_friction_coefficient: f64 =
+            ["", "", "share of friction", "first-order Sobol index of µ in the variance of F_n,w"],
         sobol_filament_count: f64 =
             ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
         failed_samples: usize =
@@ -124,6 +152,7 @@ impl ForceScatter {
             self.sobol_diameter,
             self.sobol_youngs_modulus,
             self.sobol_damping_ratio,
+            self.sobol_friction_coefficient,
             self.sobol_filament_count,
         ]
     }
@@ -148,8 +177,8 @@ impl Scatter {
         if !scatters(settings) {
             return None;
         }
-        let point =
-            |index| std::array::from_fn(|input| standard_normal(index, input as u32, settings.uncertainty.seed));
+        let seed = settings.uncertainty.seed;
+        let point = |index| INPUTS.map(|input| standard_normal(index, input.dimension, seed));
         Some(Self {
             settings: settings.clone(),
             inputs: INPUTS.map(|input| parameter(input.mean)),
@@ -226,7 +255,7 @@ impl Scatter {
 
     /// An input of a tool.
     fn value(&self, tool: usize, input: usize) -> f64 {
-        self.means[input] + self.points[tool][input] * self.stds[input]
+        INPUTS[input].distribution.value(self.means[input], self.stds[input], self.points[tool][input])
     }
 
     /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the tool force. The impulse of a
@@ -265,7 +294,14 @@ impl Scatter {
             }
             shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
         }
-        let [sobol_length, sobol_diameter, sobol_youngs_modulus, sobol_damping_ratio, sobol_filament_count] = shares;
+        let [
+            sobol_length,
+            sobol_diameter,
+            sobol_youngs_modulus,
+            sobol_damping_ratio,
+            sobol_friction_coefficient,
+            sobol_filament_count,
+        ] = shares;
         Some(ForceScatter {
             tool_force_mean_n: mean * count,
             tool_force_std_n: variance_of_force.sqrt(),
@@ -275,6 +311,7 @@ impl Scatter {
             sobol_diameter,
             sobol_youngs_modulus,
             sobol_damping_ratio,
+            sobol_friction_coefficient,
             sobol_filament_count,
             failed_samples: self.count() - known.len(),
         })
@@ -287,12 +324,17 @@ impl Scatter {
     }
 }
 
-/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
+/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Of a mean of zero there is no per cent:
+/// `µ ± 0.1`.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
-        let percent = 100.0 * get(input.std, settings) / get(input.mean, settings);
-        input.scatters(settings).then(|| format!("{} ± {} %", input.symbol, two_digits(percent)))
+        let (mean, std) = (get(input.mean, settings), get(input.std, settings));
+        let spread = || match mean {
+            0.0 => two_digits(std),
+            _ => format!("{} %", two_digits(100.0 * std / mean)),
+        };
+        input.scatters(settings).then(|| format!("{} ± {}", input.symbol, spread()))
     };
     INPUTS.iter().filter_map(input).collect::<Vec<_>>().join(", ")
 }
