@@ -422,6 +422,34 @@ mod tests {
         assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
     }
 
+    /// The moments of a normal distribution without its part below zero are known (Johnson, Kotz and Balakrishnan 1994).
+    #[test]
+    fn friction_is_cut_at_zero() {
+        for (mean, std) in [(0.3_f64, 0.05), (0.1, 0.1), (0.0, 0.2)] {
+            let text =
+                format!("friction_coefficient_std = {std}\nsamples = 16384\n[contact]\nfriction_coefficient = {mean}");
+            let scatter = Scatter::of(&settings(&text)).expect("tools");
+            let tools =
+                (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool").contact.friction_coefficient);
+            let values: Vec<f64> = tools.collect();
+            assert!(values.iter().all(|&value| value >= 0.0));
+            let ratio = mean / std;
+            let hazard = (-0.5 * ratio * ratio).exp() / std::f64::consts::TAU.sqrt() / ndtr(ratio);
+            let (found, variance) = mean_and_variance(&values);
+            assert!((found - (mean + std * hazard)).abs() < 1e-3 * std, "{found}");
+            let expected = std * std * (1.0 - ratio * hazard - hazard * hazard);
+            assert!((variance / expected - 1.0).abs() < 2e-3, "{variance}, not {expected}");
+        }
+        let text =
+            |contact: &str| scatter_text(&settings(&format!("friction_coefficient_std = 0.1\n[contact]\n{contact}")));
+        assert!(
+            text("friction_coefficient = 0.4").starts_with("µ ± 25 %, N_f"),
+            "{}",
+            text("friction_coefficient = 0.4")
+        );
+        assert!(text("").starts_with("µ ± 0.1, N_f"), "{}", text(""));
+    }
+
     #[test]
     fn what_is_held_is_process_or_machine() {
         let tools = |hold: &str| {
