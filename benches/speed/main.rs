@@ -6,8 +6,9 @@
 //! ```
 //!
 //! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of the
-//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes, and the same with friction. `planar`: the planar equations against
-//! those in space, and lanes against single states, as ratios from one run. `derivation`: the equations, from energies to Rust.
+//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes, and the same with friction. `planar`: the
+//! planar equations against those in space, and lanes against single states, as ratios from one run. `derivation`: the equations,
+//! from energies to Rust.
 
 mod fixed_size;
 mod planar;

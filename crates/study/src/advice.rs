@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, Study};
+use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::{labels, short, spanning};
 use crate::text::quantity::Readable;
@@ -171,9 +171,6 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let sections = slices.into_iter().map(section).collect();
     Ok(Advice { limits, sections, forces })
 }
-
-/// The setting that moves forces more than any other unknown.
-const FRICTION: &str = "contact.friction_coefficient";
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
 fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<String> {
