@@ -295,6 +295,13 @@ pub static PARAMETERS: &[Parameter] = &[
         "standard deviation of the phase of the waviness"
     ),
     parameter!(
+        uncertainty.friction_coefficient_std,
+        "",
+        Range::NOT_NEGATIVE,
+        "Δµ",
+        "standard deviation of the coefficient of friction"
+    ),
+    parameter!(
         uncertainty.samples,
         "",
         Range::whole(MIN_SAMPLES as f64, MAX_SAMPLES as f64),

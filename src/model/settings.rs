@@ -299,7 +299,8 @@ impl Default for SolverSettings {
     }
 }
 
-/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`, and that of
+/// friction.
 ///
 /// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
 /// filaments of a sampled tool are alike.
@@ -319,6 +320,8 @@ pub struct UncertaintySettings {
     pub waviness_amplitude_std_m: f64,
     /// Standard deviation of the phase `ψ` of the waviness, in rad.
     pub waviness_phase_std_rad: f64,
+    /// Standard deviation of the coefficient of friction `µ`, whose distribution is cut at zero.
+    pub friction_coefficient_std: f64,
     /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
@@ -348,6 +351,7 @@ impl Default for UncertaintySettings {
             damping_ratio_std: 0.0,
             waviness_amplitude_std_m: 0.0,
             waviness_phase_std_rad: 0.0,
+            friction_coefficient_std: 0.0,
             samples: 128,
             seed: 1,
             hold: Hold::Process,

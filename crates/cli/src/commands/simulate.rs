@@ -13,6 +13,7 @@ use bristle_study::document::Document;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
 use bristle_study::stability::case_warning;
+use bristle_study::touch::case_touch_warnings;
 use clap::Args;
 
 use crate::error::CliError;
@@ -106,6 +107,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
+    case_touch_warnings(&settings, &simulation.metrics).iter().for_each(say);
     case_warning(&settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }
