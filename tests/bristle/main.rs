@@ -14,4 +14,5 @@ mod planar;
 mod poles;
 mod reference;
 mod slow;
+mod turns;
 mod work;

@@ -1,0 +1,132 @@
+//! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as it is.
+//!
+//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool; the last one ends at the
+//! tail angle after nominal exit, or when the filament no longer touches the workpiece.
+
+use super::system::integral::NORMAL_IMPULSE;
+use super::trajectory::Trajectory;
+use crate::model::parameters::MAX_TURNS;
+use crate::model::settings::Turns;
+
+/// The impulse is steady if it changes by less than this share of it from one turn to the next.
+const STEADY: f64 = 1e-3;
+
+/// The time at which a turn begins in s, if each lasts `turn_time` (s). Turns are counted from 0.
+pub(super) fn start_of_turn(turn: usize, turn_time: f64) -> f64 {
+    turn as f64 * turn_time
+}
+
+/// Where a pass is on its way through its turns.
+#[derive(Clone, Debug)]
+pub(super) struct Itinerary {
+    turns: Turns,
+    /// Times in s for a whole turn, and from its beginning to the tail angle.
+    turn_time: f64,
+    pass_time: f64,
+    leg: Leg,
+    /// The normal impulse in N s when the turn began.
+    earlier: f64,
+    /// The normal impulse in N s of each turn so far.
+    impulses: Vec<f64>,
+}
+
+/// The parts of a turn.
+#[derive(Clone, Copy, Debug)]
+enum Leg {
+    /// From its beginning to the tail angle.
+    Pass,
+    /// On from there as long as the filament touches.
+    Contact,
+    /// On to the next turn.
+    Flight,
+}
+
+impl Itinerary {
+    /// At the beginning of the first turn. A turn lasts `turn_time` (s), and `pass_time` (s) to its tail angle.
+    pub fn new(turns: Turns, turn_time: f64, pass_time: f64) -> Self {
+        let impulses = Vec::with_capacity(turns.at_most());
+        Self { turns, turn_time, pass_time, leg: Leg::Pass, earlier: 0.0, impulses }
+    }
+
+    /// Sends a trajectory that has reached its end on. Returns false at the end of the last turn.
+    pub fn proceed(&mut self, trajectory: &mut Trajectory) -> bool {
+        let next_turn = start_of_turn(self.impulses.len() + 1, self.turn_time);
+        let total = trajectory.start().integrals[NORMAL_IMPULSE];
+        // The sum of a contact whose force underflows can be less than zero.
+        let impulse = (total - self.earlier).max(0.0);
+        match self.leg {
+            Leg::Pass if trajectory.is_touching() => {
+                self.leg = Leg::Contact;
+                trajectory.go_on(next_turn, true);
+            }
+            Leg::Pass | Leg::Contact => {
+                if self.is_last(impulse) {
+                    self.impulses.push(impulse);
+                    return false;
+                }
+                self.leg = Leg::Flight;
+                trajectory.go_on(next_turn, false);
+            }
+            Leg::Flight => {
+                self.impulses.push(impulse);
+                self.earlier = total;
+                self.leg = Leg::Pass;
+                trajectory.go_on(next_turn + self.pass_time, false);
+            }
+        }
+        true
+    }
+
+    /// Whether the turn with this impulse in N s is the last.
+    fn is_last(&self, impulse: f64) -> bool {
+        let turn = self.impulses.len() + 1;
+        // What is not finite will not become steady either.
+        let has_settled = || !impulse.is_finite() || self.impulses.last().is_some_and(|last| is_steady(*last, impulse));
+        turn >= self.turns.at_most() || (self.turns == Turns::Steady && has_settled())
+    }
+
+    /// Whether the turns should have become steady, but have not.
+    pub fn is_unsteady(&self) -> bool {
+        let has_settled = matches!(self.impulses[..], [.., before, last] if is_steady(before, last));
+        self.turns == Turns::Steady && self.impulses.len() >= MAX_TURNS && !has_settled
+    }
+
+    /// The normal impulse in N s of each turn.
+    pub fn into_impulses(self) -> Vec<f64> {
+        self.impulses
+    }
+}
+
+/// Whether two successive turns have the same impulse. Two turns without contact have.
+fn is_steady(before: f64, last: f64) -> bool {
+    last == before || (last - before).abs() < STEADY * last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impulses_are_steady_within_a_thousandth_of_the_later_one() {
+        assert!(is_steady(0.0, 0.0) && is_steady(0.9991, 1.0) && is_steady(1.0009, 1.0));
+        assert!(!is_steady(0.9989, 1.0) && !is_steady(1.0, 0.0) && !is_steady(0.0, 1e-300));
+    }
+
+    #[test]
+    fn turns_end_when_they_are_steady_or_many() {
+        let after = |turns: Turns, impulses: &[f64]| Itinerary {
+            impulses: impulses.to_vec(),
+            ..Itinerary::new(turns, 1.0, 0.1)
+        };
+        assert!(after(Turns::Count(1), &[]).is_last(1.0));
+        assert!(!after(Turns::Count(3), &[1.0]).is_last(1.0) && after(Turns::Count(3), &[1.0; 2]).is_last(2.0));
+        assert!(!after(Turns::Steady, &[]).is_last(0.0) && after(Turns::Steady, &[0.0]).is_last(0.0));
+        assert!(after(Turns::Steady, &[1.0]).is_last(f64::NAN));
+        let alternating: Vec<f64> = (1..MAX_TURNS).map(|turn| (turn % 2) as f64).collect();
+        assert!(
+            !after(Turns::Steady, &alternating[1..]).is_last(0.5) && after(Turns::Steady, &alternating).is_last(0.5)
+        );
+        assert!(!after(Turns::Steady, &[1.0; MAX_TURNS]).is_unsteady());
+        assert!(after(Turns::Steady, &[&alternating[..], &[0.5]].concat()).is_unsteady());
+    }
+}
