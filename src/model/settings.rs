@@ -268,7 +268,8 @@ pub struct ProcessSettings {
     /// Angle past nominal exit at which the simulation ends, in rad.
     #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
     pub tail_angle_rad: f64,
-    /// Number of turns of the tool, or "steady": until the impulse no longer changes. The metrics are those of the last turn.
+    /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50. The metrics are those of the
+    /// last turn. A single turn ends at the tail angle, several are whole.
     #[cfg_attr(feature = "serde", serde(default))]
     pub turns: Turns,
 }

@@ -136,8 +136,9 @@ pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulati
 /// One pass of a filament over a workpiece, as integrated by [`simulate`].
 ///
 /// It starts with a straight filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
-/// tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does. Before its last
-/// turn, the filament turns on, vibrates freely, and comes back as it is ([`Turns`]).
+/// tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does. With several
+/// [`Turns`] it goes on to the end of the last one: after each contact, the filament turns on, vibrates freely, and comes back as
+/// it is.
 ///
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
 /// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
@@ -282,9 +283,13 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         system.state(0.0, vec![q; n], vec![v; n])
     }
 
-    /// The time in s at which the pass ends, unless the filament still touches the workpiece, or is steady earlier.
+    /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it
+    /// becomes steady, and later if the filament of a single turn still touches the workpiece.
     pub fn end_time(&self) -> f64 {
-        turns::start_of_turn(self.turns.at_most() - 1, self.turn_time()) + self.pass_time()
+        match self.turns.at_most() {
+            0 | 1 => self.pass_time(),
+            turns => turns::start_of_turn(turns, self.turn_time()),
+        }
     }
 
     /// The time of a whole turn of the tool in s.
@@ -337,6 +342,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     ) -> Result<(Trajectory, Itinerary), IntegrationError> {
         let mut trajectory = Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances);
         let mut stepper = Stepper::new(METHOD, self.filament.stage_solution(), self.filament.chain.segments);
+        stepper.set_tolerances(0, self.tolerances);
         let mut itinerary = self.itinerary();
         loop {
             trajectory.finish(system, &mut stepper, &mut observe)?;

@@ -220,6 +220,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, self.system.blocks());
+        stepper.set_tolerances(0, run.trajectory.tolerances());
         let (observer, sampler) = (&mut run.observer, &mut run.sampler);
         let finished = loop {
             let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {

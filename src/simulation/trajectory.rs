@@ -136,6 +136,7 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
 ) -> Result<(FilamentState, Statistics), IntegrationError> {
     let mut trajectory = Trajectory::new(system, start, end_time, tableau, tolerances);
     let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.blocks());
+    stepper.set_tolerances(0, tolerances);
     trajectory.finish(system, &mut stepper, &mut observe)?;
     Ok(trajectory.into_end())
 }
@@ -467,7 +468,7 @@ impl Trajectory {
         excess(self.closed[contact], pressing, self.location)
     }
 
-    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it.
+    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it. `stepper` has its [tolerances](Self::tolerances).
     ///
     /// # Errors
     /// If a step cannot be taken.
@@ -477,7 +478,6 @@ impl Trajectory {
         stepper: &mut Stepper<f64, COORDINATES, COUNT>,
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(), IntegrationError> {
-        stepper.set_tolerances(0, self.tolerances);
         while let Some(step) = self.next_step(system)? {
             system.set_charts(&self.start.charts);
             self.prepare(0, stepper);

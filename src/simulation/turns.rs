@@ -1,11 +1,11 @@
 //! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as it is.
 //!
-//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool; the last one ends at the
-//! tail angle after nominal exit, or when the filament no longer touches the workpiece.
+//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool: a filament that is still
+//! vibrating may touch the workpiece again long after nominal exit. A single turn ends at the tail angle after nominal exit or,
+//! if the filament still touches the workpiece there, when it no longer does.
 
 use super::system::integral::NORMAL_IMPULSE;
 use super::trajectory::Trajectory;
-use crate::model::parameters::MAX_TURNS;
 use crate::model::settings::Turns;
 
 /// The impulse is steady if it changes by less than this share of it from one turn to the next.
@@ -37,7 +37,7 @@ enum Leg {
     Pass,
     /// On from there as long as the filament touches.
     Contact,
-    /// On to the next turn.
+    /// On to the end of the turn.
     Flight,
 }
 
@@ -51,24 +51,23 @@ impl Itinerary {
     /// Sends a trajectory that has reached its end on. Returns false at the end of the last turn.
     pub fn proceed(&mut self, trajectory: &mut Trajectory) -> bool {
         let next_turn = start_of_turn(self.impulses.len() + 1, self.turn_time);
-        let total = trajectory.start().integrals[NORMAL_IMPULSE];
-        // The sum of a contact whose force underflows can be less than zero.
-        let impulse = (total - self.earlier).max(0.0);
+        let is_single = self.turns.at_most() == 1;
         match self.leg {
+            Leg::Pass if !is_single => {
+                self.leg = Leg::Flight;
+                trajectory.go_on(next_turn, false);
+            }
             Leg::Pass if trajectory.is_touching() => {
                 self.leg = Leg::Contact;
                 trajectory.go_on(next_turn, true);
             }
-            Leg::Pass | Leg::Contact => {
-                if self.is_last(impulse) {
-                    self.impulses.push(impulse);
+            Leg::Pass | Leg::Contact | Leg::Flight => {
+                let total = trajectory.start().integrals[NORMAL_IMPULSE];
+                // The sum of a contact whose force underflows can be less than zero.
+                self.impulses.push((total - self.earlier).max(0.0));
+                if self.is_over() {
                     return false;
                 }
-                self.leg = Leg::Flight;
-                trajectory.go_on(next_turn, false);
-            }
-            Leg::Flight => {
-                self.impulses.push(impulse);
                 self.earlier = total;
                 self.leg = Leg::Pass;
                 trajectory.go_on(next_turn + self.pass_time, false);
@@ -77,18 +76,21 @@ impl Itinerary {
         true
     }
 
-    /// Whether the turn with this impulse in N s is the last.
-    fn is_last(&self, impulse: f64) -> bool {
-        let turn = self.impulses.len() + 1;
+    /// Whether the turns so far are all.
+    fn is_over(&self) -> bool {
         // What is not finite will not become steady either.
-        let has_settled = || !impulse.is_finite() || self.impulses.last().is_some_and(|last| is_steady(*last, impulse));
-        turn >= self.turns.at_most() || (self.turns == Turns::Steady && has_settled())
+        let has_settled = || self.is_steady() || self.impulses.last().is_some_and(|impulse| !impulse.is_finite());
+        self.impulses.len() >= self.turns.at_most() || (self.turns == Turns::Steady && has_settled())
+    }
+
+    /// Whether the last two turns have the same impulse.
+    fn is_steady(&self) -> bool {
+        matches!(self.impulses[..], [.., before, last] if is_steady(before, last))
     }
 
     /// Whether the turns should have become steady, but have not.
     pub fn is_unsteady(&self) -> bool {
-        let has_settled = matches!(self.impulses[..], [.., before, last] if is_steady(before, last));
-        self.turns == Turns::Steady && self.impulses.len() >= MAX_TURNS && !has_settled
+        self.turns == Turns::Steady && !self.is_steady()
     }
 
     /// The normal impulse in N s of each turn.
@@ -105,6 +107,7 @@ fn is_steady(before: f64, last: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::parameters::MAX_TURNS;
 
     #[test]
     fn impulses_are_steady_within_a_thousandth_of_the_later_one() {
@@ -118,15 +121,14 @@ mod tests {
             impulses: impulses.to_vec(),
             ..Itinerary::new(turns, 1.0, 0.1)
         };
-        assert!(after(Turns::Count(1), &[]).is_last(1.0));
-        assert!(!after(Turns::Count(3), &[1.0]).is_last(1.0) && after(Turns::Count(3), &[1.0; 2]).is_last(2.0));
-        assert!(!after(Turns::Steady, &[]).is_last(0.0) && after(Turns::Steady, &[0.0]).is_last(0.0));
-        assert!(after(Turns::Steady, &[1.0]).is_last(f64::NAN));
-        let alternating: Vec<f64> = (1..MAX_TURNS).map(|turn| (turn % 2) as f64).collect();
-        assert!(
-            !after(Turns::Steady, &alternating[1..]).is_last(0.5) && after(Turns::Steady, &alternating).is_last(0.5)
-        );
+        assert!(after(Turns::Count(1), &[1.0]).is_over());
+        assert!(!after(Turns::Count(3), &[1.0; 2]).is_over() && after(Turns::Count(3), &[1.0; 3]).is_over());
+        assert!(!after(Turns::Steady, &[0.0]).is_over() && after(Turns::Steady, &[0.0; 2]).is_over());
+        assert!(after(Turns::Steady, &[1.0, f64::NAN]).is_over());
+        let alternating: Vec<f64> = (0..MAX_TURNS).map(|turn| (turn % 2) as f64).collect();
+        assert!(!after(Turns::Steady, &alternating[1..]).is_over());
+        assert!(after(Turns::Steady, &alternating).is_over() && after(Turns::Steady, &alternating).is_unsteady());
         assert!(!after(Turns::Steady, &[1.0; MAX_TURNS]).is_unsteady());
-        assert!(after(Turns::Steady, &[&alternating[..], &[0.5]].concat()).is_unsteady());
+        assert!(!after(Turns::Count(2), &[1.0, 2.0]).is_unsteady());
     }
 }

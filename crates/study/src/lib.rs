@@ -26,6 +26,7 @@ pub mod study;
 #[cfg(test)]
 mod testing;
 pub mod text;
+pub mod turns;
 pub mod uncertainty;
 
 /// Compiles the code examples of the library's page.

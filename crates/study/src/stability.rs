@@ -79,7 +79,7 @@ fn write_help(text: &mut String, settings: &Settings, how: &str, line: &str) {
 }
 
 /// Velocity and depth of a case.
-fn place(settings: &Settings) -> String {
+pub(crate) fn place(settings: &Settings) -> String {
     let shown = |path| Parameter::find(path).map(|parameter| equation(parameter, parameter.get(settings)));
     [VELOCITY, DEPTH].into_iter().filter_map(shown).collect::<Vec<_>>().join(", ")
 }

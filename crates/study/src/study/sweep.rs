@@ -9,6 +9,9 @@ pub const VELOCITY: &str = "process.brushing_velocity_m_s";
 /// Path of the setting that changes next.
 pub const DEPTH: &str = "process.penetration_depth_m";
 
+/// Path of the number of turns.
+pub(crate) const TURNS: &str = "process.turns";
+
 /// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
 
