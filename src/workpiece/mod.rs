@@ -11,10 +11,12 @@ use std::f64::consts::{PI, TAU};
 mod outline;
 mod part;
 mod plane;
+mod spline;
 
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::{Plane, reach, unit_normal};
+pub use spline::{Foot, Spline, SplineError};
 
 /// The point of a workpiece that is nearest to a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
