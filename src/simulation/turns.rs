@@ -1,8 +1,8 @@
 //! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as it is.
 //!
-//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool: a filament that is still
-//! vibrating may touch the workpiece again long after nominal exit. A single turn ends at the tail angle after nominal exit or,
-//! if the filament still touches the workpiece there, when it no longer does.
+//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool, also the last one: a filament
+//! that vibrates may swing ahead and touch the workpiece before it is due, so that its contact spans two turns. A single turn ends
+//! at the tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does.
 
 use super::system::integral::NORMAL_IMPULSE;
 use super::trajectory::Trajectory;

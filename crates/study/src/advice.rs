@@ -491,7 +491,7 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use bristle::model::metrics::{ContactRecord, Metrics};
-    use bristle::simulation::Statistics;
+    use bristle::simulation::{Pass, Statistics};
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
