@@ -302,8 +302,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
     }
 
-    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all [touches](Pass::touches). Without any they are those at
-    /// which the tips pass the plane `y = 0`.
+    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all [touches](Pass::touches). Without
+    /// any they are those at which the tips pass the plane `y = 0`.
     pub fn nominal_times(&self) -> [f64; 2] {
         match (self.touches.first(), self.touches.last()) {
             (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
