@@ -15,5 +15,6 @@ mod poles;
 mod reference;
 mod shape;
 mod slow;
+mod turns;
 mod work;
 mod workpieces;

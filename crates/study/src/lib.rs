@@ -27,6 +27,7 @@ pub mod study;
 mod testing;
 pub mod text;
 pub mod touch;
+pub mod turns;
 pub mod uncertainty;
 
 /// Compiles the code examples of the library's page.

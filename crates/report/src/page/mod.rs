@@ -205,7 +205,12 @@ fn settings(study: &Study) -> Vec<Value> {
         .map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
-            let value = if swept { Value::Null } else { json!(parameter.get(&base)) };
+            let value = match path {
+                _ if swept => Value::Null,
+                // A number, or a word.
+                "process.turns" => json!(base.process.turns),
+                _ => json!(parameter.get(&base)),
+            };
             (path, entry([path, symbol, name, unit], value))
         })
         .collect();

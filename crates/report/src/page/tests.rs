@@ -85,7 +85,11 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         failed_samples: case % 7,
     };
     (0..count)
-        .map(|case| Ok(CaseSummary { metrics: metrics(case), statistics, scatter: Some(scatter(case)) }))
+        .map(|case| {
+            let turn_contact_normal_impulses_n_s = vec![number(case)];
+            let (metrics, scatter) = (metrics(case), Some(scatter(case)));
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter })
+        })
         .collect()
 }
 
