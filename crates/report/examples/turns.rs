@@ -21,7 +21,7 @@ fn main() -> Result<()> {
     let (study, single) = impulses(include_str!("../../../examples/zirconia.toml"), "examples/zirconia.toml")?;
     let (_, steady) = impulses(include_str!("../../../examples/turns.toml"), "examples/turns.toml")?;
     let ratios = single.iter().zip(&steady).map(|(single, steady)| Some((*steady)? / (*single)?)).collect();
-    let draw = |name: &str, title: &str, label: &str, values: Vec<Option<f64>>| {
+    let draw = |name: &str, title: &str, label: &'static str, values: Vec<Option<f64>>| {
         write(&directory.join(format!("turns_{name}_map.svg")), &study, title, Axis::linear(label), values)
     };
     draw("single", "Impulse of a single pass", "p_n in mN s", in_millis(&single))?;

@@ -67,6 +67,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         tool_power_w: number(case),
         lateral_amplification: number(case),
         laterally_unstable: case % 7 == 0,
+        turns: 1,
+        unsteady_turns: false,
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {
