@@ -436,7 +436,7 @@ fn measured_forces_are_compared_and_drawn() {
         .bristle("study inputs/case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("wrote 15 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("wrote 19 figures").and(contains("3 of 4 points compared: bias")))
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");
