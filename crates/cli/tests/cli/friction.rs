@@ -73,8 +73,8 @@ fn friction_scatters() {
 
 #[test]
 fn deep_edges_and_missed_workpieces_have_warnings() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
     let warnings = |command: &str, workpiece: &str| {
+        let directory = tempfile::tempdir().expect("a temporary directory");
         let text =
             format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
         fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
