@@ -9,7 +9,6 @@ use bristle::simulation::{Pass, Sampling};
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
 use bristle_study::digest::digest;
-use bristle_study::document::Document;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
 use bristle_study::stability::case_warning;
@@ -18,7 +17,7 @@ use bristle_study::turns::case_turns_warnings;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
 use crate::pictures::{FIGURES, draw_contact, is_picture_of_case, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
@@ -65,7 +64,7 @@ pub struct SimulateArgs {
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let settings = Document::parse(&text, &name)?.settings()?;
+    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
     prepare_directory(&arguments.out)?;
     let results = [METRICS, HISTORY, HISTORY_PARQUET, CASE];
     let _occupied = occupy(
