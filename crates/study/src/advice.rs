@@ -691,10 +691,10 @@ mod tests {
         let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         assert_eq!(
-            note(&sections[0]),
+            note(&sections[1]),
             "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
         );
-        assert!(note(&sections[1]).starts_with("These forces are without friction"), "{:?}", sections[1].notes);
+        assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
     }
 
     #[test]

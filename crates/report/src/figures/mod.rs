@@ -531,7 +531,7 @@ mod tests {
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[]);
-        assert_eq!(pictures.pictures.len(), 13);
+        assert_eq!(pictures.pictures.len(), 17);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()
