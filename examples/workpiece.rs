@@ -23,7 +23,7 @@ impl Workpiece for Cylinder {
         let (along, above) = (x - self.centre[0], y - self.centre[1]);
         let distance = along.hypot(above);
         let normal = [along / distance, above / distance, 0.0];
-        Surface { gap: distance - self.radius, normal, velocity: [0.0; 3] }
+        Surface { turn: 1.0 / distance, ..Surface::flat(distance - self.radius, normal, [0.0; 3]) }
     }
 
     /// Nothing depends on `z`: the filament stays in the plane of rotation.

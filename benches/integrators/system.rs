@@ -8,9 +8,8 @@ use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::hermite::{Knot, interpolate};
 use bristle::integrate::{SecondOrderSystem, State, Tolerances};
 use bristle::model::filament;
-use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
-use bristle::simulation::{FilamentSystem, integral};
+use bristle::simulation::{FilamentSystem, Pass, integral};
 use bristle::tool::{RoundTool, Turning};
 use bristle::workpiece::Plane;
 
@@ -183,8 +182,6 @@ impl StepView<'_> {
 /// The initial value problem of a pass.
 pub struct Problem {
     pub settings: Settings,
-    pub nominal: NominalContact,
-    pub lead_angle: f64,
     pub end_time: f64,
     pub tolerances: Tolerances,
 }
@@ -192,19 +189,16 @@ pub struct Problem {
 impl Problem {
     /// The pass of `settings` at the relative tolerance `relative`.
     pub fn new(settings: &Settings, relative: f64) -> Self {
-        let nominal = NominalContact::of(settings);
+        let pass = Pass::new(settings);
         let process = &settings.process;
         let slow_rate = 0.01 * filament::first_natural_frequency(&settings.filament);
-        let end = process.lead_angle_rad + nominal.contact_angle() + process.tail_angle_rad;
         Self {
             settings: settings.clone(),
-            nominal,
-            lead_angle: process.lead_angle_rad,
-            end_time: end / nominal.rate(),
+            end_time: pass.end_time(),
             tolerances: Tolerances {
                 relative,
                 coordinate_scale: 1.0,
-                rate_scale: (nominal.brushing_velocity / settings.filament.length_m).max(slow_rate),
+                rate_scale: (process.brushing_velocity_m_s / settings.filament.length_m).max(slow_rate),
             },
         }
     }
@@ -216,21 +210,15 @@ impl Problem {
 
     /// Times of nominal entry and exit in s.
     pub fn nominal_times(&self) -> (f64, f64) {
-        let entry = self.lead_angle / self.nominal.rate();
-        (entry, entry + self.nominal.contact_angle() / self.nominal.rate())
+        Pass::new(&self.settings).nominal_times().into()
     }
 
     /// The filament and the initial state: straight, turning rigidly with the body.
     pub fn start(&self) -> (Filament, Point) {
         let Settings { filament, contact, workpiece, process, .. } = &self.settings;
-        let deepest = -std::f64::consts::FRAC_PI_2;
-        let motion = Turning {
-            tool: RoundTool::of(&self.settings),
-            rate: self.nominal.rate(),
-            initial_angle: deepest - self.nominal.contact_angle() / 2.0 - self.lead_angle,
-        };
+        let motion = *Pass::new(&self.settings).tool();
         let n = filament.segments;
-        let plane = Plane::of(workpiece, self.nominal.tool_radius, process.penetration_depth_m);
+        let plane = Plane::of(workpiece, self.settings.tool_radius_m(), process.penetration_depth_m);
         let chain = filament::chain(filament, process.gravity_m_s2);
         let inner = FilamentSystem::new(chain, motion, ContactLaw::from(contact), plane, false);
         let mut system = Filament { inner, work: Work::default(), scratch: vec![[0.0; 2]; filament.segments] };

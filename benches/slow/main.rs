@@ -143,7 +143,7 @@ fn run(settings: &Settings) -> (Outcome, Statistics) {
     let mut stepper = Stepper::new(&ESDIRK54, solution, system.blocks());
     stepper.set_tolerances(0, trajectory.tolerances());
     let begun = processor_seconds();
-    let [_, _, end] = pass.times();
+    let end = pass.end_time();
     loop {
         match trajectory.next_step(&system) {
             Ok(Some(step)) => {

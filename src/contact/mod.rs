@@ -1,11 +1,15 @@
-//! Contact of the nodes with the workpiece: normal force, friction, and which nodes are closed.
+//! Contact with the workpiece: normal force and friction of a point of the filament.
+//!
+//! Faces are met by nodes ([`ContactLaw::approach`]). Edges are met by the centreline, at one point of a segment ([`edge`]).
 
 use crate::equations::NodeTangent;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::settings::ContactSettings;
-use crate::workpiece::Workpiece;
+use crate::workpiece::{Surface, Workpiece};
 
-/// A node relative to the surface below it.
+pub mod edge;
+
+/// A point of the filament relative to the surface below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Penetration `δ` in m, positive inside; the contact radius is taken off the gap.
@@ -14,11 +18,38 @@ pub struct Approach {
     pub penetration_rate: f64,
     /// Outward unit normal of the workpiece.
     pub normal: [f64; 3],
-    /// Velocity of the node relative to the workpiece, along the surface, in m/s.
+    /// Velocity of the point relative to the workpiece, along the surface, in m/s.
     pub sliding: [f64; 3],
+    /// By how much the normal turns, in the plane of rotation, per length of the point's way across it, in rad/m.
+    pub turn: f64,
+    /// How far the point is from where it no longer meets this surface, in m; negative beyond. See [`Surface::margin`].
+    pub margin: f64,
 }
 
-/// Normal and frictional force on a node.
+impl Approach {
+    /// The point at `surface` with `velocity` in m/s.
+    #[inline]
+    pub fn new(surface: &Surface, velocity: [f64; 3], radius: f64) -> Self {
+        let relative = sub(velocity, surface.velocity);
+        let normal_speed = dot(surface.normal, relative);
+        Self {
+            penetration: radius - surface.gap,
+            penetration_rate: -normal_speed,
+            normal: surface.normal,
+            sliding: sub(relative, scale(normal_speed, surface.normal)),
+            turn: surface.turn,
+            margin: surface.margin,
+        }
+    }
+
+    /// The tangent across the normal in the plane of rotation: where the normal's end goes as it turns in the positive sense.
+    pub fn across(&self) -> [f64; 3] {
+        let [x, y, _] = self.normal;
+        [-y, x, 0.0]
+    }
+}
+
+/// Normal and frictional force on a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactForce {
     /// `F_n` in N.
@@ -75,15 +106,7 @@ impl ContactLaw {
     /// The node at `position` with `velocity`, relative to `workpiece` at `time`.
     #[inline]
     pub fn approach(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
-        let surface = workpiece.surface(position, time);
-        let relative = sub(velocity, surface.velocity);
-        let normal_speed = dot(surface.normal, relative);
-        Approach {
-            penetration: self.radius - surface.gap,
-            penetration_rate: -normal_speed,
-            normal: surface.normal,
-            sliding: sub(relative, scale(normal_speed, surface.normal)),
-        }
+        Approach::new(&workpiece.surface(position, time), velocity, self.radius)
     }
 
     /// `k_c |δ|^p sign δ`
@@ -101,24 +124,27 @@ impl ContactLaw {
         1.0 + self.damping * penetration_rate
     }
 
-    /// Positive where the law presses (`δ > 0` and `1 + χ δ̇ > 0`), negative elsewhere, continuous; in m.
+    /// Positive where the law presses (`δ > 0`, `1 + χ δ̇ > 0` and the point is on its surface), negative elsewhere, continuous;
+    /// in m.
     ///
-    /// A node closes where this rises through zero and opens where it falls.
+    /// A contact closes where this rises through zero and opens where it falls.
     #[inline]
     pub fn pressing(&self, approach: &Approach) -> f64 {
+        let pressing = approach.penetration.min(approach.margin);
         if self.damping == 0.0 {
-            return approach.penetration;
+            return pressing;
         }
         // The second condition is measured as a length, on the scale of the penetration itself.
         let scale = approach.penetration.abs();
-        approach.penetration.min(scale * self.rate_factor(approach.penetration_rate))
+        pressing.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
     /// [`ContactLaw::pressing`] of a node, computing no more of its approach than that needs.
     #[inline]
     pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
         if self.damping == 0.0 {
-            return self.radius - workpiece.surface(position, time).gap;
+            let Surface { gap, margin, .. } = workpiece.surface(position, time);
+            return (self.radius - gap).min(margin);
         }
         self.pressing(&self.approach(workpiece, position, velocity, time))
     }
@@ -163,15 +189,43 @@ impl ContactLaw {
         self.elastic(approach.penetration) * approach.penetration / (self.exponent + 1.0)
     }
 
-    /// Power dissipated by contact damping and friction in W.
-    pub fn dissipated_power(&self, approach: &Approach) -> f64 {
-        let damped = self.elastic(approach.penetration) * self.damping * approach.penetration_rate.powi(2);
-        damped - dot(self.force(approach).tangential, approach.sliding)
+    /// Power dissipated by contact damping in W.
+    pub fn damped_power(&self, approach: &Approach) -> f64 {
+        self.elastic(approach.penetration) * self.damping * approach.penetration_rate.powi(2)
     }
 
-    /// `∂F/∂x` and `∂F/∂ẋ` of a closed node; the curvature of the workpiece is neglected.
+    /// `∂F/∂x` and `∂F/∂ẋ` of a closed node.
     pub fn tangent(&self, approach: &Approach) -> NodeTangent<f64> {
-        let Approach { penetration, penetration_rate, normal, sliding } = *approach;
+        let mut tangent = self.tangent_without_turn(approach);
+        if approach.turn != 0.0 {
+            let turned = scale(approach.turn, self.turned(approach));
+            let across = approach.across();
+            for (row, turned) in tangent.position.iter_mut().zip(turned) {
+                *row = add(*row, scale(turned, across));
+            }
+        }
+        tangent
+    }
+
+    /// How the whole force of a closed contact changes as its normal turns by an angle, in the positive sense, in N/rad.
+    pub fn turned(&self, approach: &Approach) -> [f64; 3] {
+        let Approach { penetration, penetration_rate, normal, sliding, .. } = *approach;
+        let across = approach.across();
+        let along = dot(across, sliding);
+        let force = self.normal_force(approach);
+        let by_rate = self.elastic(penetration) * self.damping;
+        let speed = self.regularised_speed(approach);
+        let friction = self.friction / speed;
+        // The velocity along the surface changes by this; its component along `sliding` does not change the force.
+        let shift = sub(scale(-along, normal), scale(-penetration_rate, across));
+        let shift = sub(shift, scale(dot(sliding, shift) / (speed * speed), sliding));
+        let direction = sub(normal, scale(friction, sliding));
+        add(scale(-by_rate * along, direction), scale(force, sub(across, scale(friction, shift))))
+    }
+
+    /// `∂F/∂x` and `∂F/∂ẋ` of a closed contact whose normal does not turn.
+    pub fn tangent_without_turn(&self, approach: &Approach) -> NodeTangent<f64> {
+        let Approach { penetration, penetration_rate, normal, sliding, .. } = *approach;
         let slope = if self.exponent == 1.0 {
             self.stiffness
         } else {

@@ -119,9 +119,50 @@ pub struct NodeTangent<T> {
     pub velocity: [[T; 3]; 3],
 }
 
-/// External forces on the nodes `r_1 … r_n` of a chain (index 0 is `r_1`).
+/// A force at a point of a segment.
+///
+/// It acts on the ends of the segment, in proportion to their share of the point's virtual displacement: with `1 − ξ` of it on
+/// the inner end and `ξ` on the outer.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLoad<T> {
+    /// The segment, by index.
+    pub segment: usize,
+    /// The fraction `ξ` of the segment at which the point lies, from its inner end.
+    pub fraction: T,
+    /// In N; zero in lanes without a load on this segment.
+    pub force: [T; 3],
+}
+
+/// How the forces of a [`PointLoad`] on both ends of its segment change with the motion of these ends: `[force][motion]`, inner
+/// end first.
+#[derive(Clone, Copy, Debug)]
+pub struct PointTangent<T> {
+    /// The segment, by index.
+    pub segment: usize,
+    /// The derivatives.
+    pub ends: [[NodeTangent<T>; 2]; 2],
+}
+
+/// Where the motion is planar: how a load at a point of a segment resists a motion out of the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct PointDamping<T> {
+    /// The segment, by index.
+    pub segment: usize,
+    /// See [`PointLoad::fraction`].
+    pub fraction: T,
+    /// `∂F_z/∂ż` in N s/m.
+    pub damping: T,
+}
+
+/// The nodes of a chain as loads see them.
+pub trait NodeMotion {
+    /// Position in m and velocity in m/s of `r_k` in one lane, for `k = index`; `r_0` is the root.
+    fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2];
+}
+
+/// External forces on a chain: on its nodes `r_1 … r_n` (index 0 is `r_1`), and at points of its segments.
 pub trait NodeLoads<T> {
-    /// True if no node carries a load.
+    /// True if there is no load.
     fn is_empty(&self) -> bool {
         false
     }
@@ -129,6 +170,26 @@ pub trait NodeLoads<T> {
     /// The lanes in which each node carries a load, if that is known: the other nodes are then not asked for their loads.
     fn lanes(&self) -> Option<&[LaneSet]> {
         None
+    }
+
+    /// True if there may be loads at points of segments.
+    fn loads_points(&self) -> bool {
+        false
+    }
+
+    /// Adds the loads at points of segments.
+    fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
+        let _ = (nodes, add);
+    }
+
+    /// Adds their derivatives.
+    fn point_tangents(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<T>)) {
+        let _ = (nodes, add);
+    }
+
+    /// Where the motion is planar: adds how the loads at points of segments resist a motion out of the plane.
+    fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
+        let _ = (nodes, add);
     }
 
     /// Where the motion is planar: false if no load resists a motion out of the plane.

@@ -7,11 +7,13 @@ use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, zero};
 use super::planar::{PlanarRecursion, PlanarTask};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    SegmentTangent,
 };
 use super::tasks::{ChainDynamics, Task};
 use super::{
-    Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeTangent, PlanarDynamics, Real, StepWeights, kernels,
+    Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
+    PointTangent, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -88,12 +90,6 @@ impl<T: Real> Dynamics<T> {
     pub fn node_acceleration(&self, node: usize) -> [T; 3] {
         add(self.memory.base_accelerations[node + 1], self.chain.gravity)
     }
-
-    /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
-    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
-        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
-        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
-    }
 }
 
 /// A chain in space at one state.
@@ -132,7 +128,7 @@ impl<'a, T: Real> Spatial<'a, T> {
     }
 }
 
-impl<T: Real> Energetic<T, 2, 3> for Spatial<'_, T> {
+impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> [T; 2] {
         let Chain { length, mass, inertia, gravity, .. } = self.chain;
@@ -155,7 +151,7 @@ impl<T: Real> Energetic<T, 2, 3> for Spatial<'_, T> {
     }
 }
 
-impl<T: Real> Posture<T, 2, 3> for Spatial<'_, T> {
+impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segments(&self) -> usize {
         self.chain.segments
@@ -271,8 +267,62 @@ impl<T: Real> Posture<T, 2, 3> for Spatial<'_, T> {
         position: [T; 3],
         velocity: [T; 3],
     ) -> Option<LoadTangent<T, 3>> {
-        let NodeTangent { position, velocity } = loads.tangent(k, position, velocity)?;
-        Some(LoadTangent { position, velocity })
+        loads.tangent(k, position, velocity).map(LoadTangent::from)
+    }
+
+    #[inline(never)]
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; 3]],
+        velocities: &[[T; 3]],
+        points: &mut Vec<Point<T, 3>>,
+    ) {
+        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
+            points.push(Point { segment, fraction, force });
+        });
+    }
+
+    #[inline(never)]
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; 3]],
+        velocities: &[[T; 3]],
+        changes: &mut Vec<PointChange<T, 3>>,
+    ) {
+        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
+            changes.push(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
+        });
+    }
+}
+
+impl<T> From<NodeTangent<T>> for LoadTangent<T, 3> {
+    #[inline(always)]
+    fn from(NodeTangent { position, velocity }: NodeTangent<T>) -> Self {
+        Self { position, velocity }
+    }
+}
+
+/// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
+pub(super) struct Placed<'a, T, const S: usize> {
+    pub clamp: &'a Clamp<T>,
+    pub positions: &'a [[T; S]],
+    pub velocities: &'a [[T; S]],
+}
+
+impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
+    fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
+        match index.checked_sub(1) {
+            None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
+            Some(k) => [&self.positions[k], &self.velocities[k]].map(|vector| {
+                let mut node = [0.0; 3];
+                node[..S].copy_from_slice(&in_lane(vector, lane));
+                node
+            }),
+        }
     }
 }
 
@@ -283,6 +333,12 @@ impl<T: Compiled> ChainDynamics<T> for Dynamics<T> {
 }
 
 impl<T: Lanewise> Dynamics<T> {
+    /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
+    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
+        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
+        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
+    }
+
     /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {

@@ -21,7 +21,10 @@ mod recursion;
 mod tasks;
 
 pub use batch::{Batch, BatchError, LANES, Member};
-pub use chain::{Chain, Clamp, Energies, NoLoads, NodeLoads, NodeTangent, StepWeights};
+pub use chain::{
+    Chain, Clamp, Energies, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad, PointTangent,
+    StepWeights,
+};
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dispatch::lanes_are_compiled;
 pub use dynamics::{Compiled, Dynamics};

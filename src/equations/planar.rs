@@ -10,12 +10,17 @@
 
 use super::chart::JointConstants;
 use super::dispatch::Loop;
-use super::linear::{add, in_lane, zero};
+use super::dynamics::Placed;
+use super::linear::{add, in_lane, scale, zero};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Posture, Root, Segment, SegmentTangent,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    SegmentTangent,
 };
 use super::tasks::{ChainDynamics, Task};
-use super::{Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, Real, StepWeights, kernels};
+use super::{
+    Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent, Real,
+    StepWeights, kernels,
+};
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
 ///
@@ -62,12 +67,6 @@ impl<T: Real> PlanarDynamics<T> {
     /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
         to_frame(self.memory.root_force)
-    }
-
-    /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
-    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
-        let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
-        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
     }
 }
 
@@ -118,6 +117,12 @@ impl<T: Compiled> PlanarDynamics<T> {
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
+    /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
+    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
+        let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
+        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
+    }
+
     /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
@@ -177,7 +182,7 @@ impl<'a, T: Real> Planar<'a, T> {
     }
 }
 
-impl<T: Real> Energetic<T, 1, 2> for Planar<'_, T> {
+impl<T: Lanewise> Energetic<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 2], velocity: [T; 2]) -> [T; 2] {
         let Chain { length, mass, inertia, gravity, .. } = self.chain;
@@ -201,7 +206,7 @@ impl<T: Real> Energetic<T, 1, 2> for Planar<'_, T> {
     }
 }
 
-impl<T: Real> Posture<T, 1, 2> for Planar<'_, T> {
+impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn segments(&self) -> usize {
         self.chain.segments
@@ -321,9 +326,42 @@ impl<T: Real> Posture<T, 1, 2> for Planar<'_, T> {
         velocity: [T; 2],
     ) -> Option<LoadTangent<T, 2>> {
         let tangent = loads.tangent(k, to_frame(position), to_frame(velocity))?;
-        let block = |[x, y, _]: [[T; 3]; 3]| [in_plane(x), in_plane(y)];
-        Some(LoadTangent { position: block(tangent.position), velocity: block(tangent.velocity) })
+        Some(tangent_in_plane(tangent))
     }
+
+    #[inline(never)]
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; 2]],
+        velocities: &[[T; 2]],
+        points: &mut Vec<Point<T, 2>>,
+    ) {
+        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
+            points.push(Point { segment, fraction, force: in_plane(force) });
+        });
+    }
+
+    #[inline(never)]
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; 2]],
+        velocities: &[[T; 2]],
+        changes: &mut Vec<PointChange<T, 2>>,
+    ) {
+        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
+            changes.push(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
+        });
+    }
+}
+
+#[inline(always)]
+fn tangent_in_plane<T: Real>(tangent: NodeTangent<T>) -> LoadTangent<T, 2> {
+    let block = |[x, y, _]: [[T; 3]; 3]| [in_plane(x), in_plane(y)];
+    LoadTangent { position: block(tangent.position), velocity: block(tangent.velocity) }
 }
 
 /// The lateral variation of a planar chain, along the motion whose inverse dynamics are in `motion`.
@@ -340,6 +378,12 @@ impl<T: Real> Lateral<'_, T> {
         [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
     }
 
+    /// The nodes of the planar motion.
+    fn nodes(&self) -> Placed<'_, T, 2> {
+        let Memory { positions, velocities, .. } = self.motion;
+        Placed { clamp: self.planar.clamp, positions, velocities }
+    }
+
     /// The resistance of the loads on node `k` to a lateral motion, `−∂F_z/∂ż` in N s/m.
     #[inline(always)]
     fn damping(&self, loads: &dyn NodeLoads<T>, k: usize) -> Option<T> {
@@ -348,7 +392,7 @@ impl<T: Real> Lateral<'_, T> {
     }
 }
 
-impl<T: Real> Posture<T, 1, 1> for Lateral<'_, T> {
+impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     #[inline(always)]
     fn segments(&self) -> usize {
         self.planar.segments()
@@ -491,6 +535,33 @@ impl<T: Real> Posture<T, 1, 1> for Lateral<'_, T> {
     #[inline(always)]
     fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], _: [T; 1]) -> Option<LoadTangent<T, 1>> {
         self.damping(loads, k).map(|damping| LoadTangent { position: [zero()], velocity: [[damping]] })
+    }
+
+    #[inline(never)]
+    fn points(&self, loads: &dyn NodeLoads<T>, _: &[[T; 1]], velocities: &[[T; 1]], points: &mut Vec<Point<T, 1>>) {
+        let one = T::from_f64(1.0);
+        loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
+            // The root does not move.
+            let inner = if segment > 0 { velocities[segment - 1] } else { zero() };
+            let rate = add(scale(one - fraction, inner), scale(fraction, velocities[segment]));
+            points.push(Point { segment, fraction, force: scale(damping, rate) });
+        });
+    }
+
+    #[inline(never)]
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        _: &[[T; 1]],
+        _: &[[T; 1]],
+        changes: &mut Vec<PointChange<T, 1>>,
+    ) {
+        loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
+            let shares = [T::from_f64(1.0) - fraction, fraction];
+            let change =
+                |force: T, motion: T| LoadTangent { position: [zero()], velocity: [[force * motion * damping]] };
+            changes.push(PointChange { segment, ends: shares.map(|force| shares.map(|motion| change(force, motion))) });
+        });
     }
 }
 

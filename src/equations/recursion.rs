@@ -64,10 +64,25 @@ impl<T: Real, const D: usize> JointTangent<T, D> {
 }
 
 /// How the load on a node changes with its position and velocity.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct LoadTangent<T, const S: usize> {
     pub position: [[T; S]; S],
     pub velocity: [[T; S]; S],
+}
+
+/// A force at a point of a segment; see [`PointLoad`](super::PointLoad).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point<T, const S: usize> {
+    pub segment: usize,
+    pub fraction: T,
+    pub force: [T; S],
+}
+
+/// How it changes; see [`PointTangent`](super::PointTangent).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PointChange<T, const S: usize> {
+    pub segment: usize,
+    pub ends: [[LoadTangent<T, S>; 2]; 2],
 }
 
 /// Position and velocity of the root, and its acceleration minus gravity.
@@ -131,6 +146,24 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         position: [T; S],
         velocity: [T; S],
     ) -> Option<LoadTangent<T, S>>;
+
+    /// Adds the loads at points of segments. The nodes are at `positions` and move at `velocities`.
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; S]],
+        velocities: &[[T; S]],
+        points: &mut Vec<Point<T, S>>,
+    );
+
+    /// Adds how they change.
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; S]],
+        velocities: &[[T; S]],
+        changes: &mut Vec<PointChange<T, S>>,
+    );
 }
 
 /// A chain whose energies are known.
@@ -203,6 +236,9 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     partial: Vec<[T; D]>,
     /// Scratch of [`accelerations`].
     responses: Vec<Response<T, D, S>>,
+    /// Loads at points of segments, where the nodes were last placed.
+    points: Vec<Point<T, S>>,
+    point_changes: Vec<PointChange<T, S>>,
 }
 
 impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
@@ -228,8 +264,24 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
             eliminations: vec![elimination; n],
             partial: vec![zero(); n],
             responses: vec![response; n],
+            points: Vec::with_capacity(POINTS),
+            point_changes: Vec::with_capacity(POINTS),
         }
     }
+}
+
+/// Loads at points of segments for which there is memory from the start: some for each of eight lanes.
+const POINTS: usize = 32;
+
+/// The sum of the loads of `points` on the outer end of segment `k`: of those on that segment and on the next one outwards.
+#[inline(never)]
+fn at_outer_end<T: Real, const S: usize>(points: &[Point<T, S>], k: usize) -> [T; S] {
+    let one = T::from_f64(1.0);
+    points.iter().fold(zero(), |sum, point| match point.segment {
+        segment if segment == k => add(sum, scale(point.fraction, point.force)),
+        segment if segment == k + 1 => add(sum, scale(one - point.fraction, point.force)),
+        _ => sum,
+    })
 }
 
 /// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
@@ -350,6 +402,8 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let accelerations = &mut accelerations[..n];
     let loaded = Loaded::new(posture, loads);
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
+    loaded.gather(posture, loads, positions, velocities, &mut memory.points);
+    let points = &memory.points[..];
     let responses = &mut memory.responses[..n];
     let mass = posture.mass();
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
@@ -360,6 +414,9 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
             && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
         {
             b = sub(b, force);
+        }
+        if loaded.points {
+            b = sub(b, at_outer_end(points, k));
         }
         let segment = posture.segment(k);
         let joint = posture.inner_joint(k);
@@ -488,6 +545,8 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
 struct Loaded<'a> {
     any: bool,
     lanes: Option<&'a [LaneSet]>,
+    /// Whether there may be loads at points of segments.
+    points: bool,
 }
 
 impl<'a> Loaded<'a> {
@@ -496,7 +555,24 @@ impl<'a> Loaded<'a> {
         posture: &P,
         loads: &'a dyn NodeLoads<T>,
     ) -> Self {
-        Self { any: posture.is_loaded(loads), lanes: loads.lanes() }
+        let any = posture.is_loaded(loads);
+        Self { any, lanes: loads.lanes(), points: any && loads.loads_points() }
+    }
+
+    /// Puts the loads at points of segments into `points`.
+    #[inline(always)]
+    fn gather<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+        self,
+        posture: &P,
+        loads: &dyn NodeLoads<T>,
+        positions: &[[T; S]],
+        velocities: &[[T; S]],
+        points: &mut Vec<Point<T, S>>,
+    ) {
+        if self.points {
+            points.clear();
+            posture.points(loads, positions, velocities, points);
+        }
     }
 
     #[inline(always)]
@@ -515,6 +591,7 @@ struct Forces<'a, T, P, const D: usize, const S: usize> {
     velocities: &'a [[T; S]],
     base_forces: &'a [[T; S]],
     outer_forces: &'a mut [[T; S]],
+    points: &'a [Point<T, S>],
     /// On the inner node of the segment that was summed last.
     force: [T; S],
 }
@@ -528,15 +605,19 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         loads: &'a dyn NodeLoads<T>,
     ) -> (Self, &'a [Elimination<T, D, S>], &'a mut [[T; D]]) {
         let n = posture.segments();
+        let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
+        let loaded = Loaded::new(posture, loads);
+        loaded.gather(posture, loads, positions, velocities, &mut memory.points);
         let forces = Self {
             posture,
             loads,
-            loaded: Loaded::new(posture, loads),
+            loaded,
             jacobians: &memory.jacobians[..n],
-            positions: &memory.positions[..n],
-            velocities: &memory.velocities[..n],
+            positions,
+            velocities,
             base_forces: &memory.base_forces[..n],
             outer_forces: &mut memory.outer_forces[..n],
+            points: &memory.points,
             force: zero(),
         };
         (forces, &memory.eliminations[..n], &mut memory.partial[..n])
@@ -550,6 +631,9 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
             && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
         {
             force = sub(force, load);
+        }
+        if self.loaded.points {
+            force = sub(force, at_outer_end(self.points, k));
         }
         self.outer_forces[k] = force;
         self.force = add(force, self.base_forces[k]);
@@ -594,6 +678,11 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let eliminations = &mut memory.eliminations[..n];
     let mass = posture.mass();
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
+    if loaded.points {
+        memory.point_changes.clear();
+        posture.point_changes(loads, positions, velocities, &mut memory.point_changes);
+    }
+    let point_changes = &memory.point_changes[..];
 
     // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
@@ -608,6 +697,10 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
                 let viscous = scale(weights.rates, tangent.velocity[row]);
                 a[row] = sub(sub(a[row], elastic), viscous);
             });
+        }
+        let ends = loaded.points.then(|| point_blocks(point_changes, k, weights));
+        if let Some([_, [_, outer_outer]]) = &ends {
+            a = sub_matrices(&a, outer_outer);
         }
         let segment = posture.segment(k);
         let jacobian = &segment.reach_jacobian;
@@ -625,9 +718,15 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
                 coupling[row][column] = segment.coupling[column][row] + coupling[row][column];
             });
         });
+        let mut force = add_matrices(&tangent.base_force, &spread);
+        if let Some([[inner_inner, inner_outer], [outer_inner, _]]) = &ends {
+            // The force on the outer end changes with the inner end, and that on the inner end with both.
+            coupling = sub_matrices(&coupling, &transposed_product(jacobian, outer_inner));
+            force = sub_matrices(&force, &product(inner_outer, outer));
+            a = sub_matrices(&a, &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)));
+        }
         let from_node = product(&pivot, &coupling);
         let from_neighbour = product(&pivot, &joint.next_previous);
-        let force = add_matrices(&tangent.base_force, &spread);
         let torque = joint.previous_next;
 
         a = sub_matrices(&a, &product(&force, &from_node));
@@ -640,6 +739,28 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
         let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
         eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
     }
+}
+
+/// How the forces on the ends of segment `k` from loads on it change along a step with the accelerations of these ends.
+#[inline(never)]
+fn point_blocks<T: Real, const S: usize>(
+    changes: &[PointChange<T, S>],
+    k: usize,
+    weights: StepWeights<T>,
+) -> [[[[T; S]; S]; 2]; 2] {
+    let mut blocks = [[zero_matrix(); 2]; 2];
+    for change in changes.iter().filter(|change| change.segment == k) {
+        for (blocks, ends) in blocks.iter_mut().zip(&change.ends) {
+            for (block, LoadTangent { position, velocity }) in blocks.iter_mut().zip(ends) {
+                for row in 0..S {
+                    let elastic = scale(weights.coordinates, position[row]);
+                    let viscous = scale(weights.rates, velocity[row]);
+                    block[row] = add(block[row], add(elastic, viscous));
+                }
+            }
+        }
+    }
+    blocks
 }
 
 /// Solves the factorised system for `right_side`, in place.

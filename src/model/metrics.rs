@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::record::{Combine, Display, Prominence, Record, Scale, Scope};
-use crate::model::settings::Settings;
-use crate::workpiece::{ContactArc, reach};
+use crate::workpiece::{ContactArc, Passage};
 
 /// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
 const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {
@@ -38,7 +37,7 @@ crate::record! {
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct Metrics {
         contact_angle_rad: f64 =
-            ["Ω_c", "rad", "nominal contact angle", "2 arccos((R − a_e)/R) of the undeformed tool"],
+            ["Ω_c", "rad", "nominal contact angle", "by how much the tool turns while the undeformed filament touches; 2 arccos((R − a_e)/R) on a plane"],
         nominal_contact_length_m: f64 = ["l_d", "m", "nominal contact length", "R Ω_c"],
         nominal_contact_time_s: f64 = ["t_d", "s", "nominal contact time", "Ω_c/ω"],
         contact_time_s: f64 = ["t_c", "s", "contact time", "total time with F_n > 0"]
@@ -65,6 +64,30 @@ crate::record! {
             "F_n,w", "N", "contact normal force of the tool",
             "p_n N_f ω/(2π): each filament passes once per turn"
         ] => headline(of_tool(figure("tool_force", "N", 1.0))),
+        contact_impulse_x_n_s: f64 = ["", "N s", "contact impulse along x", "∫ of the contact force on the filament"],
+        contact_impulse_y_n_s: f64 = ["", "N s", "contact impulse along y", "∫ of the contact force on the filament"],
+        contact_impulse_z_n_s: f64 = ["", "N s", "contact impulse along z", "∫ of the contact force on the filament"],
+        edge_contact_normal_impulse_n_s: f64 =
+            ["", "N s", "contact normal impulse on edges", "the share of p_n on edges of the workpiece"]
+            => figure("edge_impulse", "mN s", 1e3),
+        max_edge_penetration_m: f64 = [
+            "", "m", "largest penetration of an edge",
+            "should be small against the edge’s radius"
+        ] => largest(Display::DETAIL),
+        friction_work_j: f64 = ["", "J", "friction work", "energy taken by friction in one pass of one filament"]
+            => figure("friction_work", "mJ", 1e3),
+        contact_angular_impulse_n_m_s: f64 =
+            ["", "N m s", "contact angular impulse", "∫ of the moment of the contact force about the tool axis"],
+        tool_tangential_force_n: f64 = [
+            "", "N", "tangential force of the tool",
+            "−∫ F_x dt N_f ω/(2π): positive where the tool drags the workpiece along x"
+        ] => headline(of_tool(figure("tool_tangential_force", "N", 1.0))),
+        tool_torque_n_m: f64 = [
+            "", "N m", "torque of the tool",
+            "−contact angular impulse N_f ω/(2π): what the drive must supply"
+        ] => headline(of_tool(figure("tool_torque", "N m", 1.0))),
+        tool_power_w: f64 = ["", "W", "power of the tool", "torque of the tool times ω"]
+            => of_tool(figure("tool_power", "W", 1.0)),
         lateral_amplification: f64 = [
             "", "", "lateral amplification",
             "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \
@@ -85,30 +108,21 @@ pub struct NominalContact {
     pub tool_radius: f64,
     /// Brushing velocity `v_b = ω R` in m/s.
     pub brushing_velocity: f64,
-    /// Where the undeformed tips touch the workpiece.
-    pub arc: ContactArc,
+    /// Where the undeformed filament passes the workpiece.
+    pub window: ContactArc,
+    /// The nominal contact angle `Ω_c` in rad: by how much the tool turns while the undeformed filament touches the workpiece.
+    pub contact_angle: f64,
 }
 
 impl NominalContact {
-    /// The nominal contact of the round tool and the plane that `settings` state.
-    pub fn of(settings: &Settings) -> Self {
-        let Settings { tool, filament, workpiece, process, .. } = settings;
-        let tool_radius = tool.body_radius_m + filament.length_m;
-        Self {
-            tool_radius,
-            brushing_velocity: process.brushing_velocity_m_s,
-            arc: ContactArc::on_plane(workpiece.normal, reach(workpiece, tool_radius), process.penetration_depth_m),
-        }
+    /// That of a tool with the radius `tool_radius` (m) at the brushing velocity `brushing_velocity` (m/s).
+    pub fn new(tool_radius: f64, brushing_velocity: f64, passage: &Passage) -> Self {
+        Self { tool_radius, brushing_velocity, window: passage.window, contact_angle: passage.contact_angle() }
     }
 
     /// Angular velocity of the tool, `ω = v_b/R`, in rad/s.
     pub fn rate(&self) -> f64 {
         self.brushing_velocity / self.tool_radius
-    }
-
-    /// `Ω_c` in rad.
-    pub fn contact_angle(&self) -> f64 {
-        self.arc.angle
     }
 }
 
@@ -123,6 +137,16 @@ pub struct ContactRecord {
     pub count: usize,
     /// `∫ F_n dt` in N s.
     pub impulse: f64,
+    /// `∫ F dt` of the whole contact force on the filament, in N s.
+    pub vector_impulse: [f64; 3],
+    /// Its moment about the tool axis, in N m s.
+    pub angular_impulse: f64,
+    /// The part of `impulse` on edges, in N s.
+    pub edge_impulse: f64,
+    /// Largest penetration of an edge in m.
+    pub edge_penetration: f64,
+    /// Energy taken by friction in J.
+    pub friction_work: f64,
     /// Largest `F_n` in N.
     pub peak_force: f64,
     /// Largest tip deflection in m.
@@ -134,8 +158,12 @@ pub struct ContactRecord {
 impl Metrics {
     /// Reduces observations to metrics.
     pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {
-        let contact_angle = nominal.contact_angle();
+        let contact_angle = nominal.contact_angle;
         let nominal_time = contact_angle / nominal.rate();
+        let of_tool = |impulse| tool_force(impulse, filament_count, nominal.rate());
+        // Subtracted from zero, so that nothing becomes a negative zero.
+        let torque = of_tool(0.0 - record.angular_impulse);
+        let [impulse_x, impulse_y, impulse_z] = record.vector_impulse;
         Self {
             contact_angle_rad: contact_angle,
             nominal_contact_length_m: nominal.tool_radius * contact_angle,
@@ -143,13 +171,23 @@ impl Metrics {
             contact_time_s: record.time,
             contact_length_m: nominal.brushing_velocity * record.time,
             // A sum of steps can exceed the total by rounding.
-            contact_time_ratio: (record.nominal_time / nominal_time).min(1.0),
+            contact_time_ratio: if nominal_time > 0.0 { (record.nominal_time / nominal_time).min(1.0) } else { 0.0 },
             contact_count: record.count,
             contact_normal_impulse_n_s: record.impulse,
             equivalent_contact_normal_force_n: if record.time > 0.0 { record.impulse / record.time } else { 0.0 },
             peak_contact_normal_force_n: record.peak_force,
             max_tip_deflection_m: record.max_deflection,
-            tool_contact_normal_force_n: tool_force(record.impulse, filament_count, nominal.rate()),
+            tool_contact_normal_force_n: of_tool(record.impulse),
+            contact_impulse_x_n_s: impulse_x,
+            contact_impulse_y_n_s: impulse_y,
+            contact_impulse_z_n_s: impulse_z,
+            edge_contact_normal_impulse_n_s: record.edge_impulse,
+            max_edge_penetration_m: record.edge_penetration,
+            friction_work_j: record.friction_work,
+            contact_angular_impulse_n_m_s: record.angular_impulse,
+            tool_tangential_force_n: of_tool(0.0 - impulse_x),
+            tool_torque_n_m: torque,
+            tool_power_w: torque * nominal.rate(),
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
         }
@@ -178,7 +216,7 @@ impl Metrics {
 
 /// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once per turn.
 ///
-/// `impulse` in N s, `rate` in rad/s.
+/// `impulse` in N s, `rate` in rad/s. Of an angular impulse in N m s it is the tool's torque in N m.
 pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
     impulse * filament_count * rate / (2.0 * PI)
 }

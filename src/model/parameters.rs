@@ -7,10 +7,9 @@ use std::error::Error;
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
-use crate::model::metrics::NominalContact;
 use crate::model::record::Scalar;
 use crate::model::settings::Settings;
-use crate::workpiece::{self, unit_normal};
+use crate::workpiece::{self, Part, unit_normal};
 
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
@@ -237,6 +236,13 @@ pub static PARAMETERS: &[Parameter] = &[
         "sliding speed over which friction sets in"
     ),
     parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity"),
+    parameter!(workpiece.offset_m, "m", Range::between(-1e3, 1e3), "", "offset of the workpiece along x"),
+    parameter!(workpiece.included_angle_rad, "rad", Range::between(0.1, 3.1), "", "angle between the faces of an edge"),
+    parameter!(workpiece.edge_radius_m, "m", Range::between(0.0, 1e3), "", "radius of the edges"),
+    parameter!(workpiece.chamfer_width_m, "m", Range::between(0.0, 1e3), "", "width of the chamfer"),
+    parameter!(workpiece.chamfer_angle_rad, "rad", Range::between(0.05, 3.0), "", "angle of the chamfer"),
+    parameter!(workpiece.radius_m, "m", Range::between(0.0, 1e3), "", "radius of the cylinder or bore"),
+    parameter!(workpiece.degree, "", Range::whole(1.0, 10.0), "", "degree of the profile"),
     parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity").required(),
     parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
@@ -323,8 +329,7 @@ impl Settings {
                 allowed: format!("less than filament.length_m = {length_m:?}"),
             });
         }
-        let nominal = NominalContact::of(self);
-        let reach = workpiece::reach(&self.workpiece, nominal.tool_radius);
+        let reach = workpiece::reach(&self.workpiece, self.tool_radius_m());
         if penetration_depth_m >= reach {
             return Err(Violation {
                 path: "process.penetration_depth_m",
@@ -332,7 +337,8 @@ impl Settings {
                 allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", reach),
             });
         }
-        let nominal_angle_rad = nominal.contact_angle();
+        let (_, passage) = Part::of(self)?;
+        let nominal_angle_rad = passage.window.angle;
         let lead_angle_rad = self.process.lead_angle_rad;
         let limit_rad = std::f64::consts::TAU - nominal_angle_rad - lead_angle_rad;
         if self.process.tail_angle_rad >= limit_rad {

@@ -3,6 +3,8 @@
 //! The name of a field is its key in an input file, and the unit is part of the name (SI throughout, angles in radians). One
 //! table, [`crate::model::parameters::PARAMETERS`], has the ranges of all numbers. The crate `bristle-study` reads the file.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
@@ -56,6 +58,18 @@ impl Settings {
     pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
         let process = ProcessSettings::new(brushing_velocity_m_s, penetration_depth_m);
         Self::new(ToolSettings::new(0.140, 0.020), FilamentSettings::new(0.040, 1.18e-3), process)
+    }
+
+    /// The undeformed radius of the tool, `R = r_g + l_f`, in m.
+    #[must_use]
+    pub fn tool_radius_m(&self) -> f64 {
+        self.tool.body_radius_m + self.filament.length_m
+    }
+
+    /// The angular velocity of the tool, `ω = v_b/R`, in rad/s.
+    #[must_use]
+    pub fn angular_velocity_rad_s(&self) -> f64 {
+        self.process.brushing_velocity_m_s / self.tool_radius_m()
     }
 }
 
@@ -154,16 +168,50 @@ impl Default for ContactSettings {
 pub struct WorkpieceSettings {
     /// The kind of workpiece.
     pub kind: WorkpieceKind,
-    /// Outward normal of the plane, of any length, with a component perpendicular to the tool axis `z`. The penetration
-    /// depth is measured along it.
+    /// Outward normal of a plane, of any length, with a component perpendicular to the tool axis `z`. The penetration
+    /// depth is measured along it. Other kinds have `[0, 1, 0]`.
     pub normal: [f64; 3],
     /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n × z`.
     pub feed_velocity_m_s: f64,
+    /// Where the workpiece's own `x = 0` lies at time zero, in m. Of no effect on a plane.
+    pub offset_m: f64,
+    /// Angle between the faces of an edge or a chamfered edge, through the material, in rad.
+    pub included_angle_rad: f64,
+    /// Radius with which the edges of an edge or a chamfer, or the corners of a profile, are rounded, in m.
+    pub edge_radius_m: f64,
+    /// Whether filaments leave the material at the edge, or enter it there.
+    pub side: Side,
+    /// Width of the face of a chamfer before its edges are rounded, in m.
+    pub chamfer_width_m: f64,
+    /// Angle of that face to the face along `y = 0`, in rad.
+    pub chamfer_angle_rad: f64,
+    /// Radius of a cylinder or a bore, in m.
+    pub radius_m: f64,
+    /// Degree of the B-spline of a profile.
+    pub degree: usize,
+    /// Its control points `[x, y]`, in m, with the material on the right-hand side of the curve.
+    pub control_points_m: Vec<[f64; 2]>,
+    /// Whether the curve of a profile is closed.
+    pub closed: bool,
 }
 
 impl Default for WorkpieceSettings {
     fn default() -> Self {
-        Self { kind: WorkpieceKind::default(), normal: [0.0, 1.0, 0.0], feed_velocity_m_s: 0.0 }
+        Self {
+            kind: WorkpieceKind::default(),
+            normal: [0.0, 1.0, 0.0],
+            feed_velocity_m_s: 0.0,
+            offset_m: 0.0,
+            included_angle_rad: FRAC_PI_2,
+            edge_radius_m: 0.0,
+            side: Side::default(),
+            chamfer_width_m: 0.0,
+            chamfer_angle_rad: FRAC_PI_4,
+            radius_m: 0.0,
+            degree: 3,
+            control_points_m: Vec::new(),
+            closed: false,
+        }
     }
 }
 
@@ -175,6 +223,28 @@ pub enum WorkpieceKind {
     /// A plane.
     #[default]
     Plane,
+    /// Two faces that meet in a rounded edge, one of them along `y = 0`.
+    Edge,
+    /// An edge with a chamfer, whose own two edges are rounded.
+    Chamfer,
+    /// A convex cylinder with its top at `x = 0`, `y = 0`.
+    Cylinder,
+    /// A bore around the tool, with its bottom at `x = 0`, `y = 0`.
+    Bore,
+    /// A B-spline through the plane of rotation, extruded along `z`.
+    Profile,
+}
+
+/// How filaments meet an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum Side {
+    /// They sweep over the material, at `x ≤ 0`, and off it.
+    #[default]
+    Leaving,
+    /// They come from outside onto the material, at `x ≥ 0`.
+    Entering,
 }
 
 /// How the tool meets the workpiece.

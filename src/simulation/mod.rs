@@ -13,7 +13,7 @@ use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::Settings;
 use crate::tool::{RoundTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Plane, Workpiece};
+use crate::workpiece::{ContactArc, Part, Passage, Workpiece};
 
 mod error;
 mod form;
@@ -133,10 +133,12 @@ pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulati
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
 /// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
 #[derive(Clone, Debug)]
-pub struct Pass<T = RoundTool, W = Plane> {
+pub struct Pass<T = RoundTool, W = Part> {
     filament: Filament<Turning<T>, W>,
     form: Form,
     nominal: NominalContact,
+    /// The times in s between which the undeformed filament touches the workpiece.
+    touches: Vec<[f64; 2]>,
     filament_length: f64,
     filament_count: f64,
     tolerances: Tolerances,
@@ -145,12 +147,14 @@ pub struct Pass<T = RoundTool, W = Plane> {
 }
 
 impl Pass {
-    /// The pass of the round tool and the plane that `settings` state.
+    /// The pass of the round tool and the workpiece that `settings` state.
+    ///
+    /// # Panics
+    /// If the settings fail [`Settings::check`] because their workpiece is not possible.
     pub fn new(settings: &Settings) -> Self {
         let tool = RoundTool::of(settings);
-        let nominal = NominalContact::of(settings);
-        let plane = Plane::of(&settings.workpiece, nominal.tool_radius, settings.process.penetration_depth_m);
-        Self::assemble(settings, tool, plane, nominal)
+        let (part, passage) = Part::of(settings).unwrap_or_else(|violation| panic!("{violation}"));
+        Self::assemble(settings, tool, part, settings.tool_radius_m(), passage)
     }
 }
 
@@ -169,17 +173,15 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             add(clamp.position, scale(length, clamp.direction))
         };
         let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
-        let nominal = NominalContact {
-            tool_radius: tool.radius(length),
-            brushing_velocity: settings.process.brushing_velocity_m_s,
-            arc,
-        };
-        Ok(Self::assemble(settings, tool, workpiece, nominal))
+        let radius = tool.radius(length);
+        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into()))
     }
 
-    fn assemble(settings: &Settings, tool: T, workpiece: W, nominal: NominalContact) -> Self {
+    fn assemble(settings: &Settings, tool: T, workpiece: W, tool_radius: f64, passage: Passage) -> Self {
         let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _ } = settings;
-        let ContactArc { middle, angle } = nominal.arc;
+        let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
+        let ContactArc { middle, angle } = passage.window;
+        let time = |angle: f64| (process.lead_angle_rad + angle) / nominal.rate();
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         let planar = tool.is_planar() && workpiece.is_planar() && process.gravity_m_s2[2] == 0.0;
@@ -196,6 +198,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 workpiece,
             },
             nominal,
+            touches: passage.touches.iter().map(|touch| touch.map(time)).collect(),
             filament_length: filament.length_m,
             filament_count: brush.filament_count,
             tolerances: Tolerances {
@@ -268,10 +271,23 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         system.state(0.0, vec![q; n], vec![v; n])
     }
 
-    /// Time of nominal entry, of nominal exit, and of the end, in s.
-    pub fn times(&self) -> [f64; 3] {
-        let exit = self.lead_angle + self.nominal.contact_angle();
-        [self.lead_angle, exit, exit + self.tail_angle].map(|angle| angle / self.filament.motion.rate)
+    /// The time in s at which the pass ends, unless the filament still touches the workpiece.
+    pub fn end_time(&self) -> f64 {
+        (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
+    }
+
+    /// The times of nominal entry and nominal exit in s: between them lie all [touches](Pass::touches). Without any they are those at
+    /// which the tips pass the plane `y = 0`.
+    pub fn nominal_times(&self) -> [f64; 2] {
+        match (self.touches.first(), self.touches.last()) {
+            (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
+            _ => [0.0, self.nominal.window.angle].map(|angle| (self.lead_angle + angle) / self.filament.motion.rate),
+        }
+    }
+
+    /// The times in s between which the undeformed filament touches the workpiece.
+    pub fn touches(&self) -> &[[f64; 2]] {
+        &self.touches
     }
 
     /// Integrates the pass in `system` from `start` to its end; see [`integrate`].
@@ -284,14 +300,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         start: FilamentState,
         observe: impl FnMut(&Step<'_>),
     ) -> Result<(FilamentState, Statistics), IntegrationError> {
-        let [_, _, end_time] = self.times();
-        integrate(system, start, end_time, METHOD, self.tolerances, observe)
+        integrate(system, start, self.end_time(), METHOD, self.tolerances, observe)
     }
 
     /// An observer that reduces the steps of this pass to the data for its metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
-        let [entry, exit, _] = self.times();
-        ContactObserver::new(self.filament.clone(), self.form, self.filament_length, [entry, exit])
+        ContactObserver::new(self.filament.clone(), self.form, self.filament_length, self.touches.clone())
     }
 
     /// The metrics from the record of this pass's observer.
@@ -316,7 +330,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampling: Sampling,
         mut tell: impl FnMut(f64),
     ) -> Result<Simulation, SimulationError> {
-        let [_, _, end_time] = self.times();
+        let end_time = self.end_time();
         let mut system = self.system_for(sampling);
         let start = self.start(&mut system);
         let mut observer = self.observer();
@@ -330,15 +344,13 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     fn sampler(&self, sampling: Sampling) -> Sampler {
-        let [_, _, end_time] = self.times();
-        Sampler::new(self.form, self.filament.chain, sampling, end_time)
+        Sampler::new(self.form, self.filament.chain, sampling, self.end_time())
     }
 
     /// The trajectory of the pass in `system`, at its start.
     pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
-        let [_, _, end_time] = self.times();
-        Trajectory::new(system, start, end_time, METHOD, self.tolerances)
+        Trajectory::new(system, start, self.end_time(), METHOD, self.tolerances)
     }
 
     fn conclude(

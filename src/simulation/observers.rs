@@ -2,7 +2,7 @@
 
 use super::form::{Equations, Form};
 use super::search::maximum_in_step;
-use super::system::{Filament, FilamentState, integral};
+use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
 use crate::contact::{Approach, ContactForce};
 use crate::equations::linear::{add, dot, scale, sub};
@@ -18,8 +18,8 @@ pub struct ContactObserver<M, W> {
     filament: Filament<M, W>,
     form: Form,
     filament_length: f64,
-    nominal_entry: f64,
-    nominal_exit: f64,
+    /// The times between which the undeformed filament touches the workpiece.
+    touches: Vec<[f64; 2]>,
     record: ContactRecord,
     was_closed: bool,
     /// What the last step ended with.
@@ -37,15 +37,13 @@ struct Tip {
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// An observer of `filament` with the free length `filament_length` (m), whose states have the given form, before any
-    /// step. Nominal entry and exit are at `nominal_times` (s).
-    pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, nominal_times: [f64; 2]) -> Self {
-        let [nominal_entry, nominal_exit] = nominal_times;
+    /// step. The undeformed filament touches the workpiece between the times in `touches` (s).
+    pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, touches: Vec<[f64; 2]>) -> Self {
         Self {
             filament,
             form,
             filament_length,
-            nominal_entry,
-            nominal_exit,
+            touches,
             record: ContactRecord::default(),
             was_closed: false,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -62,14 +60,26 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         let closed = step.closed.contains(&true);
         if closed {
             self.record.time += step.length();
-            let nominal = step.end.time.min(self.nominal_exit) - step.start.time.max(self.nominal_entry);
-            self.record.nominal_time += nominal.max(0.0);
+            for &[entry, exit] in &self.touches {
+                self.record.nominal_time += (step.end.time.min(exit) - step.start.time.max(entry)).max(0.0);
+            }
             self.record.count += usize::from(!self.was_closed);
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
         self.was_closed = closed;
+        let integrals = &step.end.integrals;
         // The sum of a contact whose force underflows can be less than zero.
-        self.record.impulse = step.end.integrals[integral::NORMAL_IMPULSE].max(0.0);
+        self.record.impulse = integrals[integral::NORMAL_IMPULSE].max(0.0);
+        self.record.vector_impulse = std::array::from_fn(|i| integrals[integral::IMPULSE + i]);
+        self.record.angular_impulse = integrals[integral::ANGULAR_IMPULSE];
+        self.record.edge_impulse = integrals[integral::EDGE_IMPULSE];
+        self.record.friction_work = integrals[integral::FRICTION_WORK];
+        for contact in step.start_nodes.len()..step.closed.len() {
+            if step.closed[contact] {
+                let penetration = |s| self.approach(step, contact, s).penetration;
+                self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
+            }
+        }
         let last =
             if step.start.time == self.last.time { self.last } else { self.tip(step.start_nodes, step.start.time) };
         self.last = self.tip(step.end_nodes, step.end.time);
@@ -90,13 +100,13 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         if tilt == 0.0 {
             return least;
         }
-        let tip = step.closed.len() - 1;
+        let tip = step.start_nodes.len() - 1;
         maximum_in_step(|s| (step.node(tip, s).0[2] / (self.filament_length * tilt)).abs(), least)
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&node| step.closed[node]);
-        closed.map(|node| self.filament.law.normal_force(&self.approach(step, node, s)).max(0.0)).sum()
+        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
+        closed.map(|contact| self.filament.law.normal_force(&self.approach(step, contact, s)).max(0.0)).sum()
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
@@ -107,12 +117,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         maximum_in_step(|part| self.normal_force(step, start + part * (end - start)), least)
     }
 
-    /// Sums over the nodes of the normal and of the tangential force, in N.
+    /// Sums over the contacts of the normal and of the tangential force, in N.
     fn forces(&self, step: &Step<'_>, s: f64) -> (f64, f64) {
         let mut normal = 0.0;
         let mut tangential = [0.0; 3];
-        for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
-            let force = self.node_force(step, node, s);
+        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+            let force = self.filament.law.pressing_force(&self.approach(step, contact, s));
             normal += force.normal;
             tangential = add(tangential, force.tangential);
         }
@@ -121,25 +131,24 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     /// The energy stored in the closed contacts, in J.
     fn stored_energy(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&node| step.closed[node]);
-        let stored = closed.map(|node| {
-            let (position, velocity) = step.node(node, s);
-            self.filament.law.stored_energy(&self.filament.approach(position, velocity, step.time(s)))
-        });
-        stored.sum()
+        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
+        closed.map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
     }
 
-    /// The contact force on `node`.
-    fn node_force(&self, step: &Step<'_>, node: usize, s: f64) -> ContactForce {
-        if !step.closed[node] {
-            return ContactForce::NONE;
+    /// Adds the contact forces of a step to `forces` on the nodes `0 … n`. The force at a point of a segment acts on both its ends.
+    fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [ContactForce]) {
+        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+            let Touch { station, approach, .. } = step.touch(&self.filament, contact, s);
+            let force = self.filament.law.pressing_force(&approach);
+            for (end, share) in forces[station.segment..].iter_mut().zip(station.shares()) {
+                end.normal += share * force.normal;
+                end.tangential = add(end.tangential, scale(share, force.tangential));
+            }
         }
-        self.filament.law.pressing_force(&self.approach(step, node, s))
     }
 
-    fn approach(&self, step: &Step<'_>, node: usize, s: f64) -> Approach {
-        let (position, velocity) = step.node(node, s);
-        self.filament.approach(position, velocity, step.time(s))
+    fn approach(&self, step: &Step<'_>, contact: usize, s: f64) -> Approach {
+        step.touch(&self.filament, contact, s).approach
     }
 
     /// The tip of the nodes in `knots`, at `time`.
@@ -157,7 +166,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     fn deflection(&self, step: &Step<'_>, s: f64) -> f64 {
         let clamp = self.filament.motion.at(step.time(s));
-        let (tip, _) = step.node(step.closed.len() - 1, s);
+        let (tip, _) = step.node(step.start_nodes.len() - 1, s);
         tip_deflection(tip, clamp.position, clamp.direction, self.filament_length)
     }
 }
@@ -370,15 +379,17 @@ impl Sampler {
                 Shape { time_s, nodes_m: vec![root.position], velocities_m_s: Vec::new(), forces: Vec::new() };
             if self.sampling.loads {
                 shape.velocities_m_s.push(root.velocity);
-                shape.forces.push(ContactForce::NONE);
             }
-            for node in 0..step.closed.len() {
+            for node in 0..step.start_nodes.len() {
                 let (position, velocity) = step.node(node, s);
                 shape.nodes_m.push(position);
                 if self.sampling.loads {
                     shape.velocities_m_s.push(velocity);
-                    shape.forces.push(observer.node_force(step, node, s));
                 }
+            }
+            if self.sampling.loads {
+                shape.forces = vec![ContactForce::NONE; shape.nodes_m.len()];
+                observer.add_forces(step, s, &mut shape.forces);
             }
             self.shapes.push(shape);
         }
@@ -394,7 +405,7 @@ fn sample<T: Tool, W: Workpiece>(
     peak_force: f64,
 ) -> Sample {
     let integrals = step.integrals(s);
-    let ([tip_x_m, tip_y_m, tip_z_m], _) = step.node(step.closed.len() - 1, s);
+    let ([tip_x_m, tip_y_m, tip_z_m], _) = step.node(step.start_nodes.len() - 1, s);
     let (normal, tangential) = observer.forces(step, s);
     Sample {
         time_s: time,

@@ -9,13 +9,13 @@ use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compil
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
 use crate::model::settings::Settings;
 use crate::tool::{ClampMotion, RoundTool, Tool, Turning};
-use crate::workpiece::{Plane, Workpiece};
+use crate::workpiece::{Part, Workpiece};
 
 type Lane = Lanes<LANES>;
 
 /// A pass to simulate, with the number under which it is reported.
 #[derive(Clone, Debug)]
-pub struct Job<T = RoundTool, W = Plane> {
+pub struct Job<T = RoundTool, W = Part> {
     /// The number.
     pub number: usize,
     /// The pass.
@@ -64,6 +64,7 @@ pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
 pub struct Kind {
     form: Form,
     segments: usize,
+    contacts: usize,
     solution: StageSolution,
 }
 
@@ -74,7 +75,12 @@ impl Kind {
     }
 
     pub(super) fn new<M: ClampMotion, W: Workpiece>(form: Form, filament: &Filament<M, W>) -> Self {
-        Self { form, segments: filament.chain.segments, solution: filament.stage_solution() }
+        Self {
+            form,
+            segments: filament.chain.segments,
+            contacts: filament.contacts(),
+            solution: filament.stage_solution(),
+        }
     }
 }
 
@@ -206,7 +212,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         }
     }
 
-    /// Keeps a lane without a job at rest in the state of a busy one, with all nodes open, so that its numbers stay finite.
+    /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open, so that its numbers stay finite.
     fn idle(&mut self, lane: usize, busy: usize) {
         let run = self.runs[busy].as_ref().expect("the lane has a job");
         self.system.open_all(lane);

@@ -4,32 +4,41 @@ use std::f64::consts::PI;
 
 use super::error::Obstacle;
 use super::form::{Equations, Form};
+use crate::contact::edge::{EdgeContact, Nodes, Station};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{dot, in_lane, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, Compiled, Energies, LaneSet, Lanewise, NodeLoads, NodeTangent, PolarAxis, StepWeights,
-    find_pole, near_pole,
+    Chain, ChainDynamics, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent,
+    PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
 };
 use crate::integrate::hermite::Knot;
 use crate::integrate::{SecondOrderSystem, StageSolution, State};
 use crate::tool::ClampMotion;
-use crate::workpiece::Workpiece;
+use crate::workpiece::{Edge, Workpiece};
 
 /// Quantities integrated along the motion, by index into [`State::integrals`].
 pub mod integral {
     /// Contact normal impulse `∫ F_n dt` in N s.
     pub const NORMAL_IMPULSE: usize = 0;
+    /// Impulse `∫ F dt` of the contact force on the filament in N s: the first of three components.
+    pub const IMPULSE: usize = 1;
+    /// Angular impulse of the contact force about the tool axis `z` in N m s.
+    pub const ANGULAR_IMPULSE: usize = 4;
+    /// The part of the normal impulse on edges in N s.
+    pub const EDGE_IMPULSE: usize = 5;
+    /// Energy taken by friction in J.
+    pub const FRICTION_WORK: usize = 6;
     /// Energy taken by the dampers of the joints in J.
-    pub const JOINT_DISSIPATION: usize = 1;
+    pub const JOINT_DISSIPATION: usize = 7;
     /// Energy taken by contact damping and friction in J.
-    pub const CONTACT_DISSIPATION: usize = 2;
+    pub const CONTACT_DISSIPATION: usize = 8;
     /// Work put in by the clamp and by a moving workpiece in J.
-    pub const WORK: usize = 3;
+    pub const WORK: usize = 9;
     /// Natural logarithm of the factor by which the lateral variation of a planar state has been divided, so that it stays
     /// finite. Constant within a step.
-    pub const VARIATION_SCALE: usize = 4;
+    pub const VARIATION_SCALE: usize = 10;
     /// The number of integrals.
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 11;
 }
 
 use integral::COUNT;
@@ -97,6 +106,19 @@ impl FilamentState {
     }
 }
 
+/// A filament's contact with the workpiece at one place: of a node with a face, or of the centreline with an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    /// The place on the filament. A node is the outer end of its segment, or the root.
+    pub station: Station,
+    /// Its position in m.
+    pub position: [f64; 3],
+    /// The filament there, relative to the workpiece.
+    pub approach: Approach,
+    /// Whether it is an edge.
+    pub on_edge: bool,
+}
+
 /// One filament: its constants, the motion of its clamp, and the workpiece.
 #[derive(Clone, Copy, Debug)]
 pub struct Filament<M, W> {
@@ -114,6 +136,34 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// A node at `position` with `velocity`, relative to the workpiece at `time`.
     pub fn approach(&self, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
         self.law.approach(&self.workpiece, position, velocity, time)
+    }
+
+    /// The number of its possible contacts: one for each node, and one for each edge of the workpiece.
+    pub fn contacts(&self) -> usize {
+        self.chain.segments + self.workpiece.edges().len()
+    }
+
+    /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at `time`. The search for its place
+    /// on an edge begins at the segment `start`, or goes over all segments.
+    pub fn touch(&self, contact: usize, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
+        let segments = self.chain.segments;
+        let Some(edge) = contact.checked_sub(segments) else {
+            let [position, velocity] = nodes(contact + 1);
+            let station = Station { segment: contact, fraction: 1.0 };
+            return Touch { station, position, approach: self.approach(position, velocity, time), on_edge: false };
+        };
+        let edge = &self.workpiece.edges()[edge];
+        let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
+        Touch { station, position, approach, on_edge: true }
+    }
+
+    fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
+        let (segments, centre) = (self.chain.segments, edge.centre_at(time));
+        let station = match start {
+            Some(start) => Station::nearest_from(start, segments, nodes, centre),
+            None => Station::nearest(segments, nodes, centre),
+        };
+        EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
     /// How to solve the stages of its steps.
@@ -157,8 +207,10 @@ pub struct FilamentSystem<M, W, T = f64> {
     equations: Equations<T>,
     /// One per lane.
     filaments: Vec<Filament<M, W>>,
-    /// The lanes in which each node is closed.
+    /// The lanes in which each contact is closed: those of nodes, then those with edges.
     closed: Vec<LaneSet>,
+    /// The segment at which the search for the contact with an edge begins, by edge and lane.
+    starts: Vec<Vec<usize>>,
     tracks_energy: bool,
     tracks_dissipation: bool,
     /// The time for which the clamps were last evaluated, and their motion there.
@@ -191,10 +243,12 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         self.equations.set_charts(&charts);
         let (equations, clamp, _) = self.parts(time);
         equations.place(clamp, &q, &v);
-        for node in 0..q.len() {
-            let [position, velocity] = self.equations.node(node, 0);
-            let approach = self.filaments[0].approach(position, velocity, time);
-            self.set_closed(0, node, self.filaments[0].law.pressing(&approach) > 0.0);
+        for contact in 0..self.closed.len() {
+            let filament = &self.filaments[0];
+            let Touch { station, approach, .. } = filament.touch(contact, &self.lane(0), None, time);
+            let pressing = filament.law.pressing(&approach) > 0.0;
+            self.set_closed(0, contact, pressing);
+            self.set_start(0, contact, station.segment);
         }
         State::new(self, time, q, v)
     }
@@ -210,10 +264,9 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
         self.place(state);
         let filament = &self.filaments[0];
-        let closed = (0..self.closed.len()).filter(|&node| self.is_closed(0, node));
-        let energies = closed.map(|node| {
-            let [position, velocity] = self.equations.node(node, 0);
-            filament.law.stored_energy(&filament.approach(position, velocity, state.time))
+        let closed = (0..self.closed.len()).filter(|&contact| self.is_closed(0, contact));
+        let energies = closed.map(|contact| {
+            filament.law.stored_energy(&filament.touch(contact, &self.lane(0), None, state.time).approach)
         });
         energies.sum()
     }
@@ -241,12 +294,14 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
-        let n = filaments[0].chain.segments;
+        let (n, contacts) = (filaments[0].chain.segments, filaments[0].contacts());
+        assert!(filaments.iter().all(|filament| filament.contacts() == contacts), "all lanes have one number of edges");
         let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
         Self {
             equations: Equations::new(form, Chain::from_lanes(|lane| &filaments[lane].chain)),
             filaments,
-            closed: vec![LaneSet::default(); n],
+            closed: vec![LaneSet::default(); contacts],
+            starts: vec![vec![0; T::LANES]; contacts - n],
             tracks_energy,
             tracks_dissipation: tracks_energy,
             clamp,
@@ -261,18 +316,19 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         Self { tracks_dissipation: self.tracks_energy || tracks_dissipation, ..self }
     }
 
-    /// Puts another filament into `lane`, with all nodes open.
+    /// Puts another filament into `lane`, with all contacts open.
     ///
     /// # Panics
-    /// If its number of segments differs from that of the others.
+    /// If its number of segments or of edges differs from that of the others.
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
+        assert_eq!(filament.contacts(), self.closed.len(), "all lanes have one number of contacts");
         self.filaments[lane] = filament;
         self.equations.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
 
-    /// Opens all nodes in `lane`.
+    /// Opens all contacts in `lane`.
     pub fn open_all(&mut self, lane: usize) {
         for closed in &mut self.closed {
             closed.remove(lane);
@@ -284,17 +340,33 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         &self.filaments[lane]
     }
 
-    /// True if `node` is closed in `lane`.
-    pub fn is_closed(&self, lane: usize, node: usize) -> bool {
-        self.closed[node].contains(lane)
+    /// True if `contact` is closed in `lane`: that of a node, or with an edge ([`Filament::touch`]).
+    pub fn is_closed(&self, lane: usize, contact: usize) -> bool {
+        self.closed[contact].contains(lane)
     }
 
-    /// Closes or opens `node` in `lane`.
-    pub fn set_closed(&mut self, lane: usize, node: usize, closed: bool) {
+    /// Closes or opens `contact` in `lane`.
+    pub fn set_closed(&mut self, lane: usize, contact: usize, closed: bool) {
         if closed {
-            self.closed[node].insert(lane);
+            self.closed[contact].insert(lane);
         } else {
-            self.closed[node].remove(lane);
+            self.closed[contact].remove(lane);
+        }
+    }
+
+    /// The search for the place of `contact` in `lane` begins at `segment` from now on. Of no effect on nodes.
+    pub fn set_start(&mut self, lane: usize, contact: usize, segment: usize) {
+        if let Some(edge) = contact.checked_sub(self.equations.segments()) {
+            self.starts[edge][lane] = segment;
+        }
+    }
+
+    /// The nodes of one lane, where they were last placed.
+    fn lane(&self, lane: usize) -> impl Fn(usize) -> [[f64; 3]; 2] {
+        let (equations, clamp) = (&self.equations, &self.clamp.1);
+        move |index| match index.checked_sub(1) {
+            None => [in_lane(&clamp.position, lane), in_lane(&clamp.velocity, lane)],
+            Some(node) => equations.node(node, lane),
         }
     }
 
@@ -314,33 +386,49 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// The loads at `time` on closed nodes.
     pub fn loads(&self, time: T) -> ContactLoads<'_, M, W, T> {
-        ContactLoads::new(&self.filaments, &self.closed, time)
+        ContactLoads::new(&self.filaments, &self.closed, &self.starts, time)
     }
 
     /// The equations, the clamps and the loads at `time`.
     fn parts(&mut self, time: T) -> (&mut Equations<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
         self.clamp(time);
-        (&mut self.equations, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, time))
+        (&mut self.equations, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, &self.starts, time))
     }
 
     /// Rates of the contact's integrals, where the dynamics were last placed.
     fn add_contact_rates(&self, time: T, rates: &mut [T; COUNT]) {
-        for (node, &lanes) in self.closed.iter().enumerate() {
+        let segments = self.equations.segments();
+        for (contact, &lanes) in self.closed.iter().enumerate() {
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
-                let [position, velocity] = self.equations.node(node, lane);
-                let approach = filament.approach(position, velocity, time);
+                let start = contact.checked_sub(segments).map(|edge| self.starts[edge][lane]);
+                let touch = filament.touch(contact, &self.lane(lane), start, time);
+                let Touch { position, approach, on_edge, .. } = &touch;
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
                 // Use the smooth law even where it pulls: stages of a step that ends on an opening can lie past it.
-                add(integral::NORMAL_IMPULSE, filament.law.normal_force(&approach));
+                let force = filament.law.force(approach);
+                let total = force.total(approach);
+                add(integral::NORMAL_IMPULSE, force.normal);
+                for (i, component) in total.into_iter().enumerate() {
+                    add(integral::IMPULSE + i, component);
+                }
+                add(integral::ANGULAR_IMPULSE, position[0] * total[1] - position[1] * total[0]);
+                if *on_edge {
+                    add(integral::EDGE_IMPULSE, force.normal);
+                }
+                let friction = -dot(force.tangential, approach.sliding);
+                add(integral::FRICTION_WORK, friction);
                 if self.tracks_dissipation {
-                    add(integral::CONTACT_DISSIPATION, filament.law.dissipated_power(&approach));
+                    add(integral::CONTACT_DISSIPATION, filament.law.damped_power(approach) + friction);
                 }
                 if self.tracks_energy {
-                    let surface = filament.workpiece.surface(position, time);
-                    add(integral::WORK, dot(filament.law.force(&approach).total(&approach), surface.velocity));
+                    let velocity = match contact.checked_sub(segments) {
+                        None => filament.workpiece.surface(*position, time).velocity,
+                        Some(edge) => filament.workpiece.edges()[edge].velocity,
+                    };
+                    add(integral::WORK, dot(total, velocity));
                 }
             }
         }
@@ -486,12 +574,17 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
     }
 }
 
-/// The loads of a contact on its closed nodes, at one instant per lane.
+/// The loads of closed contacts, at one instant per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactLoads<'a, M, W, T> {
     filaments: &'a [Filament<M, W>],
+    /// The lanes in which each node is closed.
     closed: &'a [LaneSet],
-    /// Whether no node is closed in any lane.
+    /// The lanes in which the contact with each edge is closed.
+    on_edges: &'a [LaneSet],
+    /// See [`FilamentSystem::set_start`].
+    starts: &'a [Vec<usize>],
+    /// Whether nothing is closed in any lane.
     empty: bool,
     /// Whether there is friction in any lane.
     frictional: bool,
@@ -499,9 +592,32 @@ pub struct ContactLoads<'a, M, W, T> {
 }
 
 impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
-    fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], time: T) -> Self {
+    fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], starts: &'a [Vec<usize>], time: T) -> Self {
         let frictional = filaments.iter().any(|filament| filament.law.friction != 0.0);
-        Self { filaments, closed, empty: closed.iter().all(|lanes| lanes.is_empty()), frictional, time }
+        let empty = closed.iter().all(|lanes| lanes.is_empty());
+        let (closed, on_edges) = closed.split_at(filaments[0].chain.segments);
+        Self { filaments, closed, on_edges, starts, empty, frictional, time }
+    }
+
+    /// Calls `take` with each group of closed contacts with an edge that are on the same segment: the segment, and the contact of each
+    /// lane with its lane.
+    fn for_each_segment(&self, nodes: &dyn NodeMotion, mut take: impl FnMut(usize, &Edges<'_, M, W>)) {
+        for (edge, lanes) in self.on_edges.iter().enumerate() {
+            let mut group = Edges { contacts: [const { None }; LANES] };
+            for lane in lanes.iter() {
+                let (filament, time) = (&self.filaments[lane], self.time.lane(lane));
+                let (edge, start) = (&filament.workpiece.edges()[edge], self.starts[edge][lane]);
+                let contact = filament.edge_contact(edge, &|index| nodes.node(index, lane), Some(start), time);
+                group.contacts[lane] = Some((filament, edge, contact));
+            }
+            while let Some(segment) =
+                group.contacts.iter().flatten().map(|(.., contact)| contact.station.segment).next()
+            {
+                let rest = group.leave(segment);
+                take(segment, &group);
+                group = rest;
+            }
+        }
     }
 
     /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
@@ -512,9 +628,77 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     }
 }
 
+/// The closed contacts with one edge by lane, on one segment or on several.
+struct Edges<'a, M, W> {
+    contacts: [Option<(&'a Filament<M, W>, &'a Edge, EdgeContact)>; LANES],
+}
+
+impl<M, W> Edges<'_, M, W> {
+    /// Keeps those on `segment`, and returns the others.
+    fn leave(&mut self, segment: usize) -> Self {
+        let mut rest = Self { contacts: [const { None }; LANES] };
+        for (here, there) in self.contacts.iter_mut().zip(&mut rest.contacts) {
+            if here.as_ref().is_some_and(|(.., contact)| contact.station.segment != segment) {
+                std::mem::swap(here, there);
+            }
+        }
+        rest
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &Edge, &EdgeContact)> {
+        let lanes = self.contacts.iter().enumerate();
+        lanes.filter_map(|(lane, contact)| {
+            contact.as_ref().map(|(filament, edge, contact)| (lane, *filament, *edge, contact))
+        })
+    }
+}
+
 impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_, M, W, T> {
     fn is_empty(&self) -> bool {
         self.empty
+    }
+
+    fn loads_points(&self) -> bool {
+        self.on_edges.iter().any(|lanes| !lanes.is_empty())
+    }
+
+    fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
+        self.for_each_segment(nodes, |segment, group| {
+            let mut load = PointLoad { segment, fraction: T::from_f64(0.0), force: zero() };
+            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+                load.fraction.set_lane(lane, station.fraction);
+                set_vector(&mut load.force, lane, filament.law.force(approach).total(approach));
+            }
+            add(load);
+        });
+    }
+
+    fn point_tangents(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<T>)) {
+        self.for_each_segment(nodes, |segment, group| {
+            let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
+            let mut tangent = PointTangent { segment, ends: [[none; 2]; 2] };
+            for (lane, filament, edge, contact) in group.iter() {
+                let change = contact.tangent(&filament.law, edge, &|index| nodes.node(index, lane));
+                for (ends, change) in tangent.ends.iter_mut().zip(&change) {
+                    for (end, change) in ends.iter_mut().zip(change) {
+                        set_tangent(end, lane, change);
+                    }
+                }
+            }
+            add(tangent);
+        });
+    }
+
+    fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
+        self.for_each_segment(nodes, |segment, group| {
+            let none = T::from_f64(0.0);
+            let mut load = PointDamping { segment, fraction: none, damping: none };
+            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+                load.fraction.set_lane(lane, station.fraction);
+                load.damping.set_lane(lane, filament.law.lateral_damping(approach));
+            }
+            add(load);
+        });
     }
 
     fn lanes(&self) -> Option<&[LaneSet]> {
@@ -532,10 +716,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         let mut result = zero::<T, 3>();
         for lane in self.closed[node].iter() {
             let (filament, approach) = self.approach(lane, &position, &velocity);
-            let force = filament.law.force(&approach).total(&approach);
-            for (result, component) in result.iter_mut().zip(force) {
-                result.set_lane(lane, component);
-            }
+            set_vector(&mut result, lane, filament.law.force(&approach).total(&approach));
         }
         Some(result)
     }
@@ -559,14 +740,21 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         let mut result = NodeTangent::<T> { position: [zero(); 3], velocity: [zero(); 3] };
         for lane in self.closed[node].iter() {
             let (filament, approach) = self.approach(lane, &position, &velocity);
-            let tangent = filament.law.tangent(&approach);
-            for row in 0..3 {
-                for column in 0..3 {
-                    result.position[row][column].set_lane(lane, tangent.position[row][column]);
-                    result.velocity[row][column].set_lane(lane, tangent.velocity[row][column]);
-                }
-            }
+            set_tangent(&mut result, lane, &filament.law.tangent(&approach));
         }
         Some(result)
+    }
+}
+
+fn set_vector<T: Lanewise>(vector: &mut [T; 3], lane: usize, values: [f64; 3]) {
+    for (component, value) in vector.iter_mut().zip(values) {
+        component.set_lane(lane, value);
+    }
+}
+
+fn set_tangent<T: Lanewise>(tangent: &mut NodeTangent<T>, lane: usize, values: &NodeTangent<f64>) {
+    for row in 0..3 {
+        set_vector(&mut tangent.position[row], lane, values.position[row]);
+        set_vector(&mut tangent.velocity[row], lane, values.velocity[row]);
     }
 }

@@ -2,11 +2,11 @@
 
 use super::Statistics;
 use super::error::IntegrationError;
-use super::search::{maximise, root};
+use super::search::{maximise, root as root_of};
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
-use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
+use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, Touch};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{Compiled, Lanewise, PolarAxis};
+use crate::equations::{Clamp, Compiled, Lanewise, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::Tableau;
 use crate::integrate::{Effort, Proposal, SecondOrderSystem, StepControl, Stepper, Tolerances};
@@ -24,8 +24,10 @@ pub struct Step<'a> {
     pub start_nodes: &'a [Knot<3>],
     /// The nodes at its end.
     pub end_nodes: &'a [Knot<3>],
-    /// The nodes that are closed throughout.
+    /// The contacts that are closed throughout: those of nodes, then those with edges ([`Filament::touch`]).
     pub closed: &'a [bool],
+    /// The segment at which each contact with an edge was at the start.
+    pub starts: &'a [usize],
 }
 
 impl Step<'_> {
@@ -42,6 +44,20 @@ impl Step<'_> {
     /// Position and velocity of `node` at the fraction `s` of the step.
     pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
         interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
+    }
+
+    /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
+    pub fn nodes<M: ClampMotion, W>(&self, filament: &Filament<M, W>, s: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
+        move |index| match index.checked_sub(1) {
+            None => root(filament, self.time(s)),
+            Some(node) => self.node(node, s).into(),
+        }
+    }
+
+    /// `contact` at the fraction `s` of the step.
+    pub fn touch<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>, contact: usize, s: f64) -> Touch {
+        let start = contact.checked_sub(self.start_nodes.len()).map(|edge| self.starts[edge]);
+        filament.touch(contact, &self.nodes(filament, s), start, self.time(s))
     }
 
     /// The polar axes of the segments' coordinates, the same at the start and at the end.
@@ -73,6 +89,12 @@ impl Step<'_> {
     }
 }
 
+/// Position and velocity of the root at `time`.
+fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2] {
+    let Clamp { position, velocity, .. } = filament.motion.at(time);
+    [position, velocity]
+}
+
 /// The work that a pass may spend, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
 /// a hundredth of it (docs/integrators.md).
 const EFFORT: f64 = 4e7;
@@ -84,8 +106,10 @@ const MAX_ITERATIONS: f64 = 2.5e6;
 /// rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
 const MAX_LANDINGS: usize = 60;
-/// Points inside a step at which a node that may touch and leave again is checked.
+/// Points inside a step at which a contact that may close and open again is checked.
 const INNER_POINTS: usize = 8;
+/// The largest number of such points where a filament may pass an edge, which is a small target.
+const MAX_INNER_POINTS: usize = 512;
 
 /// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
 ///
@@ -130,6 +154,8 @@ pub struct Trajectory {
     start_nodes: Nodes,
     end_nodes: Nodes,
     closed: Vec<bool>,
+    /// The segment at which each contact with an edge is at the start, if it is closed.
+    starts: Vec<usize>,
     /// The energy that each closed contact stored when it closed, in J.
     stored: Vec<f64>,
     phase: Phase,
@@ -141,15 +167,14 @@ struct Nodes {
     knots: Vec<Knot<3>>,
     /// Upper bound on their speeds relative to the workpiece, in m/s.
     speed: f64,
-    /// Lower bounds on how far they are from their events, in m; zero where nothing is known.
+    /// Lower bounds on how far the contacts are from their events, in m; zero where nothing is known.
     distances: Vec<f64>,
 }
 
 impl Nodes {
-    /// The nodes in `knots`, without speed and distances.
-    fn new(knots: Vec<Knot<3>>) -> Self {
-        let distances = vec![0.0; knots.len()];
-        Self { knots, speed: f64::INFINITY, distances }
+    /// The nodes in `knots`, without speed and without the distances of `contacts` contacts.
+    fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
+        Self { knots, speed: f64::INFINITY, distances: vec![0.0; contacts] }
     }
 
     /// Bounds the speeds of the nodes at `time`, if the workpiece moves at one velocity everywhere.
@@ -195,18 +220,18 @@ impl Trajectory {
         tableau: &Tableau,
         tolerances: Tolerances,
     ) -> Self {
-        let n = system.blocks();
+        let (n, contacts) = (system.blocks(), system.filament(0).contacts());
         let duration = end_time - start.time;
         let iterations = EFFORT / (n + SEGMENTS_OF_OVERHEAD) as f64;
         let effort = Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration };
         let control = StepControl::new(tableau, 1e-3 * duration).within(effort);
         let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
-        let mut start_nodes = Nodes::new(vec![none; n]);
+        let mut start_nodes = Nodes::new(vec![none; n], contacts);
         system.track(&start, &mut start_nodes.knots);
         start_nodes.bound_speed(system.filament(0), start.time);
         let location = system.filament(0).event_tolerance(tolerances.relative, start.time);
-        Self {
+        let mut trajectory = Self {
             end_time,
             tolerances,
             location,
@@ -219,8 +244,22 @@ impl Trajectory {
             start,
             end_nodes: start_nodes.clone(),
             start_nodes,
-            closed: (0..n).map(|node| system.is_closed(0, node)).collect(),
-            stored: vec![0.0; n],
+            closed: (0..contacts).map(|contact| system.is_closed(0, contact)).collect(),
+            starts: vec![0; contacts - n],
+            stored: vec![0.0; contacts],
+        };
+        trajectory.locate(system.filament(0));
+        trajectory
+    }
+
+    /// Finds the segments that touch edges at the start.
+    fn locate<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>) {
+        for edge in 0..self.starts.len() {
+            let contact = self.start_nodes.knots.len() + edge;
+            if self.closed[contact] {
+                let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
+                self.starts[edge] = filament.touch(contact, &nodes, None, self.start.time).station.segment;
+            }
         }
     }
 
@@ -235,10 +274,13 @@ impl Trajectory {
         stepper.set_allowed_error(lane, self.control.allowed_error());
     }
 
-    /// Closes in `lane` of `system` the nodes that are closed in this trajectory.
+    /// Closes in `lane` of `system` the contacts that are closed in this trajectory.
     pub fn enter<M: ClampMotion, W: Workpiece, T: Compiled>(&self, lane: usize, system: &mut FilamentSystem<M, W, T>) {
-        for (node, &closed) in self.closed.iter().enumerate() {
-            system.set_closed(lane, node, closed);
+        for (contact, &closed) in self.closed.iter().enumerate() {
+            system.set_closed(lane, contact, closed);
+        }
+        for (edge, &start) in self.starts.iter().enumerate() {
+            system.set_start(lane, self.start_nodes.knots.len() + edge, start);
         }
     }
 
@@ -351,14 +393,52 @@ impl Trajectory {
                 self.start.rescale_variation();
             }
         }
-        if let Some(Crossing { node, .. }) = crossing {
-            self.keep_account(node, system.filament(lane));
-            self.closed[node] = !self.closed[node];
-            self.start_nodes.distances[node] = 0.0;
-            system.set_closed(lane, node, self.closed[node]);
-            self.contact_events += 1;
+        if let Some(Crossing { contact, .. }) = crossing {
+            self.switch(contact, lane, system);
+            for other in 0..self.closed.len() {
+                // Where a node leaves a face, an edge takes over, and the other way round.
+                if other != contact && !self.starts.is_empty() && self.is_past(other, system.filament(lane)) {
+                    self.switch(other, lane, system);
+                }
+            }
+        }
+        if !self.starts.is_empty() {
+            self.locate(system.filament(lane));
+            self.enter(lane, system);
         }
         Ok(())
+    }
+
+    /// Closes or opens `contact` at the start of the next step.
+    fn switch<M: ClampMotion, W: Workpiece, T: Compiled>(
+        &mut self,
+        contact: usize,
+        lane: usize,
+        system: &mut FilamentSystem<M, W, T>,
+    ) {
+        self.keep_account(contact, system.filament(lane));
+        self.closed[contact] = !self.closed[contact];
+        self.start_nodes.distances[contact] = 0.0;
+        system.set_closed(lane, contact, self.closed[contact]);
+        self.contact_events += 1;
+    }
+
+    /// Whether `contact` presses at the start although it is open, or the other way round.
+    fn is_past<M: ClampMotion, W: Workpiece>(&self, contact: usize, filament: &Filament<M, W>) -> bool {
+        let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
+        self.excess(contact, filament, &nodes, self.start.time) > -self.location
+    }
+
+    /// How far `contact` is past its event, in m; see [`excess`]. `nodes` are those of the filament at `time`.
+    fn excess<M: ClampMotion, W: Workpiece>(
+        &self,
+        contact: usize,
+        filament: &Filament<M, W>,
+        nodes: &dyn Fn(usize) -> [[f64; 3]; 2],
+        time: f64,
+    ) -> f64 {
+        let pressing = filament.law.pressing(&filament.touch(contact, nodes, None, time).approach);
+        excess(self.closed[contact], pressing, self.location)
     }
 
     /// Integrates alone to the end.
@@ -388,24 +468,25 @@ impl Trajectory {
             start_nodes: &self.start_nodes.knots,
             end_nodes: &self.end_nodes.knots,
             closed: &self.closed,
+            starts: &self.starts,
         }
     }
 
-    /// Adds what is lost when the contact of `node` opens while it is still pressed in, because it recedes so fast that its damping
+    /// Adds what is lost when `contact` opens while it is still pressed in, because it recedes so fast that its damping
     /// would pull: its elastic energy does no more work. When such a contact closes again before it has come out, it gets that
     /// energy back.
-    fn keep_account<M: ClampMotion, W: Workpiece>(&mut self, node: usize, filament: &Filament<M, W>) {
-        let Knot { value, rate, .. } = self.start_nodes.knots[node];
-        let approach = filament.approach(value, rate, self.start.time);
+    fn keep_account<M: ClampMotion, W: Workpiece>(&mut self, contact: usize, filament: &Filament<M, W>) {
+        let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
+        let Touch { approach, .. } = filament.touch(contact, &nodes, None, self.start.time);
         let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
-        if self.closed[node] {
-            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[node];
+        if self.closed[contact] {
+            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[contact];
         } else {
-            self.stored[node] = stored;
+            self.stored[contact] = stored;
         }
     }
 
-    /// The earliest event of the step. Finds out how far the nodes are from their events at its end.
+    /// The earliest event of the step. Finds out how far the contacts are from their events at its end.
     fn first_crossing<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>) -> Option<Crossing> {
         let mut distances = std::mem::take(&mut self.end_nodes.distances);
         let step = self.step();
@@ -413,13 +494,17 @@ impl Trajectory {
         let undamped = filament.law.damping == 0.0;
         let reach = 2.0 * step.length() * (self.start_nodes.speed + self.end_nodes.speed);
         let mut first: Option<Crossing> = None;
-        for (node, end) in distances.iter_mut().enumerate() {
-            let start = self.start_nodes.distances[node];
+        for (contact, end) in distances.iter_mut().enumerate() {
+            let start = self.start_nodes.distances[contact];
             if undamped && start > reach {
                 *end = start - reach;
                 continue;
             }
-            let (distance, crossing) = crossing(filament, &step, node, self.location);
+            let (distance, crossing) = if contact < self.start_nodes.knots.len() {
+                node_crossing(filament, &step, contact, self.location)
+            } else {
+                edge_crossing(filament, &step, contact, self.location, reach)
+            };
             *end = distance;
             if let Some(crossing) = crossing
                 && first.is_none_or(|first| crossing.after < first.after)
@@ -434,10 +519,13 @@ impl Trajectory {
     /// The next landing after the attempt of `landing`; `None` if that was close enough to the event.
     fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
         let Landing { crossing, mut low, mut high, length, attempts } = landing;
-        let (node, location) = (crossing.node, self.location);
-        let excess = |position, velocity, time| excess(filament, self.closed[node], position, velocity, time, location);
-        let Knot { value, rate, acceleration } = self.end_nodes.knots[node];
-        let here = excess(value, rate, self.end.time);
+        let location = self.location;
+        // A little before the end.
+        let excess = |back: f64| {
+            let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, back);
+            self.excess(crossing.contact, filament, &nodes, self.end.time - back)
+        };
+        let here = excess(0.0);
         // Where work is limited, the end of a step may lie some depth past the event, but not before it: the node would
         // switch back.
         let limited = self.control.is_at_floor(crossing.past, self.end_time - self.start.time);
@@ -454,9 +542,7 @@ impl Trajectory {
         }
         // Newton's method inside the bracket, with the slope over a small part of the step.
         let back = 1e-4 * length;
-        let earlier = add(value, scale(-back, rate));
-        let slower = add(rate, scale(-back, acceleration));
-        let slope = (here - excess(earlier, slower, self.end.time - back)) / back;
+        let slope = (here - excess(back)) / back;
         let next = length - (here - depth / 2.0) / slope;
         let inside = next > low && next < high && attempts < MAX_NEWTON_LANDINGS;
         let length = match () {
@@ -468,52 +554,84 @@ impl Trajectory {
     }
 }
 
-/// A node's closing or opening inside a step.
+/// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number from the root.
+fn at_knots<M: ClampMotion, W>(
+    filament: &Filament<M, W>,
+    knots: &[Knot<3>],
+    time: f64,
+    back: f64,
+) -> impl Fn(usize) -> [[f64; 3]; 2] {
+    move |index| match index.checked_sub(1) {
+        None => root(filament, time - back),
+        Some(node) => {
+            let Knot { value, rate, acceleration } = knots[node];
+            [add(value, scale(-back, rate)), add(rate, scale(-back, acceleration))]
+        }
+    }
+}
+
+/// A contact's closing or opening inside a step.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
-    node: usize,
+    contact: usize,
     /// Estimated time after the start of the step in s; zero if it lies before.
     after: f64,
-    /// A time after the start at which the node is past the event, in s.
+    /// A time after the start at which the contact is past the event, in s.
     past: f64,
 }
 
-/// How far a node is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
+impl Crossing {
+    /// That of a contact whose excess goes from `before` to `after` in a step of the length `length` (s), and is `at` inside it. If
+    /// neither is past the event, `touch` gives the fraction of the step at which it is.
+    fn of(
+        contact: usize,
+        [before, after]: [f64; 2],
+        length: f64,
+        at: &impl Fn(f64) -> f64,
+        touch: impl FnOnce() -> Option<f64>,
+    ) -> Option<Self> {
+        let past = match () {
+            () if before > 0.0 => 0.0,
+            () if after > 0.0 => 1.0,
+            () => touch()?,
+        };
+        let crossing = if past == 0.0 { 0.0 } else { root_of(at, 0.0, past) };
+        Some(Self { contact, after: crossing * length, past: past * length })
+    }
+}
+
+/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
 ///
-/// The two thresholds differ by twice `location`, so that a node that has just switched does not switch back.
-fn excess<M: ClampMotion, W: Workpiece>(
-    filament: &Filament<M, W>,
-    closed: bool,
-    position: [f64; 3],
-    velocity: [f64; 3],
-    time: f64,
-    location: f64,
-) -> f64 {
-    let pressing = filament.law.node_pressing(&filament.workpiece, position, velocity, time);
+/// The two thresholds differ by twice `location`, so that a contact that has just switched does not switch back.
+fn excess(closed: bool, pressing: f64, location: f64) -> f64 {
     (if closed { -pressing } else { pressing }) - location
 }
 
 /// Upper bound on a node's motion along the normal of the workpiece in a step of the length `length` (s), in m, from its
-/// motion at `knot`.
+/// motion at `knot`. `None` where the normal may change.
 fn normal_reach<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     knot: &Knot<3>,
     time: f64,
     length: f64,
-) -> f64 {
+) -> Option<f64> {
     let approach = filament.approach(knot.value, knot.rate, time);
     let bend = dot(knot.acceleration, approach.normal).abs();
-    length * (approach.penetration_rate.abs() + length * bend)
+    let flat = approach.turn == 0.0 && approach.margin == f64::INFINITY;
+    flat.then(|| length * (approach.penetration_rate.abs() + length * bend))
 }
 
-/// How far `node` is from its event at the end of a step, in m, and its event within the step, by the interpolant.
-fn crossing<M: ClampMotion, W: Workpiece>(
+/// How far the contact of `node` is from its event at the end of a step, in m, and its event within the step, by the interpolant.
+fn node_crossing<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     step: &Step<'_>,
     node: usize,
     location: f64,
 ) -> (f64, Option<Crossing>) {
-    let excess = |position, velocity, time| excess(filament, step.closed[node], position, velocity, time, location);
+    let excess = |position, velocity, time| {
+        let pressing = filament.law.node_pressing(&filament.workpiece, position, velocity, time);
+        excess(step.closed[node], pressing, location)
+    };
     let at = |s: f64| {
         let (position, velocity) = step.node(node, s);
         excess(position, velocity, step.time(s))
@@ -521,18 +639,49 @@ fn crossing<M: ClampMotion, W: Workpiece>(
     let (start, end) = (&step.start_nodes[node], &step.end_nodes[node]);
     let before = excess(start.value, start.rate, step.start.time);
     let after = excess(end.value, end.rate, step.end.time);
-    let past = if before > 0.0 {
-        0.0
-    } else if after > 0.0 {
-        1.0
-    } else {
-        match touch(filament, step, [start, end], -before.max(after), &at) {
-            Some(peak) => peak,
-            None => return (-after, None),
+    let touch = || touch(filament, step, [start, end], -before.max(after), &at);
+    (-after, Crossing::of(node, [before, after], step.length(), &at, touch))
+}
+
+/// The same of the `contact` with an edge. Points of the filament go no farther than `reach` (m) in the step.
+fn edge_crossing<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    step: &Step<'_>,
+    contact: usize,
+    location: f64,
+    reach: f64,
+) -> (f64, Option<Crossing>) {
+    let closed = step.closed[contact];
+    let of = |touch: &Touch| excess(closed, filament.law.pressing(&touch.approach), location);
+    let ends = [(step.start_nodes, step.start.time), (step.end_nodes, step.end.time)];
+    let [start, end] =
+        ends.map(|(knots, time)| filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time));
+    // While it is open, what separates it from its event is at least its gap.
+    let distance = |touch: &Touch| if closed { 0.0 } else { (location - touch.approach.penetration).max(0.0) };
+    let nearest = start.station.segment;
+    let at = |s: f64| of(&filament.touch(contact, &step.nodes(filament, s), Some(nearest), step.time(s)));
+    let touch = || {
+        if filament.law.damping == 0.0 && distance(&start).max(distance(&end)) > reach {
+            return None;
         }
+        let radius = filament.workpiece.edges()[contact - step.start_nodes.len()].radius;
+        let points = (2.0 * reach / radius).clamp(INNER_POINTS as f64, MAX_INNER_POINTS as f64) as usize;
+        highest_inside(&at, points, (filament.law.damping == 0.0).then_some(reach))
     };
-    let crossing = if past == 0.0 { 0.0 } else { root(at, 0.0, past) };
-    (-after, Some(Crossing { node, after: crossing * step.length(), past: past * step.length() }))
+    (distance(&end), Crossing::of(contact, [of(&start), of(&end)], step.length(), &at, touch))
+}
+
+/// The fraction of a step at which `at` is highest, if it is positive there, from `points` points inside the step. In the whole step
+/// it rises by no more than `reach`, if that is known.
+fn highest_inside(at: &impl Fn(f64) -> f64, points: usize, reach: Option<f64>) -> Option<f64> {
+    let spacing = 1.0 / points as f64;
+    let inner = (1..points).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
+    let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
+    if reach.is_some_and(|reach| -highest > spacing * reach) {
+        return None;
+    }
+    let (peak, highest) = maximise(at, best - spacing, best + spacing);
+    (highest > 0.0).then_some(peak)
 }
 
 /// The fraction of a step at which a node that is before its event at the `ends`, by at least `gap` (m), is past it; `at` is
@@ -552,17 +701,11 @@ fn touch<M: ClampMotion, W: Workpiece>(
     if undamped && gap > length * (speed(start) + speed(end)) {
         return None;
     }
-    let reach =
-        normal_reach(filament, start, step.start.time, length) + normal_reach(filament, end, step.end.time, length);
-    if undamped && gap > reach {
+    let reach = normal_reach(filament, start, step.start.time, length)
+        .zip(normal_reach(filament, end, step.end.time, length))
+        .map(|(start, end)| start + end);
+    if undamped && reach.is_some_and(|reach| gap > reach) {
         return None;
     }
-    let spacing = 1.0 / INNER_POINTS as f64;
-    let inner = (1..INNER_POINTS).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
-    let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
-    if undamped && -highest > spacing * reach {
-        return None;
-    }
-    let (peak, highest) = maximise(at, best - spacing, best + spacing);
-    (highest > 0.0).then_some(peak)
+    highest_inside(at, INNER_POINTS, reach.filter(|_| undamped))
 }

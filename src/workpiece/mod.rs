@@ -1,14 +1,22 @@
 //! Workpieces: the surface that a filament meets, and where the undeformed tool touches it.
 //!
-//! [`Plane`] is the workpiece of the settings; implement [`Workpiece`] for another, and pass it to
+//! [`Part`] is the workpiece of the settings; implement [`Workpiece`] for another, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
+//!
+//! A workpiece has faces and edges. Faces are curved so little that the nodes of a filament meet them. Edges are convex arcs
+//! with radii that are not large against a segment, and are met by the centreline.
 
 use std::f64::consts::{PI, TAU};
 
-use crate::equations::linear::{dot, scale, sub};
-use crate::model::settings::WorkpieceSettings;
+mod outline;
+mod part;
+mod plane;
 
-/// The point of a workpiece that is nearest to a node.
+pub use outline::Outline;
+pub use part::Part;
+pub use plane::{Plane, reach, unit_normal};
+
+/// The point of a workpiece that is nearest to a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Distance along the normal in m; negative means that the node is inside.
@@ -17,17 +25,71 @@ pub struct Surface {
     pub normal: [f64; 3],
     /// Velocity of the workpiece there in m/s.
     pub velocity: [f64; 3],
+    /// By how much the normal turns, in the plane of rotation, per length that the point goes across it, in rad/m: `κ/(1 + κ g)`
+    /// with the curvature `κ` of the surface, positive where it is convex, and the gap `g`. Zero on a plane.
+    pub turn: f64,
+    /// How far the point is from where it no longer meets this surface, because the nearest point of the workpiece is on an edge,
+    /// in m; negative beyond. Infinite where there is no edge.
+    pub margin: f64,
+}
+
+impl Surface {
+    /// The surface of a plane without edges.
+    pub fn flat(gap: f64, normal: [f64; 3], velocity: [f64; 3]) -> Self {
+        Self { gap, normal, velocity, turn: 0.0, margin: f64::INFINITY }
+    }
+}
+
+/// A convex edge of a workpiece: an arc in the plane of rotation, extruded along `z`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Centre of the arc at time zero in m.
+    pub centre: [f64; 2],
+    /// Its radius in m.
+    pub radius: f64,
+    /// The outward unit normals at its ends. The arc goes from the first to the second in the positive sense, by less than half a
+    /// turn. `None` for a whole circle.
+    pub ends: Option<[[f64; 2]; 2]>,
+    /// Velocity of the workpiece in m/s.
+    pub velocity: [f64; 3],
+}
+
+impl Edge {
+    /// The centre at `time` (s) in m.
+    pub fn centre_at(&self, time: f64) -> [f64; 2] {
+        let ([x, y], [x_rate, y_rate, _]) = (self.centre, self.velocity);
+        [x + time * x_rate, y + time * y_rate]
+    }
+
+    /// How far a point is inside the arc's angle, as the distance from the nearer of its sides, in m; negative outside. `offset`
+    /// is its position relative to the centre, in m.
+    pub fn margin(&self, offset: [f64; 2]) -> f64 {
+        let Some([first, second]) = self.ends else { return f64::INFINITY };
+        cross(first, offset).min(cross(offset, second))
+    }
+}
+
+/// `a × b`: the sine of the angle from `a` to `b`, times their lengths.
+fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
+    x * v - y * u
 }
 
 /// The geometry and motion of a workpiece.
 ///
 /// The tool turns about the `z` axis of the frame, in the positive direction.
 pub trait Workpiece {
-    /// The surface seen from `position` (m) at `time` (s). The normal should be continuous where filaments touch.
+    /// The face seen from the node at `position` (m) at `time` (s). The normal should be continuous where filaments touch.
     ///
     /// The gap is a distance: it must not change by more than twice the way that a position goes relative to the workpiece.
     /// Nodes that are too far away to arrive are not looked at in every step.
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
+
+    /// The edges.
+    ///
+    /// By default there are none.
+    fn edges(&self) -> &[Edge] {
+        &[]
+    }
 
     /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and velocity have no component along
     /// it. The filaments of a [planar tool](crate::tool::Tool::is_planar) are then simulated in the plane of rotation.
@@ -51,6 +113,29 @@ pub trait Workpiece {
     /// The default searches a full turn (see [`ContactArc::find`]). A workpiece that knows the arc can state it exactly.
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
         ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap)
+    }
+}
+
+/// How an undeformed filament passes a workpiece as it is at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passage {
+    /// The angles of the tool from which the lead angle and the tail angle of a pass count.
+    pub window: ContactArc,
+    /// The parts of the window in which the filament touches the workpiece: angles from the start of the window, in rad, ascending.
+    pub touches: Vec<[f64; 2]>,
+}
+
+impl From<ContactArc> for Passage {
+    /// That of tips which touch the workpiece throughout the window.
+    fn from(window: ContactArc) -> Self {
+        Self { window, touches: vec![[0.0, window.angle]] }
+    }
+}
+
+impl Passage {
+    /// The nominal contact angle in rad: that of all touches.
+    pub fn contact_angle(&self) -> f64 {
+        self.touches.iter().map(|[start, end]| end - start).sum()
     }
 }
 
@@ -106,123 +191,5 @@ fn bisect(after: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
         } else {
             low = middle;
         }
-    }
-}
-
-/// The outward unit normal; NaN if the settings state none.
-pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
-    // Scaled by the largest component first, so that squares neither overflow nor vanish.
-    let largest = settings.normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
-    let normal = settings.normal.map(|component| component / largest);
-    scale(1.0 / dot(normal, normal).sqrt(), normal)
-}
-
-/// Radius in m of the undeformed tips of a tool of the radius `tool_radius` (m) as the normal of the workpiece sees it:
-/// `R` for a normal across the axis.
-pub fn reach(settings: &WorkpieceSettings, tool_radius: f64) -> f64 {
-    let [x, y, _] = unit_normal(settings);
-    tool_radius * x.hypot(y)
-}
-
-/// A plane that moves without turning.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
-    point: [f64; 3],
-    normal: [f64; 3],
-    velocity: [f64; 3],
-    /// Where the tips of the tool that it was made for touch it.
-    arc: Option<ContactArc>,
-}
-
-impl Plane {
-    /// The plane through `point` (m, at time zero) with the outward `normal` (of any length), moving at `velocity`
-    /// (m/s).
-    pub fn new(point: [f64; 3], normal: [f64; 3], velocity: [f64; 3]) -> Self {
-        Self { point, normal: scale(1.0 / dot(normal, normal).sqrt(), normal), velocity, arc: None }
-    }
-
-    /// The plane of `settings` that a round tool of the radius `tool_radius` (m) enters by `penetration_depth` (m).
-    ///
-    /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the undeformed tips come as
-    /// deep as `a_e` below the plane, measured along `n`, and the feed is along `n × z`.
-    pub fn of(settings: &WorkpieceSettings, tool_radius: f64, penetration_depth: f64) -> Self {
-        let normal = unit_normal(settings);
-        let [x, y, _] = normal;
-        let across = x.hypot(y);
-        let reach = reach(settings, tool_radius);
-        let feed = scale(settings.feed_velocity_m_s / across, [y, -x, 0.0]);
-        let plane = Self::new(scale(-(reach - penetration_depth), normal), normal, feed);
-        Self { arc: Some(ContactArc::on_plane(settings.normal, reach, penetration_depth)), ..plane }
-    }
-}
-
-impl Workpiece for Plane {
-    #[inline]
-    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
-        let offset = sub(position, self.point);
-        let gap = dot(self.normal, offset) - time * dot(self.normal, self.velocity);
-        Surface { gap, normal: self.normal, velocity: self.velocity }
-    }
-
-    fn is_planar(&self) -> bool {
-        self.normal[2] == 0.0 && self.velocity[2] == 0.0
-    }
-
-    fn translates(&self) -> bool {
-        true
-    }
-
-    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
-        self.arc.or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::FRAC_PI_3;
-
-    use super::*;
-
-    #[test]
-    fn default_plane_is_the_models() {
-        let plane = Plane::of(&WorkpieceSettings { feed_velocity_m_s: 0.25, ..Default::default() }, 0.18, 0.001);
-        let surface = plane.surface([0.3, -0.1795, -0.2], 7.0);
-        assert!((surface.gap + 0.0005).abs() < 1e-16, "{surface:?}");
-        assert_eq!(surface.normal, [0.0, 1.0, 0.0]);
-        assert_eq!(surface.velocity, [0.25, 0.0, 0.0]);
-    }
-
-    #[test]
-    fn tips_reach_the_depth_below_a_tilted_plane() {
-        let settings = WorkpieceSettings { normal: [3.0, 4.0, 2.0], ..Default::default() };
-        let plane = Plane::of(&settings, 0.18, 0.002);
-        let deepest = (0..100_000)
-            .map(|i| f64::from(i) * 1e-4)
-            .map(|angle| plane.surface([0.18 * angle.cos(), 0.18 * angle.sin(), 0.0], 0.0).gap);
-        assert!((deepest.fold(f64::INFINITY, f64::min) + 0.002).abs() < 1e-9);
-    }
-
-    #[test]
-    fn arcs_are_found_as_they_are_stated() {
-        for (normal, depth) in [([0.0, 1.0, 0.0], 0.001), ([1.0, 2.0, 0.0], 0.005), ([-3.0, -0.1, 1.0], 1e-4)] {
-            let settings = WorkpieceSettings { normal, ..Default::default() };
-            let plane = Plane::of(&settings, 0.18, depth);
-            let tip = |angle: f64| [0.18 * angle.cos(), 0.18 * angle.sin(), 0.0];
-            let stated = plane.contact_arc(&tip).expect("the tips touch");
-            let found = Plane { arc: None, ..plane }.contact_arc(&tip).expect("the tips touch");
-            assert!(
-                (stated.angle - found.angle).abs() < 1e-11 && (stated.middle - found.middle).abs() < 1e-11,
-                "{found:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn an_arc_goes_from_the_first_touch_to_the_last() {
-        let two = |angle: f64| (0.5 - (angle - 3.0).cos()).max(0.2 - (4.0 * (angle - 3.0)).cos().abs());
-        let arc = ContactArc::find(two).expect("it touches");
-        assert!((arc.middle - 3.0).abs() < 1e-9 && (arc.angle - 2.0 * FRAC_PI_3).abs() < 1e-6, "{arc:?}");
-        assert_eq!(ContactArc::find(|_| 1.0), None);
-        assert_eq!(ContactArc::find(|_| -1.0), None);
     }
 }

@@ -382,6 +382,8 @@ fn contact_law_at_its_singular_points() {
         penetration_rate: rate,
         normal: [0.0, 1.0, 0.0],
         sliding: [sliding, 0.0, 0.0],
+        turn: 0.0,
+        margin: f64::INFINITY,
     };
     // Zero gap: no force, from either side. Zero sliding speed: no friction, and a finite slope.
     let at_rest = law().force(&approach(1e-4, 0.0, 0.0));

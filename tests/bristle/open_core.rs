@@ -26,7 +26,7 @@ impl Table {
 
 impl Workpiece for Table {
     fn surface(&self, [_, y, _]: [f64; 3], _: f64) -> Surface {
-        Surface { gap: y - self.height, normal: [0.0, 1.0, 0.0], velocity: [0.0; 3] }
+        Surface::flat(y - self.height, [0.0, 1.0, 0.0], [0.0; 3])
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
@@ -118,7 +118,8 @@ fn an_arc_that_is_not_stated_is_found() {
     let found = Table { arc: None, ..Table::new(&settings) };
     let found = Pass::with(&settings, Wheel, found).expect("the tips touch the table");
     let stated = outside(&settings);
-    for (found, stated) in found.times().into_iter().zip(stated.times()) {
+    let times = |pass: &Pass<Wheel, Table>| [&pass.nominal_times()[..], &[pass.end_time()]].concat();
+    for (found, stated) in times(&found).into_iter().zip(times(&stated)) {
         assert!((found / stated - 1.0).abs() < 1e-9, "{found} {stated}");
     }
     let [found, stated] = [&found, &stated].map(|pass| pass.simulate(SAMPLING).expect("the pass ends").metrics);
@@ -158,7 +159,7 @@ struct Ramp {
 impl Workpiece for Ramp {
     fn surface(&self, [_, y, z]: [f64; 3], _: f64) -> Surface {
         let normal = [0.0, 0.1_f64.sin(), 0.1_f64.cos()];
-        Surface { gap: normal[1] * y + normal[2] * (z - self.top), normal, velocity: [0.0; 3] }
+        Surface::flat(normal[1] * y + normal[2] * (z - self.top), normal, [0.0; 3])
     }
 }
 

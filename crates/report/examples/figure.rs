@@ -8,7 +8,6 @@
 use std::error::Error;
 use std::ops::Range;
 
-use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::ClampMotion;
@@ -107,11 +106,11 @@ impl Contact {
         settings.process.tail_angle_rad = 0.05;
         let pass = Pass::new(&settings);
         let motion = pass.tool();
-        let radius = NominalContact::of(&settings).tool_radius;
+        let radius = settings.tool_radius_m();
         let n = settings.filament.segments;
         let mut system = pass.system(false);
         let start = pass.start(&mut system);
-        let [entry, ..] = pass.times();
+        let [entry, _] = pass.nominal_times();
         let axis_height = radius - settings.process.penetration_depth_m;
         let millimetres = |[x, y, _]: [f64; 3]| (1e3 * x, 1e3 * (y + axis_height));
         let (mut shapes, mut tip_path) = (Vec::new(), Vec::new());

@@ -487,7 +487,7 @@ impl Advice {
 mod tests {
     use super::*;
     use crate::document::Document;
-    use bristle::model::metrics::{ContactRecord, Metrics, NominalContact};
+    use bristle::model::metrics::{ContactRecord, Metrics};
     use bristle::simulation::Statistics;
 
     fn study(sweeps: &str) -> Study {
@@ -501,7 +501,7 @@ mod tests {
 
     /// Results with these forces in N and contact time ratios. `None` is a case that failed.
     fn results(study: &Study, cases: &[Option<(f64, f64)>]) -> Vec<CaseResult> {
-        let nominal = NominalContact::of(&study.settings(0));
+        let nominal = *Pass::new(&study.settings(0)).nominal();
         let result = |case: &Option<(f64, f64)>| {
             let (force, ratio) = case.ok_or("failed")?;
             let metrics = Metrics {

@@ -9,7 +9,7 @@ use bristle::model::filament::chain;
 use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem};
 use bristle::tool::{ClampMotion, FixedClamp};
-use bristle::workpiece::Plane;
+use bristle::workpiece::{Plane, Workpiece};
 use bristle_study::document::Document;
 use bristle_study::study::Study;
 use serde::de::DeserializeOwned;
@@ -85,7 +85,10 @@ pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem
 }
 
 /// `E_kin + E_spring + E_grav` and the energy stored in closed contacts, in J.
-pub fn mechanical_energy<M: ClampMotion>(system: &mut FilamentSystem<M, Plane>, state: &FilamentState) -> f64 {
+pub fn mechanical_energy<M: ClampMotion, W: Workpiece>(
+    system: &mut FilamentSystem<M, W>,
+    state: &FilamentState,
+) -> f64 {
     let energies = system.energies(state);
     energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
 }

@@ -423,7 +423,7 @@ fn tool_force(_: Extent) -> Result<Trial, Failure> {
 /// The start of the last contact of a pass, measured from nominal entry and divided by the nominal contact time.
 fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
     let settings = paper_case(25, velocity, depth)?;
-    let [entry, exit, _] = Pass::new(&settings).times();
+    let [entry, exit] = Pass::new(&settings).nominal_times();
     let history = simulate_with_history(&settings, 5001)?.history;
     let begins = history
         .windows(2)

@@ -341,7 +341,7 @@ const CONTACT: Color = Color(225, 232, 240);
 /// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named [`HISTORY_FIGURE`].
 pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
-    let [entry, exit, _] = Pass::new(settings).times().map(milliseconds);
+    let [entry, exit] = Pass::new(settings).nominal_times().map(milliseconds);
     let times = || history.iter().map(|sample| milliseconds(sample.time_s));
     let x = Scale::exact(Axis::linear("time t in ms"), times());
     let forces: Vec<(f64, f64)> = times().zip(history.iter().map(|sample| sample.contact_normal_force_n)).collect();

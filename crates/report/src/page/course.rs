@@ -13,7 +13,6 @@ use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 use super::Selection;
-use bristle::model::metrics::NominalContact;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
@@ -69,7 +68,7 @@ impl Course {
 
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = Pass::new(settings);
-        let [entry, exit, end] = pass.times();
+        let ([entry, exit], end) = (pass.nominal_times(), pass.end_time());
         let surface = pass.workpiece().surface([0.0; 3], 0.0);
         // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
         let [x, y, _] = surface.normal;
@@ -91,7 +90,7 @@ impl Course {
             entry,
             exit,
             body_radius: settings.tool.body_radius_m,
-            tool_radius: NominalContact::of(settings).tool_radius,
+            tool_radius: settings.tool_radius_m(),
             axis_height,
             samples: history.len(),
             mean_force: Packed::new(&mean_forces(history)),
@@ -195,7 +194,7 @@ impl<'a> Recorder<'a> {
             .filter(|case| results[*case].is_ok() && !recorded.contains(case))
             .map(|case| {
                 let settings = study.settings(case);
-                let [_, _, duration] = Pass::new(&settings).times();
+                let duration = Pass::new(&settings).end_time();
                 (Kind::of(&settings), duration, case)
             })
             .collect();

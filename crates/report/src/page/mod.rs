@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::model::metrics::{Metrics, NominalContact, UNSTABLE_AMPLIFICATION, tool_force};
+use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Record, Scale};
 use bristle::model::settings::Settings;
@@ -183,7 +183,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
 
 /// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f ω/(2π)`.
 fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
-    let rate = NominalContact::of(settings).rate();
+    let rate = settings.angular_velocity_rad_s();
     let impulse = summary.metrics.contact_normal_impulse_n_s;
     rounded(tool_force(impulse, settings.tool.filament_count_uncertainty, rate))
 }

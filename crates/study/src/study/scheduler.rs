@@ -325,7 +325,7 @@ pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
     let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
         .map(|number| {
             let settings = study.settings(number);
-            let [_, _, duration] = Pass::new(&settings).times();
+            let duration = Pass::new(&settings).end_time();
             (Kind::of(&settings), duration, number)
         })
         .collect();

@@ -12,7 +12,7 @@
 use serde::{Deserialize, Serialize};
 use spec_math::cephes64::ndtri;
 
-use bristle::model::metrics::{NominalContact, tool_force};
+use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Hold, Settings};
 use bristle::workpiece;
@@ -178,10 +178,10 @@ impl Scatter {
             self.inputs[input].set(&mut settings, self.value(tool, input));
         }
         if settings.uncertainty.hold == Hold::Machine {
-            let [nominal, here] = [&self.settings, &settings].map(NominalContact::of);
-            settings.process.brushing_velocity_m_s = nominal.rate() * here.tool_radius;
-            let reach = |tool: &NominalContact| workpiece::reach(&self.settings.workpiece, tool.tool_radius);
-            settings.process.penetration_depth_m += reach(&here) - reach(&nominal);
+            let [nominal, here] = [&self.settings, &settings].map(Settings::tool_radius_m);
+            settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * here;
+            let reach = |radius| workpiece::reach(&self.settings.workpiece, radius);
+            settings.process.penetration_depth_m += reach(here) - reach(nominal);
         }
         (settings.process.penetration_depth_m > 0.0).then_some(settings)
     }
@@ -283,7 +283,7 @@ impl Scatter {
     /// Rate `ω` of a tool in rad/s.
     fn rate(&self, tool: usize) -> f64 {
         // A tool that does not reach the workpiece adds no force at any rate.
-        self.settings(tool).map_or(0.0, |settings| NominalContact::of(&settings).rate())
+        self.settings(tool).map_or(0.0, |settings| settings.angular_velocity_rad_s())
     }
 }
 
@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn a_product_is_reduced_to_its_moments() {
         let scatter = Scatter::of(&settings("diameter_std_m = 2e-5\nsamples = 16384")).expect("tools");
-        let rate = NominalContact::of(&settings("")).rate();
+        let rate = settings("").angular_velocity_rad_s();
         let impulse = |tool: usize| {
             let diameter = scatter.settings(tool).expect("a tool").filament.diameter_m;
             std::f64::consts::TAU / rate * (1.0 + 0.1 * (diameter - 1e-3) / 2e-5)

@@ -1,0 +1,163 @@
+//! Contact of the centreline with an edge: at the point of the filament's polyline that is nearest to the centre of its arc.
+//!
+//! The point lies at a fraction `ξ` of a segment. A force `F` there acts on both ends of the segment, with `(1 − ξ) F` and
+//! `ξ F`: the virtual displacement of a point of a rigid segment is that mean of those of its ends.
+
+use super::{Approach, ContactLaw};
+use crate::equations::NodeTangent;
+use crate::equations::linear::{add, dot, mul, scale, sub};
+use crate::workpiece::{Edge, Surface};
+
+/// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the root.
+pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
+
+/// A point of the filament's polyline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// The segment, by its index from 0. Its ends are the nodes `segment` and `segment + 1`.
+    pub segment: usize,
+    /// The fraction `ξ` of the segment, from its inner end.
+    pub fraction: f64,
+}
+
+impl Station {
+    /// The point of the polyline of `segments` segments that is nearest to the line along `z` through `centre`.
+    pub fn nearest(segments: usize, nodes: &Nodes<'_>, centre: [f64; 2]) -> Self {
+        let square = |&station: &Self| Projection::at(station.segment, nodes, centre).square;
+        let all = (0..segments).map(|segment| Projection::at(segment, nodes, centre).station);
+        all.min_by(|a, b| square(a).total_cmp(&square(b))).expect("a filament has a segment")
+    }
+
+    /// The same, reached from a segment nearby: a point that is nearer than all others on its own and the adjacent segments.
+    pub fn nearest_from(start: usize, segments: usize, nodes: &Nodes<'_>, centre: [f64; 2]) -> Self {
+        let mut here = Projection::at(start, nodes, centre);
+        loop {
+            let Self { segment, fraction } = here.station;
+            let next = match fraction {
+                1.0 if segment + 1 < segments => segment + 1,
+                0.0 if segment > 0 => segment - 1,
+                _ => return here.station,
+            };
+            let next = Projection::at(next, nodes, centre);
+            if next.square >= here.square {
+                return here.station;
+            }
+            here = next;
+        }
+    }
+
+    /// The shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.
+    pub fn shares(&self) -> [f64; 2] {
+        [1.0 - self.fraction, self.fraction]
+    }
+
+    /// Position and velocity of the filament's material there.
+    pub fn motion(&self, nodes: &Nodes<'_>) -> [[f64; 3]; 2] {
+        let ([inner, inner_rate], [outer, outer_rate]) = (nodes(self.segment), nodes(self.segment + 1));
+        let [a, b] = self.shares();
+        [add(scale(a, inner), scale(b, outer)), add(scale(a, inner_rate), scale(b, outer_rate))]
+    }
+}
+
+/// The point of one segment that is nearest to a centre.
+struct Projection {
+    station: Station,
+    /// Square of its distance in m².
+    square: f64,
+}
+
+impl Projection {
+    fn at(segment: usize, nodes: &Nodes<'_>, [x, y]: [f64; 2]) -> Self {
+        let ([[x_a, y_a, _], _], [[x_b, y_b, _], _]) = (nodes(segment), nodes(segment + 1));
+        let (along, from) = ([x_b - x_a, y_b - y_a], [x - x_a, y - y_a]);
+        let fraction = (dot(along, from) / dot(along, along)).clamp(0.0, 1.0);
+        let offset = sub(from, scale(fraction, along));
+        Self { station: Station { segment, fraction }, square: dot(offset, offset) }
+    }
+}
+
+/// The contact of a filament with an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeContact {
+    /// Where on the filament.
+    pub station: Station,
+    /// Its position in m.
+    pub position: [f64; 3],
+    /// The filament there, relative to the edge.
+    pub approach: Approach,
+}
+
+impl EdgeContact {
+    /// The contact at `time` (s) of the point of the filament at `station` with `edge`, under `law`.
+    pub fn new(law: &ContactLaw, edge: &Edge, station: Station, nodes: &Nodes<'_>, time: f64) -> Self {
+        let [position, velocity] = station.motion(nodes);
+        let approach = Approach::new(&edge.surface(position, time), velocity, law.radius);
+        Self { station, position, approach }
+    }
+
+    /// How the forces on both ends of the segment change with the motion of these ends: `[force][motion]`, inner end first.
+    pub fn tangent(&self, law: &ContactLaw, edge: &Edge, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
+        let Self { station, approach, .. } = self;
+        let force = law.force(approach).total(approach);
+        let at_point = law.tangent_without_turn(approach);
+        let turned = law.turned(approach);
+        let ([inner, inner_rate], [outer_end, outer_rate]) = (nodes(station.segment), nodes(station.segment + 1));
+        let along = in_plane(sub(outer_end, inner));
+        let shares = station.shares();
+        // How the normal's angle and the fraction change with the positions of the ends.
+        let (angles, fractions) = if station.fraction > 0.0 && station.fraction < 1.0 {
+            let square = dot(along, along);
+            let from_centre = scale(edge.radius - approach.penetration + law.radius, approach.normal);
+            let turn = scale(-dot(approach.across(), along) / square, approach.normal);
+            let slip = |share: f64, sign: f64| scale(-1.0 / square, add(scale(share, along), scale(sign, from_centre)));
+            ([scale(-1.0, turn), turn], [slip(shares[0], -1.0), slip(shares[1], 1.0)])
+        } else {
+            // The nearest point is a node.
+            let turn = scale(approach.turn, approach.across());
+            ([scale(shares[0], turn), scale(shares[1], turn)], [[0.0; 3]; 2])
+        };
+        // The material at the point changes with the fraction.
+        let by_fraction = mul(&at_point.velocity, sub(outer_rate, inner_rate));
+        let mut tangent = [[NodeTangent { position: [[0.0; 3]; 3], velocity: [[0.0; 3]; 3] }; 2]; 2];
+        for end in 0..2 {
+            let of_force = add_outer(
+                at_point.position.map(|row| scale(shares[end], row)),
+                [(by_fraction, fractions[end]), (turned, angles[end])],
+            );
+            for (target, (share, sign)) in [(shares[0], -1.0), (shares[1], 1.0)].into_iter().enumerate() {
+                let scaled = of_force.map(|row| scale(share, row));
+                tangent[target][end] = NodeTangent {
+                    position: add_outer(scaled, [(scale(sign, force), fractions[end])]),
+                    velocity: at_point.velocity.map(|row| scale(share * shares[end], row)),
+                };
+            }
+        }
+        tangent
+    }
+}
+
+fn in_plane([x, y, _]: [f64; 3]) -> [f64; 3] {
+    [x, y, 0.0]
+}
+
+/// The sum of a matrix and of products of a column and a row.
+fn add_outer<const N: usize>(matrix: [[f64; 3]; 3], products: [([f64; 3], [f64; 3]); N]) -> [[f64; 3]; 3] {
+    products.iter().fold(matrix, |sum, &(column, row)| std::array::from_fn(|i| add(sum[i], scale(column[i], row))))
+}
+
+impl Edge {
+    /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
+    pub fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
+        let [x_centre, y_centre] = self.centre_at(time);
+        let offset = [x - x_centre, y - y_centre];
+        let distance = dot(offset, offset).sqrt();
+        let [nx, ny] = scale(1.0 / distance, offset);
+        Surface {
+            gap: distance - self.radius,
+            normal: [nx, ny, 0.0],
+            velocity: self.velocity,
+            turn: 1.0 / distance,
+            margin: self.margin(offset),
+        }
+    }
+}

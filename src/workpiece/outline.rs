@@ -1,0 +1,281 @@
+//! Outlines of straight faces and arcs.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::{ContactArc, Edge, Passage, Surface, Workpiece, bisect, cross};
+use crate::equations::linear::{add, dot, scale, sub};
+
+/// One curve of an outline. Lengths in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Curve {
+    /// From `point` along the unit vector `direction`, between two arc lengths, which can be infinite.
+    Line { point: [f64; 2], direction: [f64; 2], from: f64, to: f64 },
+    /// A convex arc, from the outward normal `first` to `second` in the negative sense, by less than half a turn.
+    Arc { centre: [f64; 2], radius: f64, first: [f64; 2], second: [f64; 2] },
+    /// A whole circle around `centre`; the material is inside it where it is convex, else outside.
+    Circle { centre: [f64; 2], radius: f64, convex: bool },
+}
+
+/// The face of a curve as a point sees it.
+struct Seen {
+    gap: f64,
+    normal: [f64; 2],
+    curvature: f64,
+    /// How far the point is past the curve's ends, in m; negative between them.
+    past: f64,
+}
+
+impl Curve {
+    fn see(&self, position: [f64; 2]) -> Seen {
+        match *self {
+            Self::Line { point, direction, from, to } => {
+                let normal = left(direction);
+                let offset = sub(position, point);
+                let along = dot(direction, offset);
+                Seen { gap: dot(normal, offset), normal, curvature: 0.0, past: (from - along).max(along - to) }
+            }
+            Self::Arc { centre, radius, first, second } => {
+                let offset = sub(position, centre);
+                let distance = dot(offset, offset).sqrt();
+                let past = -cross(second, offset).min(cross(offset, first));
+                Seen { gap: distance - radius, normal: scale(1.0 / distance, offset), curvature: 1.0 / radius, past }
+            }
+            Self::Circle { centre, radius, convex } => {
+                let offset = sub(position, centre);
+                let distance = dot(offset, offset).sqrt();
+                let sign = if convex { 1.0 } else { -1.0 };
+                Seen {
+                    gap: sign * (distance - radius),
+                    normal: scale(sign / distance, offset),
+                    curvature: sign / radius,
+                    past: f64::NEG_INFINITY,
+                }
+            }
+        }
+    }
+
+    /// The arc lengths of the curve within the distance `reach` (m) of the origin, from its own start.
+    fn range(&self, reach: f64) -> [f64; 2] {
+        match *self {
+            Self::Line { point, direction, from, to } => {
+                let nearest = -dot(point, direction);
+                [from.max(nearest - reach), to.min(nearest + reach)]
+            }
+            Self::Arc { radius, first, second, .. } => [0.0, radius * cross(second, first).atan2(dot(first, second))],
+            Self::Circle { radius, .. } => [-PI * radius, PI * radius],
+        }
+    }
+
+    /// Point and direction at an arc length. A circle starts where it is nearest to the tool.
+    fn at(&self, length: f64) -> [[f64; 2]; 2] {
+        let on_circle = |centre, radius, angle: f64, turn: f64| {
+            let (sin, cos) = angle.sin_cos();
+            [add(centre, [radius * cos, radius * sin]), [-turn * sin, turn * cos]]
+        };
+        match *self {
+            Self::Line { point, direction, .. } => [add(point, scale(length, direction)), direction],
+            Self::Arc { centre, radius, first: [x, y], .. } => {
+                on_circle(centre, radius, y.atan2(x) - length / radius, -1.0)
+            }
+            // The material is on the right-hand side: a convex circle is gone round in the negative sense.
+            Self::Circle { centre, radius, convex: true } => {
+                on_circle(centre, radius, FRAC_PI_2 - length / radius, -1.0)
+            }
+            Self::Circle { centre, radius, convex: false } => {
+                on_circle(centre, radius, length / radius - FRAC_PI_2, 1.0)
+            }
+        }
+    }
+
+    /// The angles at the tool's axis of the points within the distance `reach` of it, as intervals in rad.
+    fn touches(&self, reach: f64) -> Vec<[f64; 2]> {
+        const POINTS: usize = 512;
+        let [start, end] = self.range(reach);
+        if start >= end {
+            return Vec::new();
+        }
+        let at = |i: usize| start + (end - start) * i as f64 / POINTS as f64;
+        // The angle is monotonic between the points where the curve runs towards the axis.
+        let outside = |length: f64| dot(self.at(length)[0], self.at(length)[0]) > reach * reach;
+        let turning = |length: f64| {
+            let [point, direction] = self.at(length);
+            cross(point, direction) > 0.0
+        };
+        let mut cuts = vec![start];
+        for i in 0..POINTS {
+            for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
+                let before = side(at(i));
+                if side(at(i + 1)) != before {
+                    cuts.push(bisect(|length| side(length) != before, at(i), at(i + 1)));
+                }
+            }
+        }
+        cuts.push(end);
+        cuts.sort_by(f64::total_cmp);
+        let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
+        let angles = touching.map(|pair| {
+            let [a, b] = [pair[0], pair[1]].map(|length| below(self.at(length)[0]));
+            // An interval that passes straight above the axis would go all the way round.
+            let b = b + TAU * ((a - b) / TAU).round();
+            [a.min(b), a.max(b)]
+        });
+        angles.collect()
+    }
+}
+
+/// The angle of a point at the tool's axis, in the turn about straight downwards, in rad.
+fn below([x, y]: [f64; 2]) -> f64 {
+    x.atan2(-y) - FRAC_PI_2
+}
+
+fn left([x, y]: [f64; 2]) -> [f64; 2] {
+    [-y, x]
+}
+
+/// A direction turned in the negative sense by an angle in rad.
+fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
+    [cos * x + sin * y, cos * y - sin * x]
+}
+
+/// A workpiece of straight faces and arcs that moves without turning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// In their order along the outline, with the material on the right-hand side.
+    curves: Vec<Curve>,
+    /// Those that nodes meet.
+    faces: Vec<Curve>,
+    edges: Vec<Edge>,
+    velocity: [f64; 3],
+}
+
+/// A corner of an outline that is still sharp.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    /// In m.
+    pub point: [f64; 2],
+    /// By how much the outline turns there, in the negative sense, in rad.
+    pub turn: f64,
+}
+
+impl Corner {
+    /// How far from the corner its rounding with `radius` (m) begins, in m.
+    pub fn rounding(&self, radius: f64) -> f64 {
+        radius * (self.turn / 2.0).tan()
+    }
+}
+
+impl Outline {
+    /// Straight faces that meet in `corners`, rounded with `radius` (m). The first face goes along `direction`; the workpiece moves
+    /// at `velocity` (m/s). Arcs of at least `face_radius` (m) are faces, others edges.
+    pub(super) fn of_corners(
+        corners: &[Corner],
+        direction: [f64; 2],
+        radius: f64,
+        face_radius: f64,
+        velocity: [f64; 3],
+    ) -> Self {
+        let mut curves = Vec::new();
+        let mut direction = direction;
+        let (mut point, mut from) = (corners[0].point, f64::NEG_INFINITY);
+        for corner in corners {
+            let rounding = corner.rounding(radius);
+            let to = dot(sub(corner.point, point), direction) - rounding;
+            curves.push(Curve::Line { point, direction, from, to });
+            let normal = left(direction);
+            let centre = sub(sub(corner.point, scale(rounding, direction)), scale(radius, normal));
+            direction = turned(direction, corner.turn);
+            curves.push(Curve::Arc { centre, radius, first: normal, second: left(direction) });
+            (point, from) = (corner.point, rounding);
+        }
+        curves.push(Curve::Line { point, direction, from, to: f64::INFINITY });
+        Self::new(curves, face_radius, velocity)
+    }
+
+    /// A circle about `centre` with `radius` (m): a cylinder if it is convex, else a bore.
+    pub(super) fn circle(centre: [f64; 2], radius: f64, convex: bool, face_radius: f64, velocity: [f64; 3]) -> Self {
+        Self::new(vec![Curve::Circle { centre, radius, convex }], face_radius, velocity)
+    }
+
+    fn new(curves: Vec<Curve>, face_radius: f64, velocity: [f64; 3]) -> Self {
+        let edge = |curve: &Curve| match *curve {
+            Curve::Arc { centre, radius, first, second } if radius < face_radius => {
+                Some(Edge { centre, radius, ends: Some([second, first]), velocity })
+            }
+            Curve::Circle { centre, radius, convex: true } if radius < face_radius => {
+                Some(Edge { centre, radius, ends: None, velocity })
+            }
+            _ => None,
+        };
+        let edges = curves.iter().filter_map(edge).collect();
+        let faces = curves.iter().filter(|curve| edge(curve).is_none()).copied().collect();
+        Self { curves, faces, edges, velocity }
+    }
+
+    /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also has the angles of `plane`. None
+    /// if the filament touches all the way round.
+    pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
+        passage(self.curves.iter().flat_map(|curve| curve.touches(reach)).collect(), plane)
+    }
+
+    /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one that it has left last.
+    fn face(&self, position: [f64; 2]) -> Option<Seen> {
+        let seen = self.faces.iter().map(|face| face.see(position));
+        seen.reduce(|best, next| {
+            let better = match (best.past <= 0.0, next.past <= 0.0) {
+                (true, true) => next.gap > best.gap,
+                (false, false) => next.past < best.past,
+                (here, _) => !here,
+            };
+            if better { next } else { best }
+        })
+    }
+}
+
+/// The passage of a filament that touches where `touches` says (rad, in any order).
+pub(super) fn passage(mut touches: Vec<[f64; 2]>, plane: ContactArc) -> Option<Passage> {
+    touches.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut joined: Vec<[f64; 2]> = Vec::new();
+    for [start, end] in touches {
+        // Neighbouring curves end where the next begins, to rounding.
+        match joined.last_mut() {
+            Some(last) if start <= last[1] + 1e-9 => last[1] = last[1].max(end),
+            _ => joined.push([start, end]),
+        }
+    }
+    let entry = joined.first().map_or(f64::INFINITY, |first| first[0]).min(plane.middle - plane.angle / 2.0);
+    let exit = joined.iter().fold(plane.middle + plane.angle / 2.0, |exit, touch| exit.max(touch[1]));
+    let window = ContactArc { middle: (entry + exit) / 2.0, angle: exit - entry };
+    let touches = joined.iter().map(|touch| touch.map(|angle| angle - entry)).collect();
+    (window.angle < TAU).then_some(Passage { window, touches })
+}
+
+impl Workpiece for Outline {
+    fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        let Some(Seen { gap, normal: [nx, ny], curvature, .. }) = self.face(position) else {
+            return Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], self.velocity);
+        };
+        let margin = |edge: &Edge| -edge.margin(sub(position, edge.centre));
+        Surface {
+            gap,
+            normal: [nx, ny, 0.0],
+            velocity: self.velocity,
+            turn: curvature / (1.0 + curvature * gap),
+            margin: self.edges.iter().map(margin).fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+}

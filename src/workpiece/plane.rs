@@ -1,0 +1,123 @@
+//! A plane that moves without turning.
+
+use super::{ContactArc, Surface, Workpiece};
+use crate::equations::linear::{dot, scale, sub};
+use crate::model::settings::WorkpieceSettings;
+
+/// The outward unit normal; NaN if the settings state none.
+pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
+    // Scaled by the largest component first, so that squares neither overflow nor vanish.
+    let largest = settings.normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
+    let normal = settings.normal.map(|component| component / largest);
+    scale(1.0 / dot(normal, normal).sqrt(), normal)
+}
+
+/// Radius in m of the undeformed tips of a tool of the radius `tool_radius` (m) as the normal of the workpiece sees it:
+/// `R` for a normal across the axis.
+pub fn reach(settings: &WorkpieceSettings, tool_radius: f64) -> f64 {
+    let [x, y, _] = unit_normal(settings);
+    tool_radius * x.hypot(y)
+}
+
+/// A plane that moves without turning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    point: [f64; 3],
+    normal: [f64; 3],
+    velocity: [f64; 3],
+    /// Where the tips of the tool that it was made for touch it.
+    arc: Option<ContactArc>,
+}
+
+impl Plane {
+    /// The plane through `point` (m, at time zero) with the outward `normal` (of any length), moving at `velocity`
+    /// (m/s).
+    pub fn new(point: [f64; 3], normal: [f64; 3], velocity: [f64; 3]) -> Self {
+        Self { point, normal: scale(1.0 / dot(normal, normal).sqrt(), normal), velocity, arc: None }
+    }
+
+    /// The plane of `settings` that a round tool of the radius `tool_radius` (m) enters by `penetration_depth` (m).
+    ///
+    /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the undeformed tips come as
+    /// deep as `a_e` below the plane, measured along `n`, and the feed is along `n × z`.
+    pub fn of(settings: &WorkpieceSettings, tool_radius: f64, penetration_depth: f64) -> Self {
+        let normal = unit_normal(settings);
+        let [x, y, _] = normal;
+        let across = x.hypot(y);
+        let reach = reach(settings, tool_radius);
+        let feed = scale(settings.feed_velocity_m_s / across, [y, -x, 0.0]);
+        let plane = Self::new(scale(-(reach - penetration_depth), normal), normal, feed);
+        Self { arc: Some(ContactArc::on_plane(settings.normal, reach, penetration_depth)), ..plane }
+    }
+}
+
+impl Workpiece for Plane {
+    #[inline]
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        let offset = sub(position, self.point);
+        let gap = dot(self.normal, offset) - time * dot(self.normal, self.velocity);
+        Surface::flat(gap, self.normal, self.velocity)
+    }
+
+    fn is_planar(&self) -> bool {
+        self.normal[2] == 0.0 && self.velocity[2] == 0.0
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+
+    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
+        self.arc.or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_3;
+
+    use super::*;
+
+    #[test]
+    fn default_plane_is_the_models() {
+        let plane = Plane::of(&WorkpieceSettings { feed_velocity_m_s: 0.25, ..Default::default() }, 0.18, 0.001);
+        let surface = plane.surface([0.3, -0.1795, -0.2], 7.0);
+        assert!((surface.gap + 0.0005).abs() < 1e-16, "{surface:?}");
+        assert_eq!(surface.normal, [0.0, 1.0, 0.0]);
+        assert_eq!(surface.velocity, [0.25, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn tips_reach_the_depth_below_a_tilted_plane() {
+        let settings = WorkpieceSettings { normal: [3.0, 4.0, 2.0], ..Default::default() };
+        let plane = Plane::of(&settings, 0.18, 0.002);
+        let deepest = (0..100_000)
+            .map(|i| f64::from(i) * 1e-4)
+            .map(|angle| plane.surface([0.18 * angle.cos(), 0.18 * angle.sin(), 0.0], 0.0).gap);
+        assert!((deepest.fold(f64::INFINITY, f64::min) + 0.002).abs() < 1e-9);
+    }
+
+    #[test]
+    fn arcs_are_found_as_they_are_stated() {
+        for (normal, depth) in [([0.0, 1.0, 0.0], 0.001), ([1.0, 2.0, 0.0], 0.005), ([-3.0, -0.1, 1.0], 1e-4)] {
+            let settings = WorkpieceSettings { normal, ..Default::default() };
+            let plane = Plane::of(&settings, 0.18, depth);
+            let tip = |angle: f64| [0.18 * angle.cos(), 0.18 * angle.sin(), 0.0];
+            let stated = plane.contact_arc(&tip).expect("the tips touch");
+            let found = Plane { arc: None, ..plane }.contact_arc(&tip).expect("the tips touch");
+            assert!(
+                (stated.angle - found.angle).abs() < 1e-11 && (stated.middle - found.middle).abs() < 1e-11,
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_arc_goes_from_the_first_touch_to_the_last() {
+        let two = |angle: f64| (0.5 - (angle - 3.0).cos()).max(0.2 - (4.0 * (angle - 3.0)).cos().abs());
+        let arc = ContactArc::find(two).expect("it touches");
+        assert!((arc.middle - 3.0).abs() < 1e-9 && (arc.angle - 2.0 * FRAC_PI_3).abs() < 1e-6, "{arc:?}");
+        assert_eq!(ContactArc::find(|_| 1.0), None);
+        assert_eq!(ContactArc::find(|_| -1.0), None);
+    }
+}
