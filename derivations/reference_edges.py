@@ -1,7 +1,7 @@
 """Passes over edges, curves and turns, by a planar code that shares nothing with the Rust code.
 
 What enters: nothing; the cases are those of `cases()` below.
-What leaves: a JSON file with the metrics of all cases, and the motion and forces of a few over time.
+What leaves: a JSON file with the metrics of all cases, and two trajectories.
 
 How it is done:
 
@@ -96,6 +96,7 @@ COLUMNS = (
     "contact_normal_impulse_n_s",
     "tip_x_m",
     "tip_y_m",
+    "tip_deflection_m",
 )
 # What says nothing about a workpiece of a kind.
 UNUSED = {
@@ -246,14 +247,16 @@ class Profile:
             return (depths[..., 0] > 0.0).astype(int)
         along = (nodes - self.centre) @ self.tangents.T
         inside = np.all(depths > 0.0, axis=-1)
-        first = (along[..., 0] >= 0.0) & ((along[..., 1] < 0.0) | (depths[..., 0] <= depths[..., 1]))
+        nearer = (along[..., 1] < 0.0) | (depths[..., 0] <= depths[..., 1])
+        first = (along[..., 0] >= 0.0) & nearer
         second = (along[..., 1] >= 0.0) & ~first
         return np.where(inside & first, 1, np.where(inside & second, 2, 0))
 
     def nearest(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of polylines (…, n + 1, 2) the feature nearest to the arc's centre, its point and distance.
+        """What of polylines (…, n + 1, 2) is nearest to the arc's centre.
 
-        The feature is 2 k at node k, and 2 k − 1 inside segment k.
+        That is a feature, 2 k at node k and 2 k − 1 inside segment k; its nearest point; and the
+        distance of that.
         """
         inner, pieces = nodes[..., :-1, :], np.diff(nodes, axis=-2)
         places = np.sum((self.centre - inner) * pieces, axis=-1) / np.sum(pieces**2, axis=-1)
@@ -278,8 +281,8 @@ class Profile:
 class Equations:
     """The equations of motion of a filament, as functions of CasADi of (t, y, p).
 
-    y is (θ_1 … θ_n, θ̇_1 … θ̇_n, the integrals), in the units above. The parameters p are those of
-    the case and of its touch.
+    y is (θ_1 … θ_n, θ̇_1 … θ̇_n, the integrals), in the units above. The parameters p are those
+    of the case and of its touch.
     """
 
     def __init__(self, filament: Filament, circle: bool) -> None:
@@ -409,7 +412,7 @@ class Equations:
         at_arc: casadi.SX,
         at_segment: casadi.SX,
     ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-        """Generalised forces, the rates of the integrals, and (F_n, its part on the edge, F_x, F_y)."""
+        """Generalised forces; the rates of the integrals; F_n, its part on the edge, F_x, F_y."""
         n = self.filament.segments
         friction, centre, radius, sign = case[2], case[3:5], case[5], case[6]
 
@@ -698,7 +701,7 @@ def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
 
 
 def difference(case: Case, values: dict[str, object], others: dict[str, object]) -> float:
-    """Largest difference of two runs: impulses over p_n, the angular one over p_n R, others relative."""
+    """Largest difference of two runs: impulses over p_n or p_n R, times and work relative."""
     normal = values[INTEGRALS[0]]
     largest = float(np.linalg.norm(values["final_tip_m"] - others["final_tip_m"])) / LENGTH_M
     for name in (*INTEGRALS, "contact_time_s"):
@@ -760,9 +763,9 @@ def cases() -> list[Case]:
         for name, piece in named:
             for velocity in (5.0, 10.0, 20.0):
                 for depth in (1e-3, 2e-3):
-                    # Faces that are curved need no more than one velocity each way at n = 25.
-                    known = piece.kind == "edge" or (velocity, depth) in ((10.0, 1e-3), (20.0, 2e-3))
-                    if filament == coarse or known:
+                    # Two processes are enough for curved faces at n = 25.
+                    chosen = (velocity, depth) in ((10.0, 1e-3), (20.0, 2e-3))
+                    if filament == coarse or piece.kind == "edge" or chosen:
                         for friction in (0.0, 0.3):
                             add(name, filament, piece, velocity, depth, friction)
     for angle_deg in (60, 120):
@@ -796,6 +799,15 @@ def shown() -> dict[str, Case]:
     }
 
 
+def tip_deflection_m(case: Case, time: float, tip: np.ndarray) -> float:
+    """Distance from the tip to the undeformed filament, the straight piece from the root."""
+    body_angle = case.start_angle_rad + case.rate_rad_s * time
+    direction = np.array([math.cos(body_angle), math.sin(body_angle)])
+    offset = tip - BODY_RADIUS_M * direction
+    along = min(max(float(offset @ direction), 0.0), LENGTH_M)
+    return float(np.linalg.norm(offset - along * direction))
+
+
 def trajectory(case: Case, relative_tolerance: float) -> np.ndarray:
     """Rows of COLUMNS."""
     motion, rows = Motion(case, relative_tolerance), []
@@ -808,7 +820,9 @@ def trajectory(case: Case, relative_tolerance: float) -> np.ndarray:
             state = motion.between(window, i)(time - window.times[i])
             impulse = state[-len(INTEGRALS)] * INTEGRAL_UNIT
             observed = motion.observed(time, state, window.parameters)
-            rows.append([time, *observed[:4], impulse, *observed[4:6]])
+            tip = observed[4:6]
+            deflection = tip_deflection_m(case, time, tip)
+            rows.append([time, *observed[:4], impulse, *tip, deflection])
     return np.array(rows)
 
 

@@ -6,6 +6,7 @@
 
 mod chains;
 mod contact;
+mod edges;
 mod equilibrium;
 mod exact;
 mod impact;
@@ -72,13 +73,14 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 8] = [
+pub static GROUPS: [Group; 9] = [
     statics::GROUP,
     vibration::GROUP,
     rotation::GROUP,
     invariants::GROUP,
     impact::GROUP,
     contact::GROUP,
+    edges::GROUP,
     peers::GROUP,
     paper::GROUP,
 ];

@@ -50,13 +50,12 @@ impl Bent {
         let end = [cosine * across_force + sine * along_force, cosine * along_force - sine * across_force];
         Self { length, end }
     }
+}
 
-    /// Its end along and across the direction `angle`.
-    fn seen_along(&self, angle: f64) -> [f64; 2] {
-        let (sine, cosine) = angle.sin_cos();
-        let [x, y] = self.end;
-        [cosine * x + sine * y, cosine * y - sine * x]
-    }
+/// A vector's components along and across the direction `angle`.
+fn along([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sine, cosine) = angle.sin_cos();
+    [cosine * x + sine * y, cosine * y - sine * x]
 }
 
 /// A circle that presses on the beam from below.
@@ -73,9 +72,8 @@ pub struct Circle {
 impl Circle {
     /// Its centre along the direction `angle`, and the height of its surface across that direction.
     fn seen_along(&self, angle: f64) -> [f64; 2] {
-        let (sine, cosine) = angle.sin_cos();
-        let [x, y] = self.centre;
-        [cosine * x + sine * y, cosine * y - sine * x + self.radius]
+        let [place, height] = along(self.centre, angle);
+        [place, height + self.radius]
     }
 }
 
@@ -101,8 +99,8 @@ impl Held {
         let inclination = friction.atan();
         let state = |angle: f64| {
             let bent = Bent::new(angle, inclination);
-            let ([along, across], [place, height]) = (bent.seen_along(angle), circle.seen_along(angle));
-            let root = along / place;
+            let ([end, across], [place, height]) = (along(bent.end, angle), circle.seen_along(angle));
+            let root = end / place;
             let force = root * root;
             let held = Self { angle, slope: angle, length: bent.length / root, force };
             (held, across / root - height + force * inclination.cos() / circle.stiffness)
@@ -111,23 +109,22 @@ impl Held {
         state(angle).0
     }
 
-    /// A beam of the given length on whose tip a surface of the slope `slope` presses without friction, and the position of the
-    /// tip, `height(force)` being its distance from the origin along the surface's normal.
-    fn at_tip(length: f64, slope: f64, height: impl Fn(f64) -> f64) -> (Self, [f64; 2]) {
+    /// A beam of the given length on whose tip a surface of the slope `slope` presses without friction, and the position of the tip.
+    /// It ends where `mismatch` of both vanishes.
+    fn at_tip(length: f64, slope: f64, mismatch: impl Fn(&Self, [f64; 2]) -> f64) -> (Self, [f64; 2]) {
         let state = |angle: f64| {
             let bent = Bent::new(angle, slope - angle);
             let root = bent.length / length;
-            let [along, across] = bent.seen_along(slope).map(|end| end / root);
-            (Self { angle, slope, length, force: root * root }, [along, across])
+            (Self { angle, slope, length, force: root * root }, bent.end.map(|end| end / root))
         };
         // From no bending, or none at the root, to a force along the beam.
         let low = (2.0 * slope - PI).max(0.0) + LEAST_ANGLE;
         let high = LARGEST_ANGLE.min(slope + FRAC_PI_2 - LEAST_ANGLE);
-        let mismatch = |angle: f64| {
-            let (held, [_, across]) = state(angle);
-            across - height(held.force)
+        let off = |angle: f64| {
+            let (held, tip) = state(angle);
+            mismatch(&held, tip)
         };
-        state(zero(mismatch, low, high))
+        state(zero(off, low, high))
     }
 
     /// A beam of the given length, with its tip on `circle` and without friction. The slope of the surface at the tip lies
@@ -135,10 +132,33 @@ impl Held {
     pub fn by_tip(circle: Circle, length: f64, [low, high]: [f64; 2]) -> Self {
         let at = |slope: f64| {
             let [place, height] = circle.seen_along(slope);
-            let (held, [along, _]) = Self::at_tip(length, slope, |force| height - force / circle.stiffness);
-            (held, along - place)
+            let off = |held: &Self, tip| along(tip, slope)[1] - height + held.force / circle.stiffness;
+            let (held, tip) = Self::at_tip(length, slope, off);
+            (held, along(tip, slope)[0] - place)
         };
         at(zero(|slope| at(slope).1, low, high)).0
+    }
+
+    /// How far `circle`, an edge without friction, must move along `x` for a beam of the given length to leave it: until it touches the
+    /// tip, and until it slips off the tip.
+    pub fn release(circle: Circle, length: f64) -> [f64; 2] {
+        let [x, y] = circle.centre;
+        let moved = |by: f64| Self::over_edge(Circle { centre: [x + by, y], ..circle }, 0.0);
+        let to_tip = zero(|by| moved(by).length - length, 0.0, length);
+        // On the tip the edge first moves on, until there is no equilibrium farther away.
+        let at = |slope: f64| {
+            let depth = |held: &Self| circle.radius - held.force / circle.stiffness;
+            let off = |held: &Self, tip: [f64; 2]| tip[1] - y - depth(held) * slope.cos();
+            let (held, tip) = Self::at_tip(length, slope, off);
+            tip[0] + depth(&held) * slope.sin() - x
+        };
+        let (mut low, mut high) = (moved(to_tip).angle, LARGEST_ANGLE);
+        for _ in 0..200 {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            // Beyond the last solution there is none, and its place is NaN.
+            if at(a) < at(b) { low = a } else { high = b }
+        }
+        [to_tip, at(low)]
     }
 }
 
@@ -220,15 +240,32 @@ mod tests {
     #[test]
     fn tips_on_curves_satisfy_the_equations() {
         // The paper's tool over a cylinder of 50 mm, in a bore of 300 mm; lengths in units of l_f.
-        for (radius, depth, turned) in [(1.25, 0.025, 0.0), (1.25, 0.05, 0.05), (-7.5, 0.025, -0.05), (-7.5, 0.05, 0.1)]
-        {
+        for (radius, depth, turned, slopes) in [
+            (1.25, 0.025, 0.0, [-0.2, 0.0]),
+            (1.25, 0.05, 0.05, [-0.2, 0.0]),
+            (-7.5, 0.025, -0.05, [0.0, 0.1]),
+            (-7.5, 0.05, 0.1, [-0.05, 0.05]),
+        ] {
             // The clamp points from the tool's axis at the workpiece, less `turned`. The beam bends away from the turn.
             let below = 4.5 - depth + radius;
             let circle =
                 Circle { centre: [below * f64::cos(turned) - 3.5, below * f64::sin(turned)], radius, stiffness: 1e4 };
-            let held = Held::by_tip(circle, 1.0, [FRAC_PI_2 + turned - 0.2, FRAC_PI_2 + turned + 0.2]);
+            let held = Held::by_tip(circle, 1.0, slopes.map(|slope| FRAC_PI_2 + turned + slope));
             assert_ends_on(&held, circle, 1.0);
         }
+    }
+
+    #[test]
+    fn released_beams_are_in_equilibrium_until_then() {
+        let circle = Circle { centre: [0.9, 0.2], radius: 0.01, stiffness: 1e5 };
+        let [to_tip, slipped] = Held::release(circle, 1.0);
+        assert!(to_tip < slipped && slipped < to_tip + circle.radius, "{to_tip} {slipped}");
+        let moved = |by: f64| Circle { centre: [circle.centre[0] + by, circle.centre[1]], ..circle };
+        let last_across = Held::over_edge(moved(to_tip), 0.0);
+        let between = moved((to_tip + slipped) / 2.0);
+        let on_tip = Held::by_tip(between, 1.0, [last_across.angle, last_across.angle + 0.7]);
+        assert_ends_on(&on_tip, between, 1.0);
+        assert!(on_tip.slope > last_across.slope);
     }
 
     #[test]
