@@ -167,7 +167,7 @@ class ChainExpressions:
     def __init__(
         self, angle: casadi.SX, rate: casadi.SX, acceleration: casadi.SX, gravity: casadi.SX
     ) -> None:
-        derived = segment_chain.whole_equations(SEGMENTS)
+        derived = segment_chain.whole_equations(SEGMENTS, segment_chain.Motion.SPATIAL)
         self._results = {
             result.name: result.value for function in derived for result in function.results
         }

@@ -143,7 +143,7 @@ fn fixed_size_accelerations<const N: usize>(
     group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
 ) {
     let mut state = Motion::new(N);
-    let chain = *state.dynamics.chain();
+    let chain = state.dynamics.chain().clone();
     let q: [[f64; 2]; N] = state.q.clone().try_into().expect("N segments");
     let v: [[f64; 2]; N] = state.v.clone().try_into().expect("N segments");
     let mut result = [[0.0; 2]; N];

@@ -113,8 +113,23 @@ pub struct FilamentSettings {
     pub segments: usize,
     /// Free length `l_f`, in m.
     pub length_m: f64,
-    /// Diameter `d`, in m.
+    /// Diameter `d`, in m; of a tapered filament at its root.
     pub diameter_m: f64,
+    /// Diameter at the tip, to which it goes linearly, in m: from a thousandth to a thousand times `diameter_m`. Without it the
+    /// filament is uniform.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub tip_diameter_m: Option<f64>,
+    /// Amplitude `A` of the waves of the relaxed filament in the plane of rotation, in m. A negative one is that of the mirror image.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub waviness_amplitude_m: f64,
+    /// Length `λ` of the waves, in m. Without it one wave is as long as the filament.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub waviness_length_m: Option<f64>,
+    /// Phase `ψ` of the waves at the root, in rad.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub waviness_phase_rad: f64,
     /// Density `ρ`, in kg/m³.
     #[cfg_attr(feature = "serde", serde(default = "default_density_kg_m3"))]
     pub density_kg_m3: f64,
@@ -356,11 +371,27 @@ impl FilamentSettings {
             segments: default_segments(),
             length_m,
             diameter_m,
+            tip_diameter_m: None,
+            waviness_amplitude_m: 0.0,
+            waviness_length_m: None,
+            waviness_phase_rad: 0.0,
             density_kg_m3: default_density_kg_m3(),
             youngs_modulus_pa: default_youngs_modulus_pa(),
             lateral_tilt_rad: 0.0,
             damping_ratio: default_damping_ratio(),
         }
+    }
+
+    /// Diameter at the tip in m.
+    #[must_use]
+    pub fn tip_diameter_m(&self) -> f64 {
+        self.tip_diameter_m.unwrap_or(self.diameter_m)
+    }
+
+    /// Length `λ` of the waves in m.
+    #[must_use]
+    pub fn waviness_length_m(&self) -> f64 {
+        self.waviness_length_m.unwrap_or(self.length_m)
     }
 }
 

@@ -291,7 +291,7 @@ struct Dissipated {
 
 impl Sampler {
     pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64) -> Self {
-        let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments } else { 0 }];
+        let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments() } else { 0 }];
         Self {
             equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
             sampling,

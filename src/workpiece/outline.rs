@@ -86,41 +86,48 @@ impl Curve {
             }
         }
     }
+}
 
-    /// The angles at the tool's axis of the points within the distance `reach` of it, as intervals in rad.
-    fn touches(&self, reach: f64) -> Vec<[f64; 2]> {
-        const POINTS: usize = 512;
-        let [start, end] = self.range(reach);
-        if start >= end {
-            return Vec::new();
-        }
-        let at = |i: usize| start + (end - start) * i as f64 / POINTS as f64;
-        // The angle is monotonic between the points where the curve runs towards the axis.
-        let outside = |length: f64| dot(self.at(length)[0], self.at(length)[0]) > reach * reach;
-        let turning = |length: f64| {
-            let [point, direction] = self.at(length);
-            cross(point, direction) > 0.0
-        };
-        let mut cuts = vec![start];
-        for i in 0..POINTS {
-            for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
-                let before = side(at(i));
-                if side(at(i + 1)) != before {
-                    cuts.push(bisect(|length| side(length) != before, at(i), at(i + 1)));
-                }
+/// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as intervals in rad. `at` is point and
+/// direction of the curve by arc length, in the `range`, of which `points` points are looked at.
+pub(super) fn touches(
+    at: impl Fn(f64) -> [[f64; 2]; 2],
+    [start, end]: [f64; 2],
+    points: usize,
+    reach: f64,
+) -> Vec<[f64; 2]> {
+    if start >= end {
+        return Vec::new();
+    }
+    let place = |i: usize| start + (end - start) * i as f64 / points as f64;
+    // The angle is monotonic between the points where the curve runs towards the axis.
+    let outside = |length: f64| {
+        let [point, _] = at(length);
+        dot(point, point) > reach * reach
+    };
+    let turning = |length: f64| {
+        let [point, direction] = at(length);
+        cross(point, direction) > 0.0
+    };
+    let mut cuts = vec![start];
+    for i in 0..points {
+        for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
+            let before = side(place(i));
+            if side(place(i + 1)) != before {
+                cuts.push(bisect(|length| side(length) != before, place(i), place(i + 1)));
             }
         }
-        cuts.push(end);
-        cuts.sort_by(f64::total_cmp);
-        let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
-        let angles = touching.map(|pair| {
-            let [a, b] = [pair[0], pair[1]].map(|length| below(self.at(length)[0]));
-            // An interval that passes straight above the axis would go all the way round.
-            let b = b + TAU * ((a - b) / TAU).round();
-            [a.min(b), a.max(b)]
-        });
-        angles.collect()
     }
+    cuts.push(end);
+    cuts.sort_by(f64::total_cmp);
+    let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
+    let angles = touching.map(|pair| {
+        let [a, b] = [pair[0], pair[1]].map(|length| below(at(length)[0]));
+        // An interval that passes straight above the axis would go all the way round.
+        let b = b + TAU * ((a - b) / TAU).round();
+        [a.min(b), a.max(b)]
+    });
+    angles.collect()
 }
 
 /// The angle of a point at the tool's axis, in the turn about straight downwards, in rad.
@@ -200,10 +207,10 @@ impl Outline {
     fn new(curves: Vec<Curve>, face_radius: f64, velocity: [f64; 3]) -> Self {
         let edge = |curve: &Curve| match *curve {
             Curve::Arc { centre, radius, first, second } if radius < face_radius => {
-                Some(Edge { centre, radius, ends: Some([second, first]), velocity })
+                Some(Edge::arc(centre, radius, Some([second, first]), velocity))
             }
             Curve::Circle { centre, radius, convex: true } if radius < face_radius => {
-                Some(Edge { centre, radius, ends: None, velocity })
+                Some(Edge::arc(centre, radius, None, velocity))
             }
             _ => None,
         };
@@ -215,7 +222,9 @@ impl Outline {
     /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also has the angles of `plane`. None
     /// if the filament touches all the way round.
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
-        passage(self.curves.iter().flat_map(|curve| curve.touches(reach)).collect(), plane)
+        const POINTS: usize = 512;
+        let of_curve = |curve: &Curve| touches(|length| curve.at(length), curve.range(reach), POINTS, reach);
+        passage(self.curves.iter().flat_map(of_curve).collect(), plane)
     }
 
     /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one that it has left last.
@@ -257,7 +266,7 @@ impl Workpiece for Outline {
         let Some(Seen { gap, normal: [nx, ny], curvature, .. }) = self.face(position) else {
             return Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], self.velocity);
         };
-        let margin = |edge: &Edge| -edge.margin(sub(position, edge.centre));
+        let margin = |edge: &Edge| -edge.inside(position);
         Surface {
             gap,
             normal: [nx, ny, 0.0],

@@ -15,3 +15,4 @@ mod poles;
 mod reference;
 mod slow;
 mod work;
+mod workpieces;

@@ -1,0 +1,149 @@
+//! Workpieces whose profile is a spline.
+
+use std::sync::Arc;
+
+use super::outline::{passage, touches};
+use super::{ContactArc, Edge, Foot, Passage, Spline, Surface, Workpiece, bisect};
+use crate::equations::linear::{add, dot, scale, sub};
+
+/// Points at which the curvature of a profile is looked at in search of its edges.
+const POINTS: usize = 4096;
+
+/// A workpiece with a spline as profile that moves without turning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    spline: Arc<Spline>,
+    /// Where the spline's own origin is at time zero, in m.
+    origin: [f64; 2],
+    /// Its tightest convex stretches.
+    edges: Vec<Edge>,
+    velocity: [f64; 3],
+}
+
+/// A convex stretch of a spline that is curved too tightly for a face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    spline: Arc<Spline>,
+    /// Where the spline's own origin is at time zero, in m.
+    origin: [f64; 2],
+    /// Arc lengths of its ends in m.
+    from: f64,
+    to: f64,
+    /// The smallest radius of curvature in m.
+    radius: f64,
+}
+
+impl Stretch {
+    /// The smallest radius of curvature in m.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch it is, as in
+    /// [`Edge::surface`], in m.
+    pub(super) fn foot(&self, point: [f64; 2]) -> (Foot, f64) {
+        let foot = self.spline.nearest(sub(point, self.origin));
+        // A point at some distance from the profile goes farther than its foot.
+        let inside = (foot.arc_length - self.from).min(self.to - foot.arc_length);
+        (foot, inside * (1.0 + foot.curvature * foot.gap).max(0.0))
+    }
+
+    /// The centre of curvature where the stretch is nearest to `point` (m), or half-way along it.
+    pub(super) fn centre(&self, point: Option<[f64; 2]>) -> [f64; 2] {
+        let along = match point {
+            Some(point) => self.spline.nearest(sub(point, self.origin)).arc_length.clamp(self.from, self.to),
+            None => (self.from + self.to) / 2.0,
+        };
+        let Foot { point, normal, curvature, .. } = self.spline.nearest(self.spline.at(along).0);
+        add(self.origin, sub(point, scale(1.0 / curvature, normal)))
+    }
+}
+
+impl Profile {
+    /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex stretches with radii of curvature below
+    /// `face_radius` (m) are edges.
+    pub(super) fn new(spline: Arc<Spline>, origin: [f64; 2], face_radius: f64, velocity: [f64; 3]) -> Self {
+        let edges = stretches(&spline, 1.0 / face_radius)
+            .into_iter()
+            .map(|[from, to]| {
+                let sharpest = (0..=100).map(|i| {
+                    let (point, _) = spline.at(from + (to - from) * f64::from(i) / 100.0);
+                    spline.nearest(point).curvature
+                });
+                let radius = 1.0 / sharpest.fold(1.0 / face_radius, f64::max);
+                Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius }, velocity)
+            })
+            .collect();
+        Self { spline, origin, edges, velocity }
+    }
+
+    /// The spline, in its own coordinates.
+    pub fn spline(&self) -> &Spline {
+        &self.spline
+    }
+
+    /// How the undeformed filament passes; see [`Outline`](super::Outline).
+    pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
+        let length = self.spline.length();
+        let at = |along: f64| {
+            let (point, direction) = self.spline.at(along);
+            [add(self.origin, point), direction]
+        };
+        let mut found = touches(at, [0.0, length], POINTS, reach);
+        if !self.spline.is_closed() {
+            for end in [0.0, length] {
+                let [point, _] = at(end);
+                let way = reach + dot(point, point).sqrt();
+                let ray = if end == 0.0 { [-way, 0.0] } else { [length, length + way] };
+                found.extend(touches(at, ray, POINTS, reach));
+            }
+        }
+        passage(found, plane)
+    }
+}
+
+/// The stretches, by arc length, on which the curvature is above `limit` (1/m).
+fn stretches(spline: &Spline, limit: f64) -> Vec<[f64; 2]> {
+    if spline.smallest_convex_radius() * limit >= 1.0 {
+        return Vec::new();
+    }
+    let tight = |along: f64| spline.nearest(spline.at(along).0).curvature > limit;
+    let at = |i: usize| spline.length() * i as f64 / POINTS as f64;
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let mut start = tight(0.0).then_some(0.0);
+    for i in 0..POINTS {
+        let (here, next) = (at(i), at(i + 1));
+        match (start, tight(next)) {
+            (None, true) => start = Some(bisect(tight, here, next)),
+            (Some(from), false) => {
+                found.push([from, bisect(|along| !tight(along), here, next)]);
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    found.extend(start.map(|from| [from, spline.length()]));
+    found
+}
+
+impl Workpiece for Profile {
+    fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        let Foot { normal: [nx, ny], gap, curvature, .. } = self.spline.nearest(sub(position, self.origin));
+        let margin = self.edges.iter().map(|edge| -edge.inside(position)).fold(f64::INFINITY, f64::min);
+        Surface { gap, normal: [nx, ny, 0.0], velocity: self.velocity, turn: 1.0 / (1.0 / curvature + gap), margin }
+    }
+
+    fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+}
