@@ -444,3 +444,56 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
         figures: vec![],
     })
 }
+#[cfg(test)]
+mod temporary {
+    use super::*;
+    fn show(compute: super::super::Compute, extent: Extent) {
+        let start = std::time::Instant::now();
+        let trial = compute(extent).unwrap();
+        for c in &trial.checks {
+            println!(
+                "{} | {} | {:?} | {:e} err {:.2e} tol {:e} {}",
+                c.subject,
+                c.quantity,
+                c.expected,
+                c.computed,
+                c.error(),
+                c.tolerance.value,
+                c.passes()
+            );
+        }
+        println!("{} {:?}", trial.title, start.elapsed());
+    }
+    #[test]
+    fn t1() {
+        show(over_edge, Extent::Quick);
+    }
+    #[test]
+    fn t2() {
+        show(release, Extent::Quick);
+    }
+    #[test]
+    fn t3() {
+        show(curves, Extent::Quick);
+    }
+    #[test]
+    fn t4() {
+        show(passes, Extent::Quick);
+    }
+    #[test]
+    fn t5() {
+        show(energy, Extent::Quick);
+    }
+    #[test]
+    fn full1() {
+        show(over_edge, Extent::Full);
+    }
+    #[test]
+    fn full2() {
+        show(release, Extent::Full);
+    }
+    #[test]
+    fn full3() {
+        show(curves, Extent::Full);
+    }
+}
