@@ -5,6 +5,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use crate::model::parameters::MAX_TURNS;
+use crate::model::record::Scalar;
+
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
@@ -280,6 +283,118 @@ pub struct ProcessSettings {
     /// Angle past nominal exit at which the simulation ends, in rad.
     #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
     pub tail_angle_rad: f64,
+    /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50. The metrics are those of the
+    /// last turn. A single turn ends at the tail angle, several are whole.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub turns: Turns,
+}
+
+/// For how many turns of the tool a filament is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turns {
+    /// This number.
+    Count(usize),
+    /// Until the contact normal impulses of two successive turns differ by less than 0.1 %, but for at most [`MAX_TURNS`].
+    Steady,
+}
+
+impl Turns {
+    /// The word for [`Turns::Steady`] in files.
+    pub const STEADY: &'static str = "steady";
+
+    /// The largest number of turns that this can be.
+    #[must_use]
+    pub fn at_most(self) -> usize {
+        match self {
+            Self::Count(count) => count,
+            Self::Steady => MAX_TURNS,
+        }
+    }
+}
+
+/// A single pass.
+impl Default for Turns {
+    fn default() -> Self {
+        Self::Count(1)
+    }
+}
+
+/// The largest number of turns. Numbers of turns are counts.
+impl Scalar for Turns {
+    const WHOLE: bool = true;
+
+    fn into_f64(self) -> f64 {
+        self.at_most() as f64
+    }
+
+    fn from_f64(value: f64) -> Self {
+        Self::Count(value as usize)
+    }
+}
+
+/// A number, or the word.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Turns {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Count(count) => serializer.serialize_u64(*count as u64),
+            Self::Steady => serializer.serialize_str(Self::STEADY),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for Turns {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(TurnsVisitor)
+    }
+}
+
+#[cfg(feature = "serde")]
+struct TurnsVisitor;
+
+#[cfg(feature = "serde")]
+impl serde::de::Visitor<'_> for TurnsVisitor {
+    type Value = Turns;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "a whole number from 1 to {MAX_TURNS} or \"{}\"", Turns::STEADY)
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, count: u64) -> Result<Turns, E> {
+        let found = serde::de::Unexpected::Unsigned(count);
+        let count = usize::try_from(count).ok().filter(|count| (1..=MAX_TURNS).contains(count));
+        count.map(Turns::Count).ok_or_else(|| E::invalid_value(found, &self))
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, count: i64) -> Result<Turns, E> {
+        match u64::try_from(count) {
+            Ok(count) => self.visit_u64(count),
+            Err(_) => Err(E::invalid_value(serde::de::Unexpected::Signed(count), &self)),
+        }
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Turns, E> {
+        let is_known = word == Turns::STEADY;
+        is_known.then_some(Turns::Steady).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(word), &self))
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Turns {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Turns".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [{ "type": "integer", "minimum": 1, "maximum": MAX_TURNS }, { "const": Self::STEADY }],
+        })
+    }
 }
 
 /// The numerical solution and its output.
@@ -299,7 +414,8 @@ impl Default for SolverSettings {
     }
 }
 
-/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`, and that of
+/// friction.
 ///
 /// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
 /// filaments of a sampled tool are alike.
@@ -315,6 +431,12 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
+    /// Standard deviation of the amplitude `A` of the waviness, in m. A negative sample is the mirror image.
+    pub waviness_amplitude_std_m: f64,
+    /// Standard deviation of the phase `ψ` of the waviness, in rad.
+    pub waviness_phase_std_rad: f64,
+    /// Standard deviation of the coefficient of friction `µ`, whose distribution is cut at zero.
+    pub friction_coefficient_std: f64,
     /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
@@ -342,6 +464,9 @@ impl Default for UncertaintySettings {
             diameter_std_m: 0.0,
             youngs_modulus_std_pa: 0.0,
             damping_ratio_std: 0.0,
+            waviness_amplitude_std_m: 0.0,
+            waviness_phase_std_rad: 0.0,
+            friction_coefficient_std: 0.0,
             samples: 128,
             seed: 1,
             hold: Hold::Process,
@@ -405,6 +530,7 @@ impl ProcessSettings {
             gravity_m_s2: [0.0; 3],
             lead_angle_rad: default_lead_angle_rad(),
             tail_angle_rad: default_tail_angle_rad(),
+            turns: Turns::default(),
         }
     }
 }

@@ -165,10 +165,15 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// How to solve the stages of its steps.
     ///
     /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
-    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages.
+    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages. With friction a single
+    /// correction must be small to be enough.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
-        if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
+        match (damped, self.law.friction > 0.0) {
+            (false, _) => StageSolution::Converged,
+            (true, true) => StageSolution::Cautious,
+            (true, false) => StageSolution::Predicted,
+        }
     }
 
     /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance × l_f`, or less if

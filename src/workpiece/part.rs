@@ -31,6 +31,7 @@ impl Part {
     pub fn of(settings: &Settings) -> Result<(Self, Passage), Violation> {
         let Settings { filament, workpiece, process, .. } = settings;
         check_keys(workpiece)?;
+        check_unused_keys(workpiece)?;
         let (radius, depth) = (settings.tool_radius_m(), process.penetration_depth_m);
         let plane = ContactArc::on_plane(workpiece.normal, reach(workpiece, radius), depth);
         let ground = depth - radius;
@@ -190,7 +191,7 @@ fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
     for (path, value, is_needed) in needed {
         if is_needed && value <= 0.0 {
             let allowed = format!("greater than 0 for a workpiece of kind `{}`, in m", name(kind));
-            return Err(Violation { path, value: format!("{value:?}"), allowed });
+            return Err(Violation { path, value: "left out or zero".to_owned(), allowed });
         }
         if !is_needed && value != 0.0 {
             let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
@@ -215,6 +216,25 @@ fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
         });
     }
     Ok(())
+}
+
+/// Checks that keys which have a default for another kind are left out.
+fn check_unused_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
+    use WorkpieceKind::{Chamfer, Edge, Plane};
+    let (kind, default) = (workpiece.kind, WorkpieceSettings::default());
+    let WorkpieceSettings { offset_m, included_angle_rad, chamfer_angle_rad, side, .. } = *workpiece;
+    let has_faces = matches!(kind, Edge | Chamfer);
+    let number = |path, value: f64, default, is_used| (path, format!("{value:?}"), is_used || value == default);
+    let keys = [
+        number("workpiece.offset_m", offset_m, default.offset_m, kind != Plane),
+        number("workpiece.included_angle_rad", included_angle_rad, default.included_angle_rad, has_faces),
+        number("workpiece.chamfer_angle_rad", chamfer_angle_rad, default.chamfer_angle_rad, kind == Chamfer),
+        ("workpiece.side", format!("{side:?}").to_lowercase(), has_faces || side == default.side),
+    ];
+    keys.into_iter().find(|(.., is_right)| !is_right).map_or(Ok(()), |(path, value, _)| {
+        let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
+        Err(Violation { path, value, allowed })
+    })
 }
 
 /// The name of a kind in an input file.

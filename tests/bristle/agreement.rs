@@ -124,7 +124,7 @@ pub fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl
         let direction = random_pairs(rng, segments, 1.0);
         // The finite differences move coordinates by at most 1e-6 rad, and rates by little compared with the speed over
         // which friction is regularised.
-        let size = f64::min(1e-6 / weights.coordinates, 3e-3 / weights.rates);
+        let size = f64::min(1e-6 / weights.coordinates, 2e-3 / weights.rates);
         let at = |size: f64| {
             let (moved, accelerations) = along_step(state, accelerations, weights, &direction, size);
             let mut residual = vec![[0.0; 2]; segments];

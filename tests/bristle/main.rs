@@ -14,6 +14,8 @@ mod physics;
 mod planar;
 mod poles;
 mod reference;
+mod shape;
 mod slow;
+mod turns;
 mod work;
 mod workpieces;

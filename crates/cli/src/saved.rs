@@ -6,7 +6,9 @@ use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::Sample;
 use bristle_report::vtk::is_file_name;
-use bristle_study::results::{DataError, SavedStudy, read_case, read_history, read_runs, read_study};
+use bristle_study::results::{
+    DataError, SavedStudy, read_case, read_history, read_runs, read_study, read_turn_impulses,
+};
 use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
 use thiserror::Error;
@@ -68,8 +70,16 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     Ok(Some((saved, results)))
 }
 
-/// The contact over time in a directory; `None` if there is no contact.
-pub fn saved_case(directory: &Path) -> Result<Option<(Settings, Vec<Sample>)>, SavedError> {
+/// One contact in a directory.
+pub struct SavedContact {
+    pub settings: Settings,
+    pub history: Vec<Sample>,
+    /// The contact normal impulse of each turn in N s.
+    pub impulses: Vec<f64>,
+}
+
+/// The contact in a directory; `None` if there is none.
+pub fn saved_case(directory: &Path) -> Result<Option<SavedContact>, SavedError> {
     if !directory.join(CASE).exists() {
         return Ok(None);
     }
@@ -79,13 +89,16 @@ pub fn saved_case(directory: &Path) -> Result<Option<(Settings, Vec<Sample>)>, S
     let history = read_history(&text, &name)?;
     // Checked after all else that can state where the text is wrong.
     case.check(HISTORY, &text, &name)?;
+    let (text, name) = read(directory, METRICS)?;
+    let impulses = read_turn_impulses(&text, &name)?;
+    case.check(METRICS, &text, &name)?;
     // The other files are not needed, but must not be those of another run.
-    let is_ours = |file: &&str| *file == METRICS || vtk_name(file).is_some_and(is_file_name);
+    let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
     for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
         let (text, name) = read(directory, file)?;
         case.check(file, &text, &name)?;
     }
-    Ok(Some((case.settings, history)))
+    Ok(Some(SavedContact { settings: case.settings, history, impulses }))
 }
 
 /// The text of a file, and its name for error messages.

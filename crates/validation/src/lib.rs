@@ -15,6 +15,7 @@ mod paper;
 mod peers;
 mod report;
 mod rotation;
+mod shape;
 mod small_motion;
 mod sources;
 mod statics;
@@ -76,6 +77,7 @@ pub struct Group {
 pub static GROUPS: [Group; 9] = [
     statics::GROUP,
     vibration::GROUP,
+    shape::GROUP,
     rotation::GROUP,
     invariants::GROUP,
     impact::GROUP,

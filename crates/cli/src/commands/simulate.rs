@@ -13,11 +13,13 @@ use bristle_study::document::Document;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
 use bristle_study::stability::case_warning;
+use bristle_study::touch::case_touch_warnings;
+use bristle_study::turns::case_turns_warnings;
 use clap::Args;
 
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
-use crate::pictures::{FIGURES, draw_history, is_picture_of_case, say_drawn};
+use crate::pictures::{FIGURES, draw_contact, is_picture_of_case, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
 use crate::terminal::{say, say_written};
@@ -29,8 +31,9 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
-/// time. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
-/// a warning says how to see what an imperfect filament does.
+/// time, turns.svg and .png the impulse of each turn if there are several. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
+/// a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says how to
+/// simulate turn after turn.
 ///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
@@ -105,7 +108,10 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_history(&arguments.out, &settings, &simulation.history)?);
+    let impulses = &simulation.turn_contact_normal_impulses_n_s;
+    say_drawn(&draw_contact(&arguments.out, &settings, &simulation.history, impulses)?);
+    case_touch_warnings(&settings, &simulation.metrics).iter().for_each(say);
     case_warning(&settings, &simulation.metrics).iter().for_each(say);
+    case_turns_warnings(&settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }

@@ -16,6 +16,8 @@ use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
+use bristle_study::touch::study_touch_warnings;
+use bristle_study::turns::study_turns_warnings;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
@@ -71,7 +73,8 @@ const LONGEST_FAILURE: usize = 400;
 ///   youngs_modulus_std_pa = 0.3e9
 ///
 /// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
-/// filament does in them. The tables mark them with !.
+/// filament does in them. The tables mark them with !. If filaments come back still vibrating,
+/// a warning says how to simulate turn after turn.
 ///
 /// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
 /// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
@@ -156,7 +159,9 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
     study_work_warning(&results).iter().for_each(say);
+    study_touch_warnings(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
+    study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }

@@ -8,7 +8,7 @@ use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
-use bristle::model::parameters::Parameter;
+use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sample};
@@ -17,6 +17,7 @@ use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, equation, process_slices, telling_slices};
 use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
+use bristle_study::text::quantity::shown_metrics;
 
 mod force;
 
@@ -72,7 +73,7 @@ enum Family {
     OverY,
 }
 
-/// The metrics that are drawn: the paper's figures 4a, 4b, 5, 6a and 6b.
+/// The metrics of which there can be figures: among them the paper's figures 4a, 4b, 5, 6a and 6b.
 fn drawn() -> impl Iterator<Item = &'static Column<Metrics>> {
     Metrics::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
 }
@@ -135,7 +136,8 @@ fn axis_of(metric: &Column<Metrics>, linear: impl FnOnce(String) -> Axis) -> Axi
 ///
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
-/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; for other studies, each metric over the setting that
+/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`, and map and curves over the velocity of each other
+/// metric that is drawn, without optional ones that are zero in all cases; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have figures for each
 /// of their values, at most four, with the value at the end of the name.
@@ -145,7 +147,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     for slice in &slices.chosen {
         let view = View { study, results, slice };
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
-        for metric in drawn() {
+        for metric in shown_metrics(Prominence::Figure, results) {
             if is_map {
                 pictures.push(view.map(metric));
             }
@@ -341,7 +343,16 @@ const CONTACT: Color = Color(225, 232, 240);
 /// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named [`HISTORY_FIGURE`].
 pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
-    let [entry, exit] = Pass::new(settings).nominal_times().map(milliseconds);
+    let pass = Pass::new(settings);
+    let [entry, exit] = pass.nominal_times();
+    let last_time = history.last().map_or(0.0, |sample| sample.time_s);
+    let begun = (0..MAX_TURNS).map(|turn| turn as f64 * pass.turn_time()).take_while(|&begun| begun < last_time);
+    let nominal: Vec<(f64, &str)> = begun
+        .flat_map(|begun| [(begun + entry, "entry"), (begun + exit, "exit")])
+        .map(|(time, name)| (milliseconds(time), name))
+        .collect();
+    // Those of several turns would hide each other.
+    let are_named = nominal.len() == 2;
     let times = || history.iter().map(|sample| milliseconds(sample.time_s));
     let x = Scale::exact(Axis::linear("time t in ms"), times());
     let forces: Vec<(f64, f64)> = times().zip(history.iter().map(|sample| sample.contact_normal_force_n)).collect();
@@ -370,12 +381,12 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
             x.ticks.iter_mut().for_each(|(_, label)| label.clear());
         }
         draw_axes(&mut canvas, [&x, scale], frame);
-        for (time, name) in [(entry, "entry"), (exit, "exit")] {
+        for &(time, name) in &nominal {
             if (0.0..=1.0).contains(&x.part(time)) {
                 let at = x.place(time, left, right);
                 let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
                 line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + PANEL))]);
-                if row == 0 {
+                if row == 0 && are_named {
                     canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
                 }
             }
@@ -386,6 +397,29 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
         canvas.line(line, stroke(*color, 14));
     }
     Picture { name: HISTORY_FIGURE.to_owned(), canvas }
+}
+
+/// Name of the figure of the turns of one contact.
+pub const TURNS_FIGURE: &str = "turns";
+
+/// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
+/// turn.
+pub fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
+    if impulses.len() < 2 {
+        return None;
+    }
+    let points = (1..).zip(impulses).map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
+    let process = &settings.process;
+    let shown = [(VELOCITY, process.brushing_velocity_m_s), (DEPTH, process.penetration_depth_m)]
+        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
+    let diagram = Diagram {
+        title: "Contact normal impulse turn by turn".to_owned(),
+        subtitle: shown.join(", "),
+        x: Axis::linear("turn"),
+        y: Axis::from_zero("p_n in mN s"),
+        curves: vec![Curve::new("", Look::Joined, points.collect())],
+    };
+    Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw() })
 }
 
 /// Shades the times in contact.
@@ -523,5 +557,18 @@ mod tests {
             assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
         }
         assert!(history_figure(&settings, &[]).canvas.svg().contains("One contact"));
+    }
+
+    #[test]
+    fn several_turns_are_drawn() {
+        let (study, _) = study("brushing_velocity_m_s = [30.0]\n\"process.turns\" = [3]");
+        let settings = study.settings(0);
+        let simulation = simulate_with_history(&settings, 300).expect("a pass");
+        let svg = history_figure(&settings, &simulation.history).canvas.svg();
+        assert!(!svg.contains(">entry<") && !svg.contains("NaN"));
+        let turns = turns_figure(&settings, &simulation.turn_contact_normal_impulses_n_s).expect("three turns");
+        assert!(turns.name == TURNS_FIGURE && turns.canvas.svg().contains("turn by turn"));
+        assert_eq!(turns_figure(&settings, &[1e-3]), None);
+        assert!(turns_figure(&settings, &[0.0, 0.0]).is_some_and(|picture| !picture.canvas.svg().contains("NaN")));
     }
 }

@@ -21,8 +21,10 @@ use bristle_study::study::{CaseResult, Study, thread_count};
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
 
-/// How each pass is sampled: enough for curves 600 pixels wide and for smooth motion.
+/// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, alongside: true };
+/// How several turns are sampled. Contacts are a small part of them; more samples would make the page too large.
+const SAMPLING_OF_TURNS: Sampling = Sampling { samples: 1201, shapes: 281, ..SAMPLING };
 /// Maximum number of points of a shape; longer chains are thinned out.
 const MAX_POINTS: usize = 26;
 
@@ -32,10 +34,13 @@ pub struct Course {
     /// Number of the case in its study, counted from 0.
     #[serde(skip)]
     case: usize,
-    /// Duration of the pass, and times of nominal entry and exit, in s.
+    /// Duration of the pass, and times of nominal entry and exit in the first turn, in s.
     end: f64,
     entry: f64,
     exit: f64,
+    /// Duration of a turn in s, and `p_n` of each turn in N s.
+    turn: f64,
+    turn_impulses: Vec<f64>,
     /// Radii `r_g` and `R` in m, and height of the tool's axis above the workpiece in m.
     body_radius: f64,
     tool_radius: f64,
@@ -68,7 +73,7 @@ impl Course {
 
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = Pass::new(settings);
-        let ([entry, exit], end) = (pass.nominal_times(), pass.end_time());
+        let [entry, exit] = pass.nominal_times();
         let surface = pass.workpiece().surface([0.0; 3], 0.0);
         // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
         let [x, y, _] = surface.normal;
@@ -86,9 +91,11 @@ impl Course {
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
         Self {
             case,
-            end,
+            end: simulation.end_time_s,
             entry,
             exit,
+            turn: pass.turn_time(),
+            turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(super::rounded).collect(),
             body_radius: settings.tool.body_radius_m,
             tool_radius: settings.tool_radius_m(),
             axis_height,
@@ -159,7 +166,12 @@ impl<'a> Recorder<'a> {
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
-        if all { SAMPLING } else { Sampling::default() }
+        if all { self.sampling_of_courses() } else { Sampling::default() }
+    }
+
+    /// How the passes with courses are sampled.
+    fn sampling_of_courses(&self) -> Sampling {
+        if self.study.takes_turns() { SAMPLING_OF_TURNS } else { SAMPLING }
     }
 
     /// Records a case, counted from 0, if its pass was sampled.
@@ -208,7 +220,7 @@ impl<'a> Recorder<'a> {
                 let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
                 Some(Job::new(number, &study.settings(number)))
             };
-            sample_side_by_side(SAMPLING, take, |number, result| {
+            sample_side_by_side(self.sampling_of_courses(), take, |number, result| {
                 if let Ok(simulation) = result {
                     self.take(number, &simulation);
                 }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use bristle::equations;
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
-use bristle::model::record::{Column, Record, Scale};
+use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
@@ -143,7 +143,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
     let mut metrics: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
-    metrics.sort_by_key(|column| column.display.prominence);
+    metrics.sort_by_key(|column| place_on_page(column));
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =
         ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
@@ -181,6 +181,14 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     })
 }
 
+/// The order of metrics on the page: the most prominent first, with all those of the tool together.
+fn place_on_page(column: &Column<Metrics>) -> Prominence {
+    match column.display.scope {
+        Scope::Tool => Prominence::Headline,
+        Scope::Filament => column.display.prominence,
+    }
+}
+
 /// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f ω/(2π)`.
 fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     let rate = settings.angular_velocity_rad_s();
@@ -197,7 +205,12 @@ fn settings(study: &Study) -> Vec<Value> {
         .map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
-            let value = if swept { Value::Null } else { json!(parameter.get(&base)) };
+            let value = match path {
+                _ if swept => Value::Null,
+                // A number, or a word.
+                "process.turns" => json!(base.process.turns),
+                _ => json!(parameter.get(&base)),
+            };
             (path, entry([path, symbol, name, unit], value))
         })
         .collect();

@@ -55,8 +55,20 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         peak_contact_normal_force_n: number(case),
         max_tip_deflection_m: number(case),
         tool_contact_normal_force_n: number(case),
+        contact_impulse_x_n_s: number(case),
+        contact_impulse_y_n_s: number(case),
+        contact_impulse_z_n_s: number(case),
+        edge_contact_normal_impulse_n_s: number(case),
+        max_edge_penetration_m: number(case),
+        friction_work_j: number(case),
+        contact_angular_impulse_n_m_s: number(case),
+        tool_tangential_force_n: number(case),
+        tool_torque_n_m: number(case),
+        tool_power_w: number(case),
         lateral_amplification: number(case),
         laterally_unstable: case % 7 == 0,
+        turns: 1,
+        unsteady_turns: false,
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {
@@ -68,11 +80,18 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         sobol_diameter: number(case),
         sobol_youngs_modulus: number(case),
         sobol_damping_ratio: number(case),
+        sobol_waviness_amplitude: number(case),
+        sobol_waviness_phase: number(case),
+        sobol_friction_coefficient: number(case),
         sobol_filament_count: number(case),
         failed_samples: case % 7,
     };
     (0..count)
-        .map(|case| Ok(CaseSummary { metrics: metrics(case), statistics, scatter: Some(scatter(case)) }))
+        .map(|case| {
+            let turn_contact_normal_impulses_n_s = vec![number(case)];
+            let (metrics, scatter) = (metrics(case), Some(scatter(case)));
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter })
+        })
         .collect()
 }
 

@@ -11,7 +11,8 @@ pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
 pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
 pub use tables::{
-    Cell, cells, keys, read_history, read_runs, run_columns, run_rows, write_history, write_metrics, write_runs,
+    Cell, cells, keys, read_history, read_runs, read_turn_impulses, run_columns, run_rows, write_history,
+    write_metrics, write_runs,
 };
 
 #[cfg(test)]
