@@ -1,9 +1,9 @@
-//! Is it right? Passes over edges, cylinders and bores, compared with an independent code: `derivations/reference_edges.py` states
+//! Is it right? Passes over edges, cylinders and bores, turns, and wavy and tapered filaments, compared with an independent code: `derivations/reference_edges.py` states
 //! the chain in the plane again, and integrates it with CVODES.
 
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{Settings, WorkpieceSettings};
-use bristle::simulation::{Sample, simulate_with_history};
+use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
+use bristle::simulation::{Pass, Sample, simulate, simulate_with_history};
 use serde::Deserialize;
 
 use crate::common::{case, data};
@@ -22,6 +22,7 @@ struct Reference {
     penetration_depth_m: f64,
     friction_coefficient: f64,
     turns: usize,
+    start_angle_rad: f64,
     end_s: f64,
     contact_time_s: f64,
     contact_normal_impulse_n_s: f64,
@@ -30,6 +31,7 @@ struct Reference {
     edge_contact_normal_impulse_n_s: f64,
     friction_work_j: f64,
     contact_angular_impulse_n_m_s: f64,
+    turn_contact_normal_impulses_n_s: Vec<f64>,
     final_tip_m: [f64; 2],
     largest_edge_penetration_m: f64,
     own_error: f64,
@@ -40,6 +42,9 @@ struct Filament {
     segments: usize,
     tip_diameter_m: f64,
     waviness_amplitude_m: f64,
+    waviness_length_m: Option<f64>,
+    #[serde(default)]
+    waviness_phase_rad: f64,
 }
 
 #[derive(Deserialize)]
@@ -48,16 +53,28 @@ struct References {
 }
 
 impl Reference {
-    /// One pass of a straight, uniform filament.
-    fn is_plain(&self) -> bool {
-        self.turns == 1 && self.filament.tip_diameter_m == 1.18e-3 && self.filament.waviness_amplitude_m == 0.0
-    }
-
     fn settings(&self) -> Settings {
-        let mut settings = case(self.filament.segments, self.brushing_velocity_m_s, self.penetration_depth_m);
+        let Filament { segments, tip_diameter_m, waviness_amplitude_m, waviness_length_m, waviness_phase_rad } =
+            self.filament;
+        let mut settings = case(segments, self.brushing_velocity_m_s, self.penetration_depth_m);
+        settings.filament = FilamentSettings {
+            tip_diameter_m: Some(tip_diameter_m),
+            waviness_amplitude_m,
+            waviness_length_m,
+            waviness_phase_rad,
+            ..settings.filament
+        };
         settings.contact.friction_coefficient = self.friction_coefficient;
         settings.workpiece = self.workpiece.clone();
+        settings.process.turns = Turns::Count(self.turns);
         settings.solver.relative_tolerance = 1e-9;
+        // The reference starts and ends at the angles of a straight filament.
+        let (pass, process) = (Pass::new(&settings), &mut settings.process);
+        process.lead_angle_rad -= self.start_angle_rad - pass.tool().angle(0.0);
+        let rate = settings.angular_velocity_rad_s();
+        if self.turns == 1 {
+            settings.process.tail_angle_rad -= rate * (Pass::new(&settings).end_time() - self.end_s);
+        }
         settings
     }
 
@@ -85,12 +102,6 @@ impl Reference {
                 self.contact_angular_impulse_n_m_s,
                 normal * radius,
             ),
-            (
-                "max_edge_penetration_m",
-                metrics.max_edge_penetration_m,
-                self.largest_edge_penetration_m,
-                1e-2 * self.workpiece.edge_radius_m.max(1e-4),
-            ),
             ("tip_x_m", end.tip_x_m, x, 0.04),
             ("tip_y_m", end.tip_y_m, y, 0.04),
         ];
@@ -98,16 +109,27 @@ impl Reference {
     }
 }
 
+/// The cases whose number of turns is one, or of which there are several.
+fn references(several: bool) -> Vec<Reference> {
+    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
+    cases.into_iter().filter(|case| (case.turns > 1) == several).collect()
+}
+
 #[test]
 fn passes_agree_with_casadi_and_cvodes() {
-    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
-    let plain: Vec<&Reference> = cases.iter().filter(|case| case.is_plain()).collect();
-    assert!(plain.len() > 100, "{}", plain.len());
+    let cases = references(false);
+    assert!(cases.len() > 100, "{}", cases.len());
     let mut failures = Vec::new();
-    for case in plain {
+    for case in cases {
         let pass = simulate_with_history(&case.settings(), 2).expect("the settings are valid");
         let end = pass.history.last().expect("there are two samples");
-        for (name, difference) in case.differences(&pass.metrics, end) {
+        let mut differences = case.differences(&pass.metrics, end);
+        if case.largest_edge_penetration_m > 0.0 {
+            // The reference looks at it every microsecond, in which an impact changes by some per cent.
+            let ratio = pass.metrics.max_edge_penetration_m / case.largest_edge_penetration_m;
+            differences.push(("max_edge_penetration_m", TOLERANCE / 0.03 * (ratio - 1.0).abs()));
+        }
+        for (name, difference) in differences {
             if difference.is_nan() || difference > TOLERANCE + 10.0 * case.own_error {
                 failures.push(format!(
                     "{}, {} m/s, {} m, µ = {}: {name} {difference:.1e}",
@@ -117,4 +139,20 @@ fn passes_agree_with_casadi_and_cvodes() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The last turn of the reference ends at the tail angle, so that a contact before the next nominal entry is missing in it.
+#[test]
+fn turns_agree_with_casadi_and_cvodes() {
+    let cases = references(true);
+    assert!(cases.iter().any(|case| case.turns == 4), "{}", cases.len());
+    for case in cases {
+        let impulses = simulate(&case.settings()).expect("the settings are valid").turn_contact_normal_impulses_n_s;
+        let expected = &case.turn_contact_normal_impulses_n_s;
+        assert_eq!(impulses.len(), expected.len());
+        for (turn, (impulse, expected)) in impulses.iter().zip(expected).take(case.turns - 1).enumerate() {
+            let difference = (impulse / expected - 1.0).abs();
+            assert!(difference < TOLERANCE + 10.0 * case.own_error, "{}, turn {turn}: {difference:.1e}", case.name);
+        }
+    }
 }

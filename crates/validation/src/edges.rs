@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use bristle::contact::ContactLaw;
-use bristle::equations::{Chain, Clamp};
+use bristle::equations::Clamp;
 use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::model::filament::bending_stiffness;
@@ -37,7 +37,7 @@ const DAMPING_TIME: f64 = 0.2;
 const REST: f64 = 30.0;
 
 /// A single edge without faces.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Lone([Edge; 1]);
 
 impl Workpiece for Lone {
@@ -82,12 +82,10 @@ fn touching(point: [f64; 2], friction: f64) -> (Circle, Held) {
 /// The unit beam of `segments` segments over an edge, clamped to `motion`, and its state at time zero: straight from the clamp,
 /// above the edge.
 fn system(segments: usize, circle: Circle, motion: Drawn, friction: f64) -> FilamentSystem<Drawn, Lone> {
-    let chain = unit_chain(segments);
-    let damped = Chain {
-        root_damping: DAMPING_TIME * chain.root_stiffness,
-        joint_damping: DAMPING_TIME * chain.joint_stiffness,
-        ..chain
-    };
+    let mut chain = unit_chain(segments);
+    for link in &mut chain.links {
+        link.damping = DAMPING_TIME * link.stiffness;
+    }
     let law = ContactLaw {
         stiffness: STIFFNESS,
         exponent: 1.0,
@@ -96,8 +94,8 @@ fn system(segments: usize, circle: Circle, motion: Drawn, friction: f64) -> Fila
         friction,
         regularisation: 1e-3 * motion.speed.abs().max(1e-3),
     };
-    let edge = Edge { centre: circle.centre, radius: circle.radius, ends: None, velocity: [0.0; 3] };
-    FilamentSystem::new(damped, motion, law, Lone([edge]), false)
+    let edge = Edge::arc(circle.centre, circle.radius, None, [0.0; 3]);
+    FilamentSystem::new(chain, motion, law, Lone([edge]), false)
 }
 
 /// The contact of a beam with its edge.
@@ -117,7 +115,7 @@ struct Seen {
 /// Lets a beam go above the edge, and observes it until `end`.
 fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f64) -> Result<Seen, Failure> {
     let mut system = system(segments, circle, motion, friction);
-    let filament = *system.filament(0);
+    let filament = system.filament(0).clone();
     let [x, y] = circle.centre;
     let [root, ..] = motion.at(0.0).position;
     let above = (y + 3.0 * circle.radius).atan2(x - root);
@@ -299,7 +297,8 @@ fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> 
     let below = (body + length - settings.process.penetration_depth_m + radius) / length;
     // As the clamp sees it; the filament trails, and is bent to the other side.
     let centre = [below * turned.cos() - body / length, below * turned.sin()];
-    let stiffness = settings.contact.stiffness_n_m * length.powi(3) / bending_stiffness(&settings.filament);
+    let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
+    let stiffness = settings.contact.stiffness_n_m * length.powi(3) / bending;
     let circle = Circle { centre, radius: radius / length, stiffness };
     Held::by_tip(circle, 1.0, slopes.map(|slope| FRAC_PI_2 + turned + slope))
 }
@@ -322,7 +321,8 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
         let critical = FRAC_PI_2 * FRAC_PI_2;
         let settings = curved(segments, velocity, depth, radius)?;
         let exact = on_curve(&settings, radius, turned, slopes).force / critical;
-        let unit = critical * bending_stiffness(&settings.filament) / settings.filament.length_m.powi(2);
+        let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
+        let unit = critical * bending / settings.filament.length_m.powi(2);
         let at = |segments: usize, velocity: f64| {
             let mut settings = curved(segments, velocity, depth, radius)?;
             settings.solver.relative_tolerance = tolerance;
