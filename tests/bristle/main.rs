@@ -6,6 +6,7 @@ mod energy;
 mod agreement;
 mod allocations;
 mod batch;
+mod edges;
 mod fingerprint;
 mod lateral;
 mod open_core;

@@ -6,6 +6,7 @@
 
 mod chains;
 mod contact;
+mod edges;
 mod equilibrium;
 mod exact;
 mod impact;
@@ -81,6 +82,7 @@ pub static GROUPS: [Group; 9] = [
     invariants::GROUP,
     impact::GROUP,
     contact::GROUP,
+    edges::GROUP,
     peers::GROUP,
     paper::GROUP,
 ];
