@@ -13,11 +13,12 @@ use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::Settings;
 use crate::tool::{RoundTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, Workpiece};
+use crate::workpiece::{ContactArc, Part, Passage, Profile, Workpiece};
 
 mod error;
 mod form;
 mod observers;
+mod profile;
 mod search;
 mod side_by_side;
 mod system;
@@ -26,11 +27,13 @@ mod trajectory;
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use form::Form;
 pub use observers::{ContactObserver, Sample, Sampling, Shape};
+pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 
 use observers::Sampler;
+use profile::Ledger;
 
 /// The method of every pass (docs/integrators.md).
 const METHOD: &Tableau = &ESDIRK54;
@@ -49,6 +52,8 @@ pub struct Simulation {
     pub history: Vec<Sample>,
     /// The filament at equally spaced times, if requested.
     pub shapes: Vec<Shape>,
+    /// Where along the profile of the workpiece the work is done, by arc length, if requested: all cells within the tool's reach.
+    pub profile: Vec<ProfileCell>,
 }
 
 crate::record! {
@@ -343,8 +348,16 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.conclude(observer.record(), statistics, sampler)
     }
 
+    /// The part of the profile of the workpiece that the filament can touch during the pass.
+    fn profile(&self) -> Option<Profile> {
+        let workpiece = &self.filament.workpiece;
+        let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
+        workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))
+    }
+
     fn sampler(&self, sampling: Sampling) -> Sampler {
-        Sampler::new(self.form, self.filament.chain, sampling, self.end_time())
+        let profile = sampling.profile.then(|| self.profile()).flatten();
+        Sampler::new(self.form, self.filament.chain, sampling, self.end_time(), profile)
     }
 
     /// The trajectory of the pass in `system`, at its start.
@@ -360,15 +373,19 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let metrics = self.metrics(record);
-        let Sampler { mut history, mut shapes, sampling, .. } = sampler;
-        let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
+        let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
+        let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
+        let finite = history.iter().all(Sample::is_finite)
+            && shapes.iter().all(Shape::is_finite)
+            && profile.iter().all(ProfileCell::is_finite);
         if !metrics.is_finite() || !(finite || sampling.alongside) {
             return Err(SimulationError::NotFinite);
         }
         if !finite {
             history.clear();
             shapes.clear();
+            profile.clear();
         }
-        Ok(Simulation { metrics, statistics, history, shapes })
+        Ok(Simulation { metrics, statistics, history, shapes, profile })
     }
 }

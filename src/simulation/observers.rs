@@ -1,6 +1,7 @@
 //! Observers of the steps of a pass: they keep the record of its contact, and a time history.
 
 use super::form::{Equations, Form};
+use super::profile::{EdgeWork, Ledger};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
@@ -10,7 +11,7 @@ use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
-use crate::workpiece::Workpiece;
+use crate::workpiece::{Profile, Workpiece};
 
 /// Reduces the steps of a pass to the data for the metrics.
 #[derive(Clone, Debug)]
@@ -21,6 +22,7 @@ pub struct ContactObserver<M, W> {
     /// The times between which the undeformed filament touches the workpiece.
     touches: Vec<[f64; 2]>,
     record: ContactRecord,
+    edge_work: EdgeWork,
     was_closed: bool,
     /// What the last step ended with.
     last: Tip,
@@ -39,11 +41,13 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// An observer of `filament` with the free length `filament_length` (m), whose states have the given form, before any
     /// step. The undeformed filament touches the workpiece between the times in `touches` (s).
     pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, touches: Vec<[f64; 2]>) -> Self {
+        let edge_work = EdgeWork::new(filament.workpiece.edges().len());
         Self {
             filament,
             form,
             filament_length,
             touches,
+            edge_work,
             record: ContactRecord::default(),
             was_closed: false,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -74,7 +78,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.record.angular_impulse = integrals[integral::ANGULAR_IMPULSE];
         self.record.edge_impulse = integrals[integral::EDGE_IMPULSE];
         self.record.friction_work = integrals[integral::FRICTION_WORK];
-        for contact in step.start_nodes.len()..step.closed.len() {
+        let nodes = step.start_nodes.len();
+        if step.closed[nodes..].contains(&true) {
+            self.edge_work.observe(step, &self.filament);
+            self.record.edge_evenness = self.edge_work.evenness(self.filament.workpiece.edges());
+        }
+        for contact in nodes..step.closed.len() {
             if step.closed[contact] {
                 let penetration = |s| self.approach(step, contact, s).penetration;
                 self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
@@ -222,6 +231,8 @@ pub struct Sampling {
     pub shapes: usize,
     /// Whether the shapes have velocities and contact forces, too.
     pub loads: bool,
+    /// Whether to say where along the profile of the workpiece the work is done.
+    pub profile: bool,
     /// Whether metrics and statistics must equal those without samples to the bit. The impulse and the dissipated energies of
     /// the samples are then integrated less exactly, with an error far below the tolerance. If the metrics are finite but a
     /// sample is not, all samples are left out.
@@ -271,6 +282,8 @@ pub(super) struct Sampler {
     end_time: f64,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,
+    /// None if it is not asked for, or the workpiece has no profile within reach.
+    pub ledger: Option<Ledger>,
     q: Vec<[f64; 2]>,
     v: Vec<[f64; 2]>,
     /// The largest contact normal force since the last sample, in N.
@@ -290,7 +303,8 @@ struct Dissipated {
 }
 
 impl Sampler {
-    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64) -> Self {
+    /// A sampler of a pass over a workpiece with this `profile`, before its first step.
+    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64, profile: Option<Profile>) -> Self {
         let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments } else { 0 }];
         Self {
             equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
@@ -298,6 +312,7 @@ impl Sampler {
             end_time,
             history: Vec::with_capacity(sampling.samples),
             shapes: Vec::with_capacity(sampling.shapes),
+            ledger: profile.and_then(Ledger::new),
             q: zeros.clone(),
             v: zeros,
             peak_force: 0.0,
@@ -307,6 +322,9 @@ impl Sampler {
 
     pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
+        if let Some(ledger) = &mut self.ledger {
+            ledger.observe(step, &observer.filament);
+        }
         if self.sampling.samples == 0 {
             return;
         }

@@ -8,13 +8,17 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::equations::linear::dot;
+
 mod outline;
 mod part;
 mod plane;
+mod profile;
 
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::{Plane, reach, unit_normal};
+pub use profile::{Cell, Profile};
 
 /// The point of a workpiece that is nearest to a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +65,19 @@ impl Edge {
         [x + time * x_rate, y + time * y_rate]
     }
 
+    /// The angle of the arc in rad.
+    pub fn angle(&self) -> f64 {
+        self.ends.map_or(TAU, |[first, second]| cross(first, second).atan2(dot(first, second)))
+    }
+
+    /// The part of the arc's angle that lies before the unit vector `normal`, from 0 to 1.
+    pub fn fraction(&self, [x, y, _]: [f64; 3]) -> f64 {
+        let [first, _] = self.ends.unwrap_or([[-1.0, 0.0]; 2]);
+        let from_first = cross(first, [x, y]).atan2(dot(first, [x, y]));
+        let from_first = if self.ends.is_none() { from_first.rem_euclid(TAU) } else { from_first };
+        (from_first / self.angle()).clamp(0.0, 1.0)
+    }
+
     /// How far a point is inside the arc's angle, as the distance from the nearer of its sides, in m; negative outside. `offset`
     /// is its position relative to the centre, in m.
     pub fn margin(&self, offset: [f64; 2]) -> f64 {
@@ -105,6 +122,19 @@ pub trait Workpiece {
     /// The default is false, which is always right.
     fn translates(&self) -> bool {
         false
+    }
+
+    /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if that is all there is to the
+    /// workpiece: a profile extruded along `z`.
+    ///
+    /// By default there is none, and nothing is known of where on the workpiece the work is done.
+    fn profile(&self, _reach: f64) -> Option<Profile> {
+        None
+    }
+
+    /// The arc length in m of the point of the [profile](Workpiece::profile) that is nearest to `position` (m) at `time` (s).
+    fn arc_length(&self, _position: [f64; 3], _time: f64) -> Option<f64> {
+        None
     }
 
     /// The angles of the tool between which its undeformed tips touch the workpiece as it is at time zero; none if they

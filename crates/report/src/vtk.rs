@@ -171,7 +171,7 @@ mod tests {
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
         let simulation =
-            simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true, alongside: false });
+            simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true, profile: false, alongside: false });
         (settings, simulation.expect("the pass ends"))
     }
 

@@ -76,7 +76,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let mut progress = PassProgress::begin();
-    let sampling = Sampling { samples, shapes, loads: true, alongside: false };
+    let sampling = Sampling { samples, shapes, loads: true, profile: true, alongside: false };
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let simulation = simulation?;

@@ -22,7 +22,7 @@ use bristle_study::study::{CaseResult, Study, thread_count};
 pub const MAX_COURSES: usize = 120;
 
 /// How each pass is sampled: enough for curves 600 pixels wide and for smooth motion.
-const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, alongside: true };
+const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, profile: true, alongside: true };
 /// Maximum number of points of a shape; longer chains are thinned out.
 const MAX_POINTS: usize = 26;
 
