@@ -348,8 +348,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.conclude(observer.record(), statistics, sampler)
     }
 
-    /// The part of the profile of the workpiece that the filament can touch during the pass.
-    fn profile(&self) -> Option<Profile> {
+    /// The part of the profile of the workpiece that the filament can touch during the pass; none if the workpiece has no profile.
+    pub fn profile(&self) -> Option<Profile> {
         let workpiece = &self.filament.workpiece;
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
         workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))

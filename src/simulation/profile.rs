@@ -12,7 +12,7 @@ use crate::tool::ClampMotion;
 use crate::workpiece::{Cell, Edge, Profile, Workpiece};
 
 /// The least and the largest number of intervals into which a step is divided.
-const INTERVALS: [f64; 2] = [4.0, 64.0];
+const INTERVALS: [f64; 2] = [8.0, 64.0];
 /// The number of parts of each edge among which its evenness compares.
 const PARTS_OF_EDGE: usize = 24;
 

@@ -52,4 +52,16 @@ impl Profile {
         let first = self.cells.first().map(|cell| cell.arc_length[0]);
         first.into_iter().chain(self.cells.iter().map(|cell| cell.arc_length[1])).collect()
     }
+
+    /// The points between cells in m, as the workpiece lies at time zero; see [`Profile::boundaries`].
+    pub fn points(&self) -> Vec<[f64; 2]> {
+        let first = self.cells.first().map(|cell| cell.ends[0]);
+        first.into_iter().chain(self.cells.iter().map(|cell| cell.ends[1])).collect()
+    }
+
+    /// Whether it goes round the material: it is closed, and turns in the negative sense.
+    pub fn is_solid(&self) -> bool {
+        let area: f64 = self.cells.iter().map(|Cell { ends: [[x, y], [u, v]], .. }| x * v - y * u).sum();
+        self.period.is_some() && area < 0.0
+    }
 }

@@ -12,6 +12,7 @@ mod open_core;
 mod physics;
 mod planar;
 mod poles;
+mod profile;
 mod reference;
 mod slow;
 mod work;

@@ -105,7 +105,8 @@ fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
         .sum();
     // ∫ F_n (x − v_ft t) dt
     let expected = metrics.contact_angular_impulse_n_m_s - 0.4 * later;
-    assert!((mean - expected).abs() < 1e-3 * (0.4 * later).abs(), "{mean} {expected} {later}");
+    let scale = 0.02 * metrics.contact_normal_impulse_n_s;
+    assert!((mean - expected).abs() < 2e-3 * scale && 0.4 * later > 0.1 * scale, "{mean} {expected} {later} {scale}");
 }
 
 #[test]
@@ -140,7 +141,7 @@ fn cells_are_an_outline_by_arc_length() {
         let profile = workpiece.profile(0.181).expect("a profile");
         assert!(profile.cells.len() > 100);
         for pair in profile.cells.windows(2) {
-            assert_eq!(pair[0].arc_length[1], pair[1].arc_length[0]);
+            assert!((pair[0].arc_length[1] - pair[1].arc_length[0]).abs() < 1e-15);
             let [end, start] = [pair[0].ends[1], pair[1].ends[0]];
             assert!((end[0] - start[0]).hypot(end[1] - start[1]) < 1e-12);
         }

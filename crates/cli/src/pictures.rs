@@ -6,9 +6,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle::model::settings::Settings;
-use bristle::simulation::Sample;
-use bristle_report::figures::{HISTORY_FIGURE, Picture, history_figure, is_of_study, study_figures};
+use bristle_report::figures::{Picture, contact_figures, is_of_contact, is_of_study, study_figures};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
@@ -16,7 +14,7 @@ use bristle_text::shown_path;
 use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
-use crate::saved::{SavedError, saved_case, saved_study};
+use crate::saved::{Contact, SavedError, saved_case, saved_study};
 use crate::terminal::say;
 
 /// Subdirectory of the results for the pictures.
@@ -68,7 +66,7 @@ pub fn draw_study(
 ) -> Result<Drawn, PicturesError> {
     let drawn = study_figures(study, results, measured);
     let mut message = write_pictures(directory, &drawn.pictures, threads)?;
-    remove_others(directory, &drawn.pictures);
+    remove_others(directory, &drawn.pictures, is_of_study);
     if !drawn.note.is_empty() {
         message.push_str(&format!(" ({})", drawn.note));
     }
@@ -79,10 +77,13 @@ pub fn draw_study(
     Ok(Drawn { message, comparisons })
 }
 
-/// Draws one contact over time below `directory`.
-pub fn draw_history(directory: &Path, settings: &Settings, history: &[Sample]) -> Result<Drawn, PicturesError> {
-    let picture = history_figure(settings, history);
-    Ok(Drawn { message: write_pictures(directory, &[picture], None)?, comparisons: Vec::new() })
+/// Draws one contact below `directory`.
+pub fn draw_contact(directory: &Path, contact: &Contact) -> Result<Drawn, PicturesError> {
+    let Contact { settings, history, profile, shapes } = contact;
+    let pictures = contact_figures(settings, history, profile, shapes);
+    let message = write_pictures(directory, &pictures, None)?;
+    remove_others(directory, &pictures, is_of_contact);
+    Ok(Drawn { message, comparisons: Vec::new() })
 }
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact, or of both.
@@ -106,8 +107,8 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     if let Some((study, results, measured)) = study {
         drawn.push(draw_study(directory, &study, &results, &measured, None)?);
     }
-    if let Some((settings, history)) = case {
-        drawn.push(draw_history(directory, &settings, &history)?);
+    if let Some(contact) = case {
+        drawn.push(draw_contact(directory, &contact)?);
     }
     Ok(drawn)
 }
@@ -160,9 +161,9 @@ pub fn is_picture_of_study(name: &str) -> bool {
     picture(name).is_some_and(is_of_study)
 }
 
-/// Whether a file name is that of the picture of a contact.
+/// Whether a file name is that of a picture of a contact.
 pub fn is_picture_of_case(name: &str) -> bool {
-    picture(name) == Some(HISTORY_FIGURE)
+    picture(name).is_some_and(is_of_contact)
 }
 
 /// The name of the picture in a file.
@@ -170,13 +171,13 @@ fn picture(name: &str) -> Option<&str> {
     ENDINGS.iter().find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
-/// Removes pictures of an earlier study, which would be mistaken for those of this one. A failure to remove one is not an
-/// error.
-fn remove_others(directory: &Path, pictures: &[Picture]) {
+/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. A failure to
+/// remove one is not an error.
+fn remove_others(directory: &Path, pictures: &[Picture], is_ours: fn(&str) -> bool) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
         let name = picture(path.file_name()?.to_str()?)?;
-        let is_old = is_of_study(name) && pictures.iter().all(|picture| picture.name != name);
+        let is_old = is_ours(name) && pictures.iter().all(|picture| picture.name != name);
         is_old.then(|| fs::remove_file(&path).ok()).flatten()
     };
     if let Ok(entries) = fs::read_dir(directory.join(FIGURES)) {
