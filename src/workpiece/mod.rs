@@ -14,11 +14,13 @@ mod outline;
 mod part;
 mod plane;
 mod profile;
+mod spline;
 
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::{Plane, reach, unit_normal};
 pub use profile::{Cell, Profile};
+pub use spline::{Foot, Spline, SplineError};
 
 /// The point of a workpiece that is nearest to a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
