@@ -26,7 +26,7 @@ mod trajectory;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use form::Form;
-pub use observers::{ContactObserver, Sample, Sampling, Shape};
+pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};

@@ -5,7 +5,7 @@ use super::profile::{EdgeWork, Ledger};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
-use crate::contact::{Approach, ContactForce};
+use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
@@ -144,14 +144,14 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         closed.map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
     }
 
-    /// Adds the contact forces of a step to `forces` on the nodes `0 … n`. The force at a point of a segment acts on both its ends.
-    fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [ContactForce]) {
+    /// Adds the contact forces of a step to `forces` on the nodes `0 … n`.
+    fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [NodeForce]) {
         for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
             let Touch { station, approach, .. } = step.touch(&self.filament, contact, s);
             let force = self.filament.law.pressing_force(&approach);
             for (end, share) in forces[station.segment..].iter_mut().zip(station.shares()) {
                 end.normal += share * force.normal;
-                end.tangential = add(end.tangential, scale(share, force.tangential));
+                end.force = add(end.force, scale(share, force.total(&approach)));
             }
         }
     }
@@ -261,7 +261,16 @@ pub struct Shape {
     /// Velocities of the same points in m/s; empty without [`Sampling::loads`].
     pub velocities_m_s: Vec<[f64; 3]>,
     /// Contact forces on the same points; empty without [`Sampling::loads`].
-    pub forces: Vec<ContactForce>,
+    pub forces: Vec<NodeForce>,
+}
+
+/// The contact force on a node. A force at a point of a segment acts on both its ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeForce {
+    /// The node's share of `F_n` in N.
+    pub normal: f64,
+    /// Its share of the whole force, with friction, in N.
+    pub force: [f64; 3],
 }
 
 impl Shape {
@@ -269,8 +278,8 @@ impl Shape {
     pub(super) fn is_finite(&self) -> bool {
         let vectors = self.nodes_m.iter().chain(&self.velocities_m_s);
         let forces = self.forces.iter();
-        vectors.chain(forces.clone().map(|force| &force.tangential)).flatten().all(|value| value.is_finite())
-            && forces.map(|force| force.normal).all(f64::is_finite)
+        vectors.chain(forces.clone().map(|node| &node.force)).flatten().all(|value| value.is_finite())
+            && forces.map(|node| node.normal).all(f64::is_finite)
     }
 }
 
@@ -406,7 +415,7 @@ impl Sampler {
                 }
             }
             if self.sampling.loads {
-                shape.forces = vec![ContactForce::NONE; shape.nodes_m.len()];
+                shape.forces = vec![NodeForce::default(); shape.nodes_m.len()];
                 observer.add_forces(step, s, &mut shape.forces);
             }
             self.shapes.push(shape);
