@@ -59,6 +59,24 @@ impl Profile {
         first.into_iter().chain(self.cells.iter().map(|cell| cell.ends[1])).collect()
     }
 
+    /// Some of the [`points`](Profile::points): without those that straight lines between the others pass within `error` (m).
+    pub fn simplified(&self, error: f64) -> Vec<[f64; 2]> {
+        let points = self.points();
+        let mut kept: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
+        let mut start = 0;
+        for end in 2..points.len() {
+            let [[x, y], [x_end, y_end]] = [points[start], points[end]];
+            let (u, v) = (x_end - x, y_end - y);
+            let is_off = |&[x_at, y_at]: &[f64; 2]| ((x_at - x) * v - (y_at - y) * u).abs() > error * u.hypot(v);
+            if points[start + 1..end].iter().any(is_off) {
+                start = end - 1;
+                kept.push(points[start]);
+            }
+        }
+        kept.extend(points.last().filter(|_| points.len() > 1));
+        kept
+    }
+
     /// Whether it goes round the material: it is closed, and turns in the negative sense.
     pub fn is_solid(&self) -> bool {
         let area: f64 = self.cells.iter().map(|Cell { ends: [[x, y], [u, v]], .. }| x * v - y * u).sum();

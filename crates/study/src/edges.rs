@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use crate::advice::Limits;
 use crate::slices::equation;
-use crate::study::{CaseResult, Study};
+use crate::study::{CaseResult, Study, Sweep};
 use crate::text::layout::{aligned, wrap};
-use crate::text::number::short;
+use crate::text::number::spanning;
 
 /// Advice on even work considers cases with at least this part of the highest force on edges.
 const LEAST_PART: f64 = 0.5;
@@ -97,24 +97,15 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
     Some(EdgeAdvice { advice: topics.into_iter().map(sentence).collect() })
 }
 
-/// The swept values of a case, and which of them are at an end of the study.
+/// The swept values of a case. As in other advice, `*` marks an end of the study.
 fn place(study: &Study, case: usize) -> String {
-    let mut all = Vec::new();
-    let mut ends = Vec::new();
-    for (sweep, value) in study.sweeps().iter().zip(study.values(case)) {
+    let value = |(sweep, value): (&Sweep, f64)| {
         let text = equation(sweep.parameter(), value);
         let [low, high] = [f64::min, f64::max].map(|of| sweep.values().iter().copied().reduce(of).unwrap_or(value));
-        if low < high && (value == low || value == high) {
-            ends.push(text.clone());
-        }
-        all.push(text);
-    }
-    let mut sentence = if all.is_empty() { "The only case.".to_owned() } else { format!("At {}.", all.join(", ")) };
-    if !ends.is_empty() {
-        let lie = if ends.len() == 1 { "lies" } else { "lie" };
-        sentence.push_str(&format!(" {} {lie} at an end of the study.", ends.join(" and ")));
-    }
-    sentence
+        if low < high && (value == low || value == high) { format!("{text}*") } else { text }
+    };
+    let values: Vec<String> = study.sweeps().iter().zip(study.values(case)).map(value).collect();
+    if values.is_empty() { "The only case.".to_owned() } else { format!("At {}.", values.join(", ")) }
 }
 
 impl EdgeAdvice {
@@ -124,7 +115,7 @@ impl EdgeAdvice {
         let row = |about: &EdgeSentence| {
             [
                 about.row.to_string(),
-                format!("{} N", short(about.edge_force_n)),
+                format!("{} N", spanning(about.edge_force_n)),
                 format!("{:.3}", about.edge_share),
                 format!("{:.3}", about.edge_evenness),
             ]
@@ -191,7 +182,7 @@ mod tests {
         let advice = advise_on_edges(&study(), &results, &Limits::default()).expect("advice").advice;
         assert_eq!(advice.iter().map(|about| about.row).collect::<Vec<_>>(), [4, 5, 2]);
         assert_eq!(advice[0].edge_force_n, 60.0);
-        assert_eq!(advice[0].sentence, "At offset = 0 mm, a_e = 2 mm. a_e = 2 mm lies at an end of the study.");
+        assert_eq!(advice[0].sentence, "At offset = 0 mm, a_e = 2 mm*.");
         let slow = Limits { max_velocity_m_s: Some(5.0), ..Limits::default() };
         assert_eq!(advise_on_edges(&study(), &results, &slow), None);
     }

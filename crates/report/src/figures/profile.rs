@@ -7,7 +7,7 @@ use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, fine, stroke, text};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
-use bristle::workpiece::{Cell, Workpiece};
+use bristle::workpiece::Workpiece;
 use bristle_study::text::number::short;
 
 /// Number of shapes of the filament that are drawn.
@@ -27,6 +27,9 @@ const MARGIN: f64 = 0.06;
 /// How thick the workpiece is drawn below its surface, and how long the longest bar of work is, in pixels.
 const THICKNESS: f64 = 14.0;
 const LONGEST_BAR: f64 = 46.0;
+
+/// How far the drawn outline may be off, in m.
+const OUTLINE_ERROR: f64 = 1e-6;
 
 /// The material of a workpiece, and the background of edges.
 const MATERIAL: Color = Color(222, 218, 208);
@@ -221,18 +224,11 @@ fn scale_bar(canvas: &mut Canvas, view: &View) {
     canvas.text(&format!("{} mm", short(length)), text(11, INK).left(), (start - fine(6), level));
 }
 
-/// The outward normal at a cell, of the length `length`.
-fn outward(cell: &Cell, length: f64) -> [f64; 2] {
-    let [[x, y], [x_end, y_end]] = cell.ends;
+/// The quadrilateral between the ends of a stretch of the outline and the same points moved outwards by `length` (m).
+fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4] {
     let factor = length / (x_end - x).hypot(y_end - y);
-    [-factor * (y_end - y), factor * (x_end - x)]
-}
-
-/// The quadrilateral between a cell and the same cell moved along its outward normal by `length` (m).
-fn raised(cell: &Cell, length: f64) -> [[f64; 2]; 4] {
-    let [u, v] = outward(cell, length);
-    let [start, end] = cell.ends;
-    [start, end, [end[0] + u, end[1] + v], [start[0] + u, start[1] + v]]
+    let (u, v) = (-factor * (y_end - y), factor * (x_end - x));
+    [[x, y], [x_end, y_end], [x_end + u, y_end + v], [x + u, y + v]]
 }
 
 /// The filament at some times on the profile in true scale, with the work as bars across the surface; a second panel shows edges on a
@@ -243,7 +239,7 @@ pub(super) fn drawn(settings: &Settings, profile: &[ProfileCell], shapes: &[Shap
     let pass = Pass::new(settings);
     // As far as the picture may go.
     let outline = pass.workpiece().profile(1.5 * settings.tool_radius_m())?;
-    let surface = outline.points();
+    let surface = outline.simplified(OUTLINE_ERROR);
     let cells = pass.profile()?.cells;
     let worked = profile.iter().filter(|cell| cell.arc_length_m > whole[0] && cell.arc_length_m < whole[1]);
     // As they are seen from the workpiece, which may move.
@@ -273,14 +269,14 @@ pub(super) fn drawn(settings: &Settings, profile: &[ProfileCell], shapes: &[Shap
         if outline.is_solid() {
             view.polygon(&mut canvas, &surface, MATERIAL, 1.0);
         } else {
-            for cell in &outline.cells {
-                view.polygon(&mut canvas, &raised(cell, -THICKNESS / view.scale), MATERIAL, 1.0);
+            for ends in surface.windows(2) {
+                view.polygon(&mut canvas, &raised([ends[0], ends[1]], -THICKNESS / view.scale), MATERIAL, 1.0);
             }
         }
         for (worked, cell) in profile.iter().zip(&cells) {
             let length = LONGEST_BAR * (quantity.value)(worked) / largest / view.scale;
             if length * view.scale > 0.05 {
-                view.polygon(&mut canvas, &raised(cell, length), quantity.color, 0.55);
+                view.polygon(&mut canvas, &raised(cell.ends, length), quantity.color, 0.55);
             }
         }
         let body = (0..=720).map(|k| {

@@ -124,7 +124,7 @@ impl Course {
             [pack(&along), pack(&above)]
         };
         let outline = pass.workpiece().profile(OUTLINE_REACH * tool_radius).unwrap_or_default();
-        let [outline_along, outline_above] = placed(&thinned(&outline));
+        let [outline_along, outline_above] = placed(&outline.simplified(OUTLINE_ERROR));
         Self {
             case,
             end,
@@ -172,25 +172,6 @@ impl Work {
             friction: pack(|cell| cell.friction_work_j_m),
         }
     }
-}
-
-/// The points of an outline, without those that a straight line passes within [`OUTLINE_ERROR`].
-fn thinned(outline: &Profile) -> Vec<[f64; 2]> {
-    let points = outline.points();
-    let mut kept: Vec<[f64; 2]> = Vec::new();
-    let mut start = 0;
-    for end in 0..points.len() {
-        let [[x, y], [x_end, y_end]] = [points[start], points[end]];
-        let (u, v) = (x_end - x, y_end - y);
-        let length = u.hypot(v);
-        let is_off = |&[x_at, y_at]: &[f64; 2]| ((x_at - x) * v - (y_at - y) * u).abs() > OUTLINE_ERROR * length;
-        if end == 0 || points[start + 1..end].iter().any(is_off) {
-            start = end.saturating_sub(1);
-            kept.push(points[start]);
-        }
-    }
-    kept.extend(points.last().filter(|_| points.len() > 1));
-    kept
 }
 
 /// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no impact, and its integral is
