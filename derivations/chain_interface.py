@@ -57,15 +57,15 @@ class ChainFunction:
     outputs: tuple[ChainOutput, ...]
 
 
-def _scalar(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
-    return ChainArgument(name, doc, ((name, notation, unit),))
-
-
 def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
     """The arguments that all three functions have, in order."""
 
     def vector(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
         symbols = tuple((f"{name}_{axis}", f"{notation}{axis}", unit) for axis in motion.axes)
+        return ChainArgument(name, doc, symbols)
+
+    def numbered(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
+        symbols = tuple((f"{name}_{k}", f"{notation}{k}", unit) for k in range(1, segments + 1))
         return ChainArgument(name, doc, symbols)
 
     coordinates, rates = [], []
@@ -88,13 +88,12 @@ def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
         vector("clamp_direction", "e0", "1", "e0"),
         vector("clamp_direction_rate", "ė0", "s^-1", "ė0 in 1/s"),
         vector("gravity", "g", "m s^-2", "g in m/s²"),
-        _scalar("segment_length", "h", "m", "h in m"),
-        _scalar("segment_mass", "m", "kg", "m in kg"),
-        _scalar("segment_inertia", "J", "kg m^2", "J in kg m²"),
-        _scalar("root_stiffness", "c1", "N m", "c1 in N m"),
-        _scalar("joint_stiffness", "c", "N m", "c in N m"),
-        _scalar("root_damping", "d1", "N m s", "d1 in N m s"),
-        _scalar("joint_damping", "d", "N m s", "d in N m s"),
+        ChainArgument("segment_length", "h in m", (("segment_length", "h", "m"),)),
+        numbered("segment_mass", "m", "kg", "m1, m2, … in kg"),
+        numbered("segment_inertia", "J", "kg m^2", "J1, J2, … in kg m²"),
+        numbered("joint_stiffness", "c", "N m", "c1, c2, … in N m"),
+        numbered("joint_damping", "d", "N m s", "d1, d2, … in N m s"),
+        numbered("relaxed_angle", "κ", "rad", "κ1, κ2, … in rad"),
     ]
 
 

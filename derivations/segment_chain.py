@@ -13,10 +13,12 @@ Energies (SI units, angles in radians)
 Segment k points along e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k) from the node r_{k−1} to
 r_k = r_{k−1} + h e_k; its centre is c_k = r_{k−1} + (h/2) e_k. The clamp is e_0 at r_0.
 
-    E_kin    = Σ_k ½ m |ċ_k|² + ½ J |ė_k|²
-    E_spring = Σ_k c_k S(u_k),   u_k = ½ |e_k − e_{k−1}|²,   S(u) = ½ α²
-    E_grav   = −Σ_k m g·c_k
+    E_kin    = Σ_k ½ m_k |ċ_k|² + ½ J_k |ė_k|²
+    E_spring = Σ_k c_k S(u_k),   u_k = ½ |e_k − R(κ_k) e_{k−1}|²,   S(u) = ½ α²
+    E_grav   = −Σ_k m_k g·c_k
     D        = Σ_k ½ d_k |ω_k − ω_{k−1}|²,   ω_k = e_k × ė_k
+
+R(κ) turns a vector about z by κ. The spring of joint k is relaxed where e_k is e_{k−1} turned by κ_k.
 
 Lagrange's equations, with the energies' dependence on time through the motion of the clamp:
 
@@ -44,7 +46,7 @@ that differ by roundings only. Of the energies, which do depend on ṙ_0, it is 
 In the plane of rotation
 ------------------------
 With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a
-segment. Between two segments α = θ_{k+1} − θ_k is known, so that E_spring = ½ c α². The clamp is
+segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp is
 known by its direction alone; there S(u) stays.
 
 The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
@@ -223,9 +225,15 @@ def spring_energy(stiffness: SX, inner: SX, outer: SX) -> SX:
     return stiffness * half_angle_squared(casadi.sumsqr(outer - inner) / 2)
 
 
-def planar_spring_energy(stiffness: SX, inner: SX, outer: SX) -> SX:
-    """½ c (θ' − θ)² between two azimuths less than π apart, in J."""
-    return stiffness / 2 * (outer - inner) ** 2
+def planar_spring_energy(stiffness: SX, inner: SX, outer: SX, relaxed_angle: SX) -> SX:
+    """½ c (θ' − θ − κ)² between two azimuths, for an angle of less than π, in J."""
+    return stiffness / 2 * (outer - inner - relaxed_angle) ** 2
+
+
+def turned(vector: SX, sine: SX, cosine: SX) -> SX:
+    """R(κ) of a vector with two or three components, by sine and cosine of κ."""
+    x, y = vector[0], vector[1]
+    return casadi.vertcat(cosine * x - sine * y, sine * x + cosine * y, vector[2:])
 
 
 def angular_velocity(direction: SX, direction_rate: SX) -> SX:
@@ -344,6 +352,11 @@ class Segment:
         direction = self.direction_of(*casadi.vertsplit(self.coordinates))
         return direction, casadi.jtimes(direction, self.coordinates, self.rates)
 
+    def turned(self, angle: SX) -> SX:
+        """R(angle) e of a segment with the polar axis z: only its azimuth changes."""
+        *polar, theta = casadi.vertsplit(self.coordinates)
+        return self.direction_of(*polar, theta + angle)
+
     def trigonometry(self, name: str) -> Argument:
         """Sines and cosines of the coordinates as an argument."""
         angles = [angle for angle, _ in self.motion.angles]
@@ -382,7 +395,7 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     }
     q, v = variables["q"], variables["v"]
     root_velocity, root_acceleration = variables["root_velocity"], variables["root_acceleration"]
-    length, mass = variables["segment_length"], variables["segment_mass"]
+    length = variables["segment_length"]
     size = len(motion.angles)
 
     kinetic, spring, weight, dissipated = SX(0), SX(0), SX(0), SX(0)
@@ -395,17 +408,16 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
         direction, direction_rate = outer
         centre = node + length / 2 * direction
         centre_velocity = node_velocity + length / 2 * direction_rate
-        kinetic += kinetic_energy(
-            mass, variables["segment_inertia"], centre_velocity, direction_rate
-        )
+        mass, inertia = variables["segment_mass"][k], variables["segment_inertia"][k]
+        kinetic += kinetic_energy(mass, inertia, centre_velocity, direction_rate)
         weight += gravity_energy(mass, variables["gravity"], centre)
-        joint = "root" if k == 0 else "joint"
-        stiffness = variables[f"{joint}_stiffness"]
+        stiffness, relaxed_angle = variables["joint_stiffness"][k], variables["relaxed_angle"][k]
         if motion is Motion.PLANAR and k > 0:
-            spring += planar_spring_energy(stiffness, q[k - 1], q[k])
+            spring += planar_spring_energy(stiffness, q[k - 1], q[k], relaxed_angle)
         else:
-            spring += spring_energy(stiffness, inner[0], direction)
-        dissipated += dissipation(variables[f"{joint}_damping"], inner, outer)
+            relaxed = turned(inner[0], casadi.sin(relaxed_angle), casadi.cos(relaxed_angle))
+            spring += spring_energy(stiffness, relaxed, direction)
+        dissipated += dissipation(variables["joint_damping"][k], inner, outer)
         node, node_velocity = node + length * direction, node_velocity + length * direction_rate
         inner = outer
 
@@ -777,11 +789,11 @@ class Joint:
 
 def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
     """c and d."""
-    stiffness = symbols.scalar("stiffness", "c", "N m")
-    damping = symbols.scalar("damping", "d", "N m s")
+    stiffness = symbols.scalar("joint_stiffness", "c", "N m")
+    damping = symbols.scalar("joint_damping", "d", "N m s")
     arguments = [
-        Argument.of_symbols("stiffness", "c in N m", stiffness),
-        Argument.of_symbols("damping", "d in N m s", damping),
+        Argument.of_symbols("joint_stiffness", "c in N m", stiffness),
+        Argument.of_symbols("joint_damping", "d in N m s", damping),
     ]
     return stiffness, damping, arguments
 
@@ -794,6 +806,11 @@ def both(inner: Segment, outer: Segment) -> tuple[SX, SX]:
     )
 
 
+def relaxed_angle_symbol(symbols: Symbols) -> SX:
+    """κ of the joint."""
+    return symbols.scalar("relaxed_angle", "κ", "rad")
+
+
 def azimuth_step(inner: Segment, outer: Segment) -> Argument:
     """Sine and cosine of θ − θ' as an argument."""
     step = inner.theta - outer.theta
@@ -804,12 +821,33 @@ def azimuth_step(inner: Segment, outer: Segment) -> Argument:
     )
 
 
+def unbent_step(inner: Segment, outer: Segment, relaxed_angle: SX) -> Argument:
+    """Sine and cosine of θ − θ' + κ as an argument."""
+    step = inner.theta + relaxed_angle - outer.theta
+    return Argument(
+        "unbent_step",
+        "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ",
+        (("sin_unbent_step", casadi.sin(step)), ("cos_unbent_step", casadi.cos(step))),
+    )
+
+
+def unbent_azimuth(segment: Segment, relaxed_angle: SX) -> Argument:
+    """Sine and cosine of θ − κ as an argument."""
+    name, azimuth = f"unbent_{segment.label}", segment.theta - relaxed_angle
+    return Argument(
+        name,
+        "sin(θ − κ), cos(θ − κ), with the relaxed angle κ",
+        ((f"sin_{name}", casadi.sin(azimuth)), (f"cos_{name}", casadi.cos(azimuth))),
+    )
+
+
 def joint_between_segments() -> Joint:
     """As the energies are stated."""
     symbols = Symbols()
     previous = Segment.new(symbols, Motion.SPATIAL, "previous")
     following = Segment.new(symbols, Motion.SPATIAL, "next")
     stiffness, damping, constants = joint_constants(symbols)
+    relaxed_angle = relaxed_angle_symbol(symbols)
     inner, outer = previous.sides, following.sides
     return Joint(
         symbols,
@@ -818,11 +856,12 @@ def joint_between_segments() -> Joint:
         [
             previous.trigonometry("previous"),
             following.trigonometry("next"),
+            unbent_azimuth(following, relaxed_angle),
             previous.rates_argument("previous_rates"),
             following.rates_argument("next_rates"),
         ],
         constants,
-        spring_energy(stiffness, inner[0], outer[0]),
+        spring_energy(stiffness, inner[0], following.turned(-relaxed_angle)),
         dissipation(damping, inner, outer),
     )
 
@@ -831,7 +870,7 @@ def joint_in_turned_frame() -> Joint:
     """In a resting frame turned by the angle ψ about z, which changes neither E_spring nor D.
 
     As they do not depend on ψ, their derivatives may be taken at fixed ψ. With ψ = θ' afterwards,
-    the azimuths enter by their difference θ − θ' only.
+    the azimuths enter by θ − θ' and, turned by the relaxed angle, by θ − θ' + κ only.
     """
     symbols = Symbols()
     frame = SX.sym("frame")
@@ -842,6 +881,7 @@ def joint_in_turned_frame() -> Joint:
     previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction)
     following = Segment.new(symbols, Motion.SPATIAL, "next", direction)
     stiffness, damping, constants = joint_constants(symbols)
+    relaxed_angle = relaxed_angle_symbol(symbols)
     inner, outer = previous.sides, following.sides
     return Joint(
         symbols,
@@ -851,11 +891,12 @@ def joint_in_turned_frame() -> Joint:
             previous.polar_trigonometry("previous"),
             following.polar_trigonometry("next"),
             azimuth_step(previous, following),
+            unbent_step(previous, following, relaxed_angle),
             previous.rates_argument("previous_rates"),
             following.rates_argument("next_rates"),
         ],
         constants,
-        spring_energy(stiffness, inner[0], outer[0]),
+        spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
         dissipation(damping, inner, outer),
         (frame, following.theta),
     )
@@ -867,7 +908,8 @@ def planar_joint() -> Joint:
     previous = Segment.new(symbols, Motion.PLANAR, "previous")
     following = Segment.new(symbols, Motion.PLANAR, "next")
     stiffness, damping, constants = joint_constants(symbols)
-    theta_doc = "θ' in rad, less than π from θ"
+    relaxed_angle = relaxed_angle_symbol(symbols)
+    theta_doc = "θ' in rad, less than π from θ + κ"
     return Joint(
         symbols,
         2,
@@ -875,56 +917,111 @@ def planar_joint() -> Joint:
         [
             Argument.of_symbols("theta_previous", "θ in rad", previous.theta),
             Argument.of_symbols("theta_next", theta_doc, following.theta),
+            Argument.of_symbols("relaxed_angle", "κ in rad", relaxed_angle),
             previous.rates_argument("previous_rates"),
             following.rates_argument("next_rates"),
         ],
         constants,
-        planar_spring_energy(stiffness, previous.theta, following.theta),
+        planar_spring_energy(stiffness, previous.theta, following.theta, relaxed_angle),
         # ω = θ̇, stated: CasADi does not see that e × ė reduces to it.
         damping / 2 * (following.rates - previous.rates) ** 2,
     )
 
 
-def clamp_joint(motion: Motion) -> tuple[Joint, SX, SX]:
-    """The joint between the clamp and the first segment, with e_0 and ė_0."""
+@dataclass(frozen=True)
+class ClampVectors:
+    """e_0 and ė_0, and the same turned about z by the relaxed angle of the clamp joint."""
+
+    direction: SX
+    direction_rate: SX
+    relaxed: SX
+    relaxed_rate: SX
+
+    @classmethod
+    def new(cls, symbols: Symbols, motion: Motion) -> "ClampVectors":
+        """As variables."""
+        return cls(
+            symbols.vector("clamp_direction", "e0", "1", motion),
+            symbols.vector("clamp_direction_rate", "ė0", "s^-1", motion),
+            symbols.vector("relaxed_direction", "ē0", "1", motion),
+            symbols.vector("relaxed_direction_rate", "ē̇0", "s^-1", motion),
+        )
+
+
+def clamp_joint(motion: Motion) -> tuple[Joint, ClampVectors]:
+    """The joint between the clamp and the first segment, with the vectors of the clamp."""
     symbols = Symbols()
-    direction = symbols.vector("clamp_direction", "e0", "1", motion)
-    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1", motion)
+    clamp = ClampVectors.new(symbols, motion)
     following = Segment.new(symbols, motion, "next")
-    joint = joint_to_clamp(symbols, direction, direction_rate, following)
-    return joint, direction, direction_rate
+    return joint_to_clamp(symbols, clamp, following), clamp
 
 
-def joint_to_clamp(
-    symbols: Symbols, direction: SX, direction_rate: SX, following: Segment
-) -> Joint:
+def joint_to_clamp(symbols: Symbols, clamp: ClampVectors, following: Segment) -> Joint:
     """The joint between a clamp and the segment that follows; the kernel's arguments first."""
     stiffness, damping, constants = joint_constants(symbols)
     axes = len(following.motion.axes)
     outer = following.sides
+    relaxed_doc = "ē0, which is e0 turned about z by the relaxed angle"
     return Joint(
         symbols,
         1,
         following.coordinates,
         following.rates,
         [
-            Argument.of_symbols("clamp_direction", "e0", direction[:axes]),
-            Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", direction_rate[:axes]),
+            Argument.of_symbols("clamp_direction", "e0", clamp.direction[:axes]),
+            Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate[:axes]),
+            Argument.of_symbols("relaxed_direction", relaxed_doc, clamp.relaxed[:axes]),
             following.trigonometry("next"),
             following.rates_argument("next_rates"),
         ],
         constants,
-        spring_energy(stiffness, direction, outer[0]),
-        dissipation(damping, (direction, direction_rate), outer),
+        spring_energy(stiffness, clamp.relaxed, outer[0]),
+        dissipation(damping, (clamp.direction, clamp.direction_rate), outer),
+    )
+
+
+def joint_about_x() -> Joint:
+    """A joint between two segments with the polar axis x."""
+    symbols = Symbols()
+    previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction_about_x)
+    following = Segment.new(symbols, Motion.SPATIAL, "next", direction_about_x)
+    stiffness, damping, constants = joint_constants(symbols)
+    relaxed_angle = relaxed_angle_symbol(symbols)
+    sine, cosine = casadi.sin(relaxed_angle), casadi.cos(relaxed_angle)
+    relaxed_turn = Argument(
+        "relaxed_turn",
+        "sin κ, cos κ, with the relaxed angle κ",
+        (("sin_relaxed", sine), ("cos_relaxed", cosine)),
+    )
+    inner, outer = previous.sides, following.sides
+    return Joint(
+        symbols,
+        2,
+        *both(previous, following),
+        [
+            previous.trigonometry("previous"),
+            following.trigonometry("next"),
+            azimuth_step(previous, following),
+            relaxed_turn,
+            previous.rates_argument("previous_rates"),
+            following.rates_argument("next_rates"),
+        ],
+        constants,
+        spring_energy(stiffness, turned(inner[0], sine, cosine), outer[0]),
+        dissipation(damping, inner, outer),
     )
 
 
 def crossed_joint() -> Joint:
-    """A joint between a segment with the polar axis z and one with the polar axis x."""
+    """A joint between a segment with the polar axis z, outside, and one with the polar axis x.
+
+    With the segment about z inside, κ changes its sign.
+    """
     symbols = Symbols()
     about_z = Segment.new(symbols, Motion.SPATIAL, "z")
     about_x = Segment.new(symbols, Motion.SPATIAL, "x", direction_about_x)
     stiffness, damping, constants = joint_constants(symbols)
+    relaxed_angle = relaxed_angle_symbol(symbols)
     z_side, x_side = about_z.sides, about_x.sides
     return Joint(
         symbols,
@@ -933,11 +1030,12 @@ def crossed_joint() -> Joint:
         [
             about_z.trigonometry("z_angles"),
             about_x.trigonometry("x_angles"),
+            unbent_azimuth(about_z, relaxed_angle),
             about_z.rates_argument("z_rates"),
             about_x.rates_argument("x_rates"),
         ],
         constants,
-        spring_energy(stiffness, z_side[0], x_side[0]),
+        spring_energy(stiffness, x_side[0], about_z.turned(-relaxed_angle)),
         dissipation(damping, z_side, x_side),
     )
 
@@ -989,12 +1087,12 @@ def joint_kernels(motion: Motion) -> list[Derived]:
         joint, energy = joint_in_turned_frame(), joint_between_segments()
         tangent = joint_in_turned_frame()
         energies = (
-            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and "
-            "`D = ½ d |ω' − ω|²`, `ω = e × ė`."
+            "`E_spring = c S(u)`, `u = ½|e' − ē|² = 1 − cos α`, `S = ½α²`, with `e` turned about z by "
+            "the relaxed angle `κ` to `ē`,\nand `D = ½ d |ω' − ω|²`, `ω = e × ė`."
         )
     else:
         joint, energy = planar_joint(), planar_joint()
-        energies = "`E_spring = ½ c (θ' − θ)²` and `D = ½ d (θ̇' − θ̇)²`."
+        energies = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`."
         # The torques are linear: their derivative does not depend on the state.
         tangent = replace(planar_joint(), state=[])
     size = len(motion.angles)
@@ -1036,10 +1134,11 @@ def joint_kernels(motion: Motion) -> list[Derived]:
 
 def clamp_kernels(motion: Motion) -> list[Derived]:
     """`clamp`, `clamp_tangent`, `clamp_energy`."""
-    energy, direction, direction_rate = clamp_joint(motion)
-    power = casadi.dot(casadi.gradient(energy.spring, direction), direction_rate) + casadi.dot(
-        casadi.gradient(energy.dissipation, direction_rate), direction_rate
-    )
+    energy, clamp = clamp_joint(motion)
+    elastic = casadi.gradient(energy.spring, clamp.relaxed)
+    viscous = casadi.gradient(energy.dissipation, clamp.direction_rate)
+    power = casadi.dot(elastic, clamp.relaxed_rate) + casadi.dot(viscous, clamp.direction_rate)
+    rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", clamp.relaxed_rate)
     plain = motion.named("clamp")
     return [
         torques_kernel(
@@ -1048,7 +1147,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
                 motion,
                 "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
                 f"[`{motion.named('joint')}`], with\n"
-                "the clamp's `e0` and `ω0 = e0 × ė0` on the inner side.",
+                "the clamp's `ē0` and `ω0 = e0 × ė0` on the inner side.",
             ),
             clamp_joint(motion)[0],
             [("next", "first segment")],
@@ -1070,16 +1169,36 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
                 "Energy and dissipation function of the clamp joint, and the power of its turning.",
             ),
             energy.symbols,
-            energy.arguments,
+            [*energy.arguments, rate],
             [
                 *energy.energies(),
                 Result.scalar(
                     "power",
-                    "`(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`, what the turning clamp puts in",
+                    "`∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`, what the turning clamp puts in",
                     "W",
                     power,
                 ),
             ],
+        ),
+    ]
+
+
+def joint_about_x_kernels() -> list[Derived]:
+    """`joint_about_x`, `joint_about_x_tangent`."""
+    return [
+        torques_kernel(
+            "joint_about_x",
+            "Torques of a joint, as in [`joint`], between two segments whose polar axis is x: "
+            "`e = (cos φ, sin φ cos θ, sin φ sin θ)`.",
+            joint_about_x(),
+            [("previous", "previous segment"), ("next", "next segment")],
+        ),
+        tangent_kernel(
+            "joint_about_x_tangent",
+            "Tangent of such a joint: minus the derivative of the torques of [`joint_about_x`] "
+            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
+            joint_about_x(),
+            BLOCKS,
         ),
     ]
 
@@ -1277,6 +1396,7 @@ def lateral_joint() -> Joint:
     previous = Segment.near_plane(symbols, "previous", direction)
     following = Segment.near_plane(symbols, "next", direction)
     stiffness, damping, constants = joint_constants(symbols)
+    relaxed_angle = relaxed_angle_symbol(symbols)
     inner, outer = previous.sides, following.sides
     polar = casadi.vertcat(previous.coordinates[0], following.coordinates[0])
     polar_rates = casadi.vertcat(previous.rates[0], following.rates[0])
@@ -1287,11 +1407,12 @@ def lateral_joint() -> Joint:
         polar_rates,
         [
             azimuth_step(previous, following),
+            unbent_step(previous, following, relaxed_angle),
             previous.rates_argument("previous_rates"),
             following.rates_argument("next_rates"),
         ],
         constants,
-        spring_energy(stiffness, inner[0], outer[0]),
+        spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
         dissipation(damping, inner, outer),
         (
             casadi.vertcat(polar, polar_rates, frame),
@@ -1303,17 +1424,17 @@ def lateral_joint() -> Joint:
 def lateral_clamp() -> tuple[Joint, SX]:
     """The spatial clamp joint as a function of the polar angle alone, in the plane, and e_0z."""
     symbols = Symbols()
-    direction = symbols.vector("clamp_direction", "e0", "1", Motion.PLANAR)
-    direction_rate = symbols.vector("clamp_direction_rate", "ė0", "s^-1", Motion.PLANAR)
+    planar = ClampVectors.new(symbols, Motion.PLANAR)
     height = SX.sym("clamp_direction_z")
     following = Segment.near_plane(symbols, "next")
-    joint = joint_to_clamp(
-        symbols,
-        casadi.vertcat(direction, height),
-        # A clamp that turns about z keeps its height.
-        casadi.vertcat(direction_rate, 0),
-        following,
+    # A clamp that turns about z keeps its height, and so does its direction turned about z.
+    clamp = ClampVectors(
+        casadi.vertcat(planar.direction, height),
+        casadi.vertcat(planar.direction_rate, 0),
+        casadi.vertcat(planar.relaxed, height),
+        casadi.vertcat(planar.relaxed_rate, 0),
     )
+    joint = joint_to_clamp(symbols, clamp, following)
     polar, polar_rate = following.coordinates[0], following.rates[0]
     vanishing = casadi.vertcat(polar, polar_rate, height)
     lateral = replace(
@@ -1395,6 +1516,7 @@ def solver_kernels() -> list[Derived]:
 
     return [
         *of_motion(Motion.SPATIAL),
+        *joint_about_x_kernels(),
         *crossed_joint_kernels(),
         *of_motion(Motion.PLANAR),
         lateral_segment_kernel(),

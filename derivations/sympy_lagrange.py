@@ -12,7 +12,7 @@ How it is done:
 2. The dampers enter as loads, not by the dissipation function: between segments, which turn with
    ω_k = e_k × ė_k, acts the torque −d_k (ω_k − ω_{k−1}) and its reaction. That −∂D/∂q̇ gives the
    same is thereby tested, too.
-3. The bending angle is α = acos(e·e'). Its derivatives are singular where the joint is straight,
+3. The bending angle is α = acos(e·e'), with the inner side e turned about z by the relaxed angle. Its derivatives are singular where the joint is straight,
    so these files are of no use there.
 4. Nothing is simplified but what SymPy does by itself. acos(x) is written π/2 − asin(x).
 
@@ -90,15 +90,16 @@ class ChainSymbols:
             names[symbol] = name
             return symbol
 
-        constant_names = (
-            "segment_length",
+        numbered = (
             "segment_mass",
             "segment_inertia",
-            "root_stiffness",
             "joint_stiffness",
-            "root_damping",
             "joint_damping",
+            "relaxed_angle",
         )
+        constant_names = ["segment_length"]
+        for k in range(1, segments + 1):
+            constant_names += [f"{name}_{k}" for name in numbered]
         return cls(
             frame,
             names,
@@ -119,7 +120,7 @@ def equations(segments: int) -> tuple[ChainSymbols, dict[str, list[Expression]]]
     """The results of the three functions, by rows, from Lagrange's equations."""
     chain = ChainSymbols.new(segments)
     frame, constants = chain.frame, chain.constants
-    length, mass = constants["segment_length"], constants["segment_mass"]
+    length = constants["segment_length"]
     half = sympy.Rational(1, 2)
 
     kinetic = spring = gravity = dissipation = sympy.Integer(0)
@@ -137,19 +138,26 @@ def equations(segments: int) -> tuple[ChainSymbols, dict[str, list[Expression]]]
         direction_rate = direction.dt(frame)
         centre = node + half * length * direction
         velocity = centre.dt(frame)
+        mass, inertia = constants[f"segment_mass_{k + 1}"], constants[f"segment_inertia_{k + 1}"]
         kinetic += half * mass * dot(velocity, velocity)
-        kinetic += half * constants["segment_inertia"] * dot(direction_rate, direction_rate)
+        kinetic += half * inertia * dot(direction_rate, direction_rate)
         gravity -= mass * dot(chain.gravity, centre)
 
-        joint = "root" if k == 0 else "joint"
-        bending_angle = sympy.acos(dot(inner_direction, direction))
-        spring += half * constants[f"{joint}_stiffness"] * bending_angle**2
+        # Turned about z by the relaxed angle, which is a rotation about an axis at rest.
+        relaxed_angle = constants[f"relaxed_angle_{k + 1}"]
+        turned = (
+            sympy.cos(relaxed_angle) * inner_direction
+            + sympy.sin(relaxed_angle) * frame.z.cross(inner_direction)
+            + (1 - sympy.cos(relaxed_angle)) * dot(frame.z, inner_direction) * frame.z
+        )
+        bending_angle = sympy.acos(dot(turned, direction))
+        spring += half * constants[f"joint_stiffness_{k + 1}"] * bending_angle**2
 
         # A frame that turns with the segment, without spin about its axis.
         rotation = direction.cross(direction_rate)
         segment_frame = ReferenceFrame(f"S{k + 1}")
         segment_frame.set_ang_vel(frame, rotation)
-        damping = constants[f"{joint}_damping"]
+        damping = constants[f"joint_damping_{k + 1}"]
         relative = rotation - inner_rotation
         dissipation += half * damping * dot(relative, relative)
         torques[segment_frame] = -damping * relative

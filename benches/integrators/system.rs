@@ -85,7 +85,7 @@ impl Filament {
 
     /// True if a node is closed.
     pub fn is_in_contact(&self) -> bool {
-        (0..self.inner.filament(0).chain.segments).any(|node| self.inner.is_closed(0, node))
+        (0..self.inner.filament(0).chain.segments()).any(|node| self.inner.is_closed(0, node))
     }
 
     /// The normal force at the fraction `s` of a step in N.

@@ -167,7 +167,7 @@ class ChainExpressions:
     def __init__(
         self, angle: casadi.SX, rate: casadi.SX, acceleration: casadi.SX, gravity: casadi.SX
     ) -> None:
-        derived = segment_chain.whole_equations(SEGMENTS)
+        derived = segment_chain.whole_equations(SEGMENTS, segment_chain.Motion.SPATIAL)
         self._results = {
             result.name: result.value for function in derived for result in function.results
         }
@@ -184,6 +184,8 @@ class ChainExpressions:
         first_frequency = reference.FIRST_CANTILEVER_ROOT**2 * math.sqrt(
             bending / (reference.DENSITY_KG_M3 * area * reference.LENGTH_M**4)
         )
+        # The clamp joint has half a segment's compliance.
+        stiffness = bending / h * casadi.vertcat(2, casadi.DM.ones(SEGMENTS - 1))
         damping_time = 2 * reference.DAMPING_RATIO / first_frequency
         self._values = {
             "root_position": radius * radial,
@@ -192,12 +194,11 @@ class ChainExpressions:
             "clamp_direction_rate": rate * tangential,
             "gravity": gravity,
             "segment_length": h,
-            "segment_mass": mass,
-            "segment_inertia": mass * h**2 / 12,
-            "root_stiffness": 2 * bending / h,
-            "joint_stiffness": bending / h,
-            "root_damping": 2 * damping_time * bending / h,
-            "joint_damping": damping_time * bending / h,
+            "segment_mass": casadi.repmat(mass, SEGMENTS),
+            "segment_inertia": casadi.repmat(mass * h**2 / 12, SEGMENTS),
+            "joint_stiffness": stiffness,
+            "joint_damping": damping_time * stiffness,
+            "relaxed_angle": casadi.DM.zeros(SEGMENTS),
             # It leaves the equations, see segment_chain.py.
             "root_velocity": casadi.SX.zeros(3),
         }

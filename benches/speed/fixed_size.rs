@@ -1,6 +1,6 @@
 //! The accelerations of [`bristle::equations::Dynamics`] with the number of segments known to the compiler.
 //!
-//! The same kernels in the same order on arrays of size `N`: no memory but the stack, and every loop count is a constant. It
+//! Of a straight chain. The same kernels in the same order on arrays of size `N`: no memory but the stack, and every loop count is a constant. It
 //! exists to measure how much a build for one number of segments could gain at most.
 
 use bristle::equations::linear::{
@@ -29,28 +29,33 @@ pub fn accelerations<const N: usize>(
         let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (sin_cos(phi), sin_cos(theta));
         [sin_phi, cos_phi, sin_theta, cos_theta]
     });
-    let segments: [kernels::Segment<f64>; N] =
-        std::array::from_fn(|k| kernels::segment(angles[k], v[k], chain.length, chain.mass, chain.inertia));
+    let segments: [kernels::Segment<f64>; N] = std::array::from_fn(|k| {
+        let link = &chain.links[k];
+        kernels::segment(angles[k], v[k], chain.length, link.mass, link.inertia)
+    });
     let mut torques = [[0.0; 2]; N];
     torques[0] = kernels::clamp(
         clamp.direction,
         clamp.direction_rate,
+        clamp.direction,
         angles[0],
         v[0],
-        chain.root_stiffness,
-        chain.root_damping,
+        chain.links[0].stiffness,
+        chain.links[0].damping,
     )
     .next;
     for k in 1..N {
         let (previous, next) = (angles[k - 1], angles[k]);
+        let step = azimuth_step(previous, next);
         let joint = kernels::joint(
             [previous[0], previous[1]],
             [next[0], next[1]],
-            azimuth_step(previous, next),
+            step,
+            step,
             v[k - 1],
             v[k],
-            chain.joint_stiffness,
-            chain.joint_damping,
+            chain.links[k].stiffness,
+            chain.links[k].damping,
         );
         torques[k - 1] = add(torques[k - 1], joint.previous);
         torques[k] = joint.next;
@@ -75,7 +80,7 @@ pub fn accelerations<const N: usize>(
             std::array::from_fn(|column| {
                 let (low, high) = (row.min(column), row.max(column));
                 let entry = a[low][high] - correction[low][high];
-                if row == column { chain.mass + entry } else { entry }
+                if row == column { chain.links[k].mass + entry } else { entry }
             })
         });
         b = add(add(segment.base_bias, outer), mul(&coupling, own));

@@ -6,8 +6,9 @@
 //! ```
 //!
 //! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of the
-//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes. `planar`: the planar equations against
-//! those in space, and lanes against single states, as ratios from one run. `derivation`: the equations, from energies to Rust.
+//! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes, and the same with friction. `planar`: the
+//! planar equations against those in space, and lanes against single states, as ratios from one run. `derivation`: the equations,
+//! from energies to Rust.
 
 mod fixed_size;
 mod planar;
@@ -143,7 +144,7 @@ fn fixed_size_accelerations<const N: usize>(
     group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
 ) {
     let mut state = Motion::new(N);
-    let chain = *state.dynamics.chain();
+    let chain = state.dynamics.chain().clone();
     let q: [[f64; 2]; N] = state.q.clone().try_into().expect("N segments");
     let v: [[f64; 2]; N] = state.v.clone().try_into().expect("N segments");
     let mut result = [[0.0; 2]; N];
@@ -216,6 +217,12 @@ fn whole_study(criterion: &mut Criterion) {
                 bencher.iter(|| run_study(&study, NonZeroUsize::new(threads), || ()).expect("the threads start"));
             });
         }
+        let rough = file.replacen("friction_coefficient = 0.0", "friction_coefficient = 0.3", 1);
+        let study = Document::parse(&rough, "zirconia.toml").and_then(|document| document.study());
+        let study = study.expect("the example with friction is a study");
+        group.bench_function(format!("120 contacts with friction, tolerance {tolerance:e}, threads 1"), |bencher| {
+            bencher.iter(|| run_study(&study, NonZeroUsize::new(1), || ()).expect("the threads start"));
+        });
     }
     group.finish();
 }

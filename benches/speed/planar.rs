@@ -55,7 +55,7 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
     let lanes = |blocks: &[[f64; 2]]| blocks.iter().map(|block| block.map(T::from_f64)).collect::<Vec<_>>();
     let chain = Chain::<T>::from_lanes(|_| motion.dynamics.chain());
     let (clamp, q, v) = (Clamp::<T>::from_lanes(|_| motion.clamp), lanes(&motion.q), lanes(&motion.v));
-    let (mut planar, mut spatial) = (PlanarDynamics::new(chain), Dynamics::new(chain));
+    let (mut planar, mut spatial) = (PlanarDynamics::new(chain.clone()), Dynamics::new(chain));
     let mut results = [(); 2].map(|()| q.clone());
     let [of_planar, of_spatial] = &mut results;
     compare(

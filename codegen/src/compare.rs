@@ -3,6 +3,7 @@
 //! The result is, for each output, the largest difference between the values of the two. A state gives values to the
 //! symbols, which both sides name alike; neither side sees the expressions of the other.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use bristle_text::shown;
@@ -273,7 +274,10 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let azimuth = if crossed { 0.5 * PI + symmetric(0.5, rng) } else { symmetric(PI, rng) };
     let polar = if is_planar(kernel) { 0.5 * PI } else { 0.9 + 1.3 * rng.f64() };
     let mut angles = [polar, azimuth];
-    let clamp = clamp_vectors(angles, rng);
+    // A straight state has no relaxed angles, so that it is straight to the last bit.
+    let relaxed = if bend[1] > 0.0 { RELAXED } else { 0.0 };
+    let clamp = clamp_vectors(angles, symmetric(relaxed, rng), rng);
+    let mut relaxed_angles = BTreeMap::new();
     let mut second_azimuth = 0.0;
     let mut values = Vec::with_capacity(symbols.len());
     for symbol in symbols {
@@ -281,14 +285,23 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
         let value = if let Some((_, component)) = clamp.iter().find(|(component, _)| *component == name) {
             *component
         } else if name == "phi_x" {
-            // The same walk as in the first chart, in the coordinates of the second.
+            // The same walk as in the first chart, in the coordinates of the second, to the inner side of the joint.
+            angles[1] -= relaxed_angles.values().sum::<f64>();
             angles = [bent(angles, 0, bend, crossed, rng), bent(angles, 1, bend, crossed, rng)];
             let [x, y, z] = direction(angles);
             second_azimuth = z.atan2(y);
             x.acos()
         } else if name == "theta_x" {
             second_azimuth
+        } else if let Some(joint) = name.strip_prefix("relaxed_angle") {
+            let angle = symmetric(relaxed, rng);
+            relaxed_angles.insert(joint.to_owned(), angle);
+            angle
         } else if symbol.unit == Unit::RADIAN && !name.starts_with(VARIATION) {
+            if let Some(label) = name.strip_prefix("theta") {
+                let joint = if label == "_next" { "" } else { label };
+                angles[1] += relaxed_angles.get(joint).copied().unwrap_or(0.0);
+            }
             let coordinate = usize::from(!name.starts_with("phi"));
             angles[coordinate] = bent(angles, coordinate, bend, crossed, rng);
             angles[coordinate]
@@ -330,13 +343,25 @@ fn direction([polar, azimuth]: [f64; 2]) -> [f64; 3] {
 /// Last words of the names of quantities that are positive.
 const POSITIVE: [&str; 6] = ["length", "mass", "inertia", "stiffness", "damping", "weight"];
 
-/// A clamp along the direction of `angles`, which turns.
-fn clamp_vectors(angles: [f64; 2], rng: &mut Rng) -> [(&'static str, f64); 6] {
+/// Largest relaxed angle of a joint, in rad.
+const RELAXED: f64 = 0.25;
+
+/// A clamp along the direction of `angles`, which turns, and the same turned about `z` by `relaxed_angle`.
+fn clamp_vectors(angles: [f64; 2], relaxed_angle: f64, rng: &mut Rng) -> [(&'static str, f64); 12] {
     let direction = direction(angles);
     let [a, b, c] = [0; 3].map(|_| symmetric(1.0, rng));
     let rate =
         [b * direction[2] - c * direction[1], c * direction[0] - a * direction[2], a * direction[1] - b * direction[0]];
+    let (sin, cos) = relaxed_angle.sin_cos();
+    let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    let (relaxed, relaxed_rate) = (turned(direction), turned(rate));
     [
+        ("relaxed_direction_x", relaxed[0]),
+        ("relaxed_direction_y", relaxed[1]),
+        ("relaxed_direction_z", relaxed[2]),
+        ("relaxed_direction_rate_x", relaxed_rate[0]),
+        ("relaxed_direction_rate_y", relaxed_rate[1]),
+        ("relaxed_direction_rate_z", relaxed_rate[2]),
         ("clamp_direction_x", direction[0]),
         ("clamp_direction_y", direction[1]),
         ("clamp_direction_z", direction[2]),
@@ -421,8 +446,12 @@ mod tests {
                         let symbol = symbols.iter().position(|symbol| symbol.name == name);
                         point[symbol.expect("it is a symbol of the kernel")]
                     };
-                    let [inner, mut outer] =
-                        labels.map(|label| direction([at(format!("phi_{label}")), at(format!("theta_{label}"))]));
+                    // The outer side of a crossed joint is that about z.
+                    let outer_label = if labels[1] == "x" { labels[0] } else { labels[1] };
+                    let [inner, mut outer] = labels.map(|label| {
+                        let relaxed = if label == outer_label { at("relaxed_angle".into()) } else { 0.0 };
+                        direction([at(format!("phi_{label}")), at(format!("theta_{label}")) - relaxed])
+                    });
                     if labels[1] == "x" {
                         outer = [outer[2], outer[0], outer[1]];
                     }

@@ -6,7 +6,7 @@
 use super::{Approach, ContactLaw};
 use crate::equations::NodeTangent;
 use crate::equations::linear::{add, dot, mul, scale, sub};
-use crate::workpiece::{Edge, Surface};
+use crate::workpiece::Edge;
 
 /// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the root.
 pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
@@ -44,6 +44,30 @@ impl Station {
             }
             here = next;
         }
+    }
+
+    /// The point of the polyline that is nearest to `edge` at `time` (s). The search begins at the segment `start`, or goes over all.
+    pub fn nearest_to(edge: &Edge, start: Option<usize>, segments: usize, nodes: &Nodes<'_>, time: f64) -> Self {
+        /// The nearest points of curve and polyline are found by turns, which converges quadratically.
+        const TURNS: usize = 12;
+        let at = |centre| match start {
+            Some(start) => Self::nearest_from(start, segments, nodes, centre),
+            None => Self::nearest(segments, nodes, centre),
+        };
+        let mut here = at(edge.centre(None, time));
+        if edge.is_arc() {
+            return here;
+        }
+        for _ in 0..TURNS {
+            let [[x, y, _], _] = here.motion(nodes);
+            let next = at(edge.centre(Some([x, y]), time));
+            let moved = next.segment != here.segment || (next.fraction - here.fraction).abs() > 4.0 * f64::EPSILON;
+            here = next;
+            if !moved {
+                break;
+            }
+        }
+        here
     }
 
     /// The shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.
@@ -96,7 +120,7 @@ impl EdgeContact {
     }
 
     /// How the forces on both ends of the segment change with the motion of these ends: `[force][motion]`, inner end first.
-    pub fn tangent(&self, law: &ContactLaw, edge: &Edge, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
+    pub fn tangent(&self, law: &ContactLaw, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
         let Self { station, approach, .. } = self;
         let force = law.force(approach).total(approach);
         let at_point = law.tangent_without_turn(approach);
@@ -107,7 +131,7 @@ impl EdgeContact {
         // How the normal's angle and the fraction change with the positions of the ends.
         let (angles, fractions) = if station.fraction > 0.0 && station.fraction < 1.0 {
             let square = dot(along, along);
-            let from_centre = scale(edge.radius - approach.penetration + law.radius, approach.normal);
+            let from_centre = scale(1.0 / approach.turn, approach.normal);
             let turn = scale(-dot(approach.across(), along) / square, approach.normal);
             let slip = |share: f64, sign: f64| scale(-1.0 / square, add(scale(share, along), scale(sign, from_centre)));
             ([scale(-1.0, turn), turn], [slip(shares[0], -1.0), slip(shares[1], 1.0)])
@@ -145,19 +169,61 @@ fn add_outer<const N: usize>(matrix: [[f64; 3]; 3], products: [([f64; 3], [f64; 
     products.iter().fold(matrix, |sum, &(column, row)| std::array::from_fn(|i| add(sum[i], scale(column[i], row))))
 }
 
-impl Edge {
-    /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
-    pub fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
-        let [x_centre, y_centre] = self.centre_at(time);
-        let offset = [x - x_centre, y - y_centre];
-        let distance = dot(offset, offset).sqrt();
-        let [nx, ny] = scale(1.0 / distance, offset);
-        Surface {
-            gap: distance - self.radius,
-            normal: [nx, ny, 0.0],
-            velocity: self.velocity,
-            turn: 1.0 / distance,
-            margin: self.margin(offset),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three nodes, of which a number moves by `step`: coordinates first, then velocities.
+    fn moved(number: usize, step: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
+        move |index| {
+            let mut node = [
+                [[0.0, 0.0, 0.0], [0.4, -0.3, 0.2]],
+                [[0.003, 0.001, 0.0005], [1.4, -0.1, -0.3]],
+                [[0.0061, 0.0011, 0.0007], [2.0, 0.5, -0.1]],
+            ][index];
+            if index > 0 && number / 6 == index - 1 {
+                node[number % 6 / 3][number % 3] += step;
+            }
+            node
+        }
+    }
+
+    #[test]
+    fn tangents_are_the_derivatives_of_the_forces() {
+        let law = ContactLaw {
+            stiffness: 2e5,
+            exponent: 1.3,
+            damping: 0.2,
+            radius: 1e-4,
+            friction: 0.4,
+            regularisation: 0.3,
+        };
+        // Inside the second segment, and at the node between both.
+        for (centre, inside) in [([0.0045, 0.0005], true), ([0.0029, 0.0016], false)] {
+            let edge = Edge::arc(centre, 1e-3, None, [0.1, 0.2, 0.0]);
+            let forces = |number: usize, step: f64| {
+                let nodes = moved(number, step);
+                let station = Station::nearest_to(&edge, Some(1), 2, &nodes, 0.0);
+                let EdgeContact { approach, .. } = EdgeContact::new(&law, &edge, station, &nodes, 0.0);
+                assert!(approach.penetration > 0.0 && (station.fraction > 0.0) == inside && station.segment == 1);
+                station.shares().map(|share| scale(share, law.force(&approach).total(&approach)))
+            };
+            let nodes = moved(0, 0.0);
+            let station = Station::nearest_to(&edge, Some(1), 2, &nodes, 0.0);
+            let tangent = EdgeContact::new(&law, &edge, station, &nodes, 0.0).tangent(&law, &nodes);
+            for number in 0..12 {
+                let step = if number % 6 < 3 { 1e-9 } else { 1e-5 };
+                let (above, below) = (forces(number, step), forces(number, -step));
+                for force in 0..2 {
+                    let NodeTangent { position, velocity } = &tangent[force][number / 6];
+                    let (matrix, size) = if number % 6 < 3 { (position, 1e5) } else { (velocity, 10.0) };
+                    for row in 0..3 {
+                        let difference = (above[force][row] - below[force][row]) / (2.0 * step);
+                        let error = (matrix[row][number % 3] - difference).abs();
+                        assert!(error < 1e-6 * size, "{inside} {force} {number} {row}: {matrix:?} {difference}");
+                    }
+                }
+            }
         }
     }
 }

@@ -61,10 +61,10 @@ impl Error for BatchError {
 /// Memory for computing batches of chains with the same number of segments.
 ///
 /// ```
-/// use bristle::equations::{Batch, Chain, Member};
+/// use bristle::equations::{Batch, Chain, Member, UniformChain};
 /// use bristle::tool::{ClampMotion, FixedClamp};
 ///
-/// let chain = Chain {
+/// let chain = Chain::from(UniformChain {
 ///     segments: 2,
 ///     length: 0.02,
 ///     mass: 2.4e-5,
@@ -74,7 +74,7 @@ impl Error for BatchError {
 ///     root_damping: 3e-5,
 ///     joint_damping: 1.5e-5,
 ///     gravity: [0.0, 0.0, -9.81],
-/// };
+/// });
 /// let clamp = FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0);
 /// let (bends, rates) = ([0.1, 0.2, 0.3].map(|bend| [[1.5, 0.0], [1.5, bend]]), [[0.0; 2]; 2]);
 /// let members = bends.each_ref().map(|q| Member { chain: &chain, clamp: &clamp, q, v: &rates });
@@ -116,7 +116,7 @@ impl Batch {
         let n = self.segments;
         assert!(accelerations.len() >= n * members.len(), "the result has room for every segment of every member");
         for (i, member) in members.iter().enumerate() {
-            assert_eq!(member.chain.segments, n, "all chains of a batch have its number of segments");
+            assert_eq!(member.chain.segments(), n, "all chains of a batch have its number of segments");
             if let Some(k) = find_pole(&member.q[..n]) {
                 let pole = PoleError { segment: k + 1, polar_angle: member.q[k][0], axis: PolarAxis::Z };
                 return Err(BatchError { member: i + 1, pole });
@@ -124,7 +124,7 @@ impl Batch {
         }
         if !lanes_are_compiled() {
             for (member, results) in members.iter().zip(accelerations.chunks_mut(n)) {
-                Dynamics::new(*member.chain).accelerations(member.clamp, member.q, member.v, &NoLoads, results);
+                Dynamics::new(member.chain.clone()).accelerations(member.clamp, member.q, member.v, &NoLoads, results);
             }
             return Ok(());
         }
@@ -138,14 +138,14 @@ impl Batch {
     fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
         let n = self.segments;
         let members: [&Member<'_>; LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
-        let chain = Chain::from_lanes(|lane| members[lane].chain);
         let clamp = Clamp::from_lanes(|lane| *members[lane].clamp);
         for (lane, member) in members.into_iter().enumerate() {
             gather(lane, &member.q[..n], &mut self.q);
             gather(lane, &member.v[..n], &mut self.v);
         }
-        let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(chain));
-        dynamics.set_chain(chain);
+        let chain = |lane: usize| members[lane].chain;
+        let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(Chain::from_lanes(chain)));
+        dynamics.chain_mut().set_lanes(chain);
         dynamics.accelerations(&clamp, &self.q, &self.v, &NoLoads, &mut self.accelerations);
         for (lane, results) in results.chunks_exact_mut(n).take(group.len()).enumerate() {
             for (result, accelerations) in results.iter_mut().zip(&self.accelerations) {

@@ -1,40 +1,151 @@
 //! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes, energies.
 
-use super::chart::{JointConstants, PolarAxis};
+use super::chart::PolarAxis;
 use super::linear::{sub, zero};
 use super::recursion::Root;
 use super::{LaneSet, Lanewise, Real};
 
 /// The constants of a chain (MODEL's symbols in the descriptions).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Chain<T> {
-    /// Number of segments, `n`.
-    pub segments: usize,
-    /// Segment length `h` in m.
+    /// Length of every segment, `h` in m.
     pub length: T,
-    /// Segment mass `m` in kg.
-    pub mass: T,
-    /// Transverse moment of inertia of a segment about its centre, `J` in kg m².
-    pub inertia: T,
-    /// Stiffness of the clamp joint, `c_1` in N m.
-    pub root_stiffness: T,
-    /// Stiffness of every other joint, `c_k` in N m.
-    pub joint_stiffness: T,
-    /// Damping of the clamp joint, `d_1` in N m s.
-    pub root_damping: T,
-    /// Damping of every other joint, `d_k` in N m s.
-    pub joint_damping: T,
+    /// The segments, from the clamp outwards, each with the joint at its inner end.
+    pub links: Vec<Link<T>>,
     /// Gravitational acceleration in m/s².
     pub gravity: [T; 3],
 }
 
-impl<T: Real> Chain<T> {
-    pub(super) fn root_joint(&self) -> JointConstants<T> {
-        JointConstants { stiffness: self.root_stiffness, damping: self.root_damping }
+/// The constants of one segment and of the joint at its inner end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link<T> {
+    /// Segment mass `m_k` in kg.
+    pub mass: T,
+    /// Transverse moment of inertia of the segment about its centre, `J_k` in kg m².
+    pub inertia: T,
+    /// Stiffness of the joint, `c_k` in N m.
+    pub stiffness: T,
+    /// Damping of the joint, `d_k` in N m s.
+    pub damping: T,
+    /// The angle about `z` at which the joint is relaxed, `κ_k`.
+    pub relaxed_angle: RelaxedAngle<T>,
+}
+
+/// The angle about `z` from the inner side of a joint to its outer side where its spring is relaxed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelaxedAngle<T> {
+    pub(super) angle: T,
+    pub(super) sine: T,
+    pub(super) cosine: T,
+    /// True if the angle is zero, in every lane.
+    pub(super) is_zero: bool,
+}
+
+impl RelaxedAngle<f64> {
+    /// `angle` in rad.
+    pub fn new(angle: f64) -> Self {
+        let (sine, cosine) = Real::sin_cos(angle);
+        Self { angle, sine, cosine, is_zero: angle == 0.0 }
     }
 
-    pub(super) fn joint(&self) -> JointConstants<T> {
-        JointConstants { stiffness: self.joint_stiffness, damping: self.joint_damping }
+    /// In rad.
+    pub fn angle(self) -> f64 {
+        self.angle
+    }
+}
+
+impl<T: Real> RelaxedAngle<T> {
+    /// That of a straight filament.
+    const fn zero(none: T, one: T) -> Self {
+        Self { angle: none, sine: none, cosine: one, is_zero: true }
+    }
+
+    /// The sine and cosine of `x + κ` from those of `x`.
+    #[inline(always)]
+    pub(super) fn added_to(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
+        [sine * self.cosine + cosine * self.sine, cosine * self.cosine - sine * self.sine]
+    }
+
+    /// The sine and cosine of `x − κ` from those of `x`.
+    #[inline(always)]
+    pub(super) fn taken_from(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
+        [sine * self.cosine - cosine * self.sine, cosine * self.cosine + sine * self.sine]
+    }
+
+    /// The components along `x` and `y` of a vector turned about `z` by the angle.
+    #[inline(always)]
+    pub(super) fn turn(&self, [x, y]: [T; 2]) -> [T; 2] {
+        [x * self.cosine - y * self.sine, y * self.cosine + x * self.sine]
+    }
+}
+
+impl<T> Chain<T> {
+    /// Number of segments, `n`.
+    pub fn segments(&self) -> usize {
+        self.links.len()
+    }
+}
+
+impl Chain<f64> {
+    /// `E I = c_k h` in N m², at the first joint outside the clamp joint, which carries half a segment's compliance only.
+    pub fn bending_stiffness(&self) -> f64 {
+        let joint = self.links.get(1).map_or(self.links[0].stiffness / 2.0, |link| link.stiffness);
+        joint * self.length
+    }
+}
+
+/// The constants of a chain of equal segments, straight where its springs are relaxed.
+///
+/// ```
+/// use bristle::equations::{Chain, UniformChain};
+///
+/// let uniform = UniformChain {
+///     segments: 2,
+///     length: 0.02,
+///     mass: 2.4e-5,
+///     inertia: 8.1e-10,
+///     root_stiffness: 0.03,
+///     joint_stiffness: 0.015,
+///     root_damping: 3e-5,
+///     joint_damping: 1.5e-5,
+///     gravity: [0.0; 3],
+/// };
+/// let chain = Chain::from(uniform);
+/// assert_eq!([chain.links[0].stiffness, chain.links[1].stiffness], [0.03, 0.015]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UniformChain {
+    /// Number of segments, `n`.
+    pub segments: usize,
+    /// Segment length `h` in m.
+    pub length: f64,
+    /// Segment mass `m` in kg.
+    pub mass: f64,
+    /// Transverse moment of inertia of a segment about its centre, `J` in kg m².
+    pub inertia: f64,
+    /// Stiffness of the clamp joint, `c_1` in N m.
+    pub root_stiffness: f64,
+    /// Stiffness of every other joint, `c_k` in N m.
+    pub joint_stiffness: f64,
+    /// Damping of the clamp joint, `d_1` in N m s.
+    pub root_damping: f64,
+    /// Damping of every other joint, `d_k` in N m s.
+    pub joint_damping: f64,
+    /// Gravitational acceleration in m/s².
+    pub gravity: [f64; 3],
+}
+
+impl From<UniformChain> for Chain<f64> {
+    fn from(uniform: UniformChain) -> Self {
+        let UniformChain { segments, length, mass, inertia, gravity, .. } = uniform;
+        let link = |k: usize| {
+            let (stiffness, damping) = match k {
+                0 => (uniform.root_stiffness, uniform.root_damping),
+                _ => (uniform.joint_stiffness, uniform.joint_damping),
+            };
+            Link { mass, inertia, stiffness, damping, relaxed_angle: RelaxedAngle::new(0.0) }
+        };
+        Self { length, links: (0..segments).map(link).collect(), gravity }
     }
 }
 
@@ -44,19 +155,38 @@ impl<T: Lanewise> Chain<T> {
     /// # Panics
     /// If their numbers of segments differ.
     pub fn from_lanes<'a>(chain: impl Fn(usize) -> &'a Chain<f64>) -> Self {
-        let segments = chain(0).segments;
-        assert!((0..T::LANES).all(|lane| chain(lane).segments == segments), "all lanes have one number of segments");
-        let lanes = |value: fn(&Chain<f64>) -> f64| T::from_lanes(|lane| value(chain(lane)));
-        Self {
-            segments,
-            length: lanes(|chain| chain.length),
-            mass: lanes(|chain| chain.mass),
-            inertia: lanes(|chain| chain.inertia),
-            root_stiffness: lanes(|chain| chain.root_stiffness),
-            joint_stiffness: lanes(|chain| chain.joint_stiffness),
-            root_damping: lanes(|chain| chain.root_damping),
-            joint_damping: lanes(|chain| chain.joint_damping),
-            gravity: std::array::from_fn(|i| T::from_lanes(|lane| chain(lane).gravity[i])),
+        let (none, one) = (T::from_f64(0.0), T::from_f64(1.0));
+        let relaxed_angle = RelaxedAngle::zero(none, one);
+        let link = Link { mass: none, inertia: none, stiffness: none, damping: none, relaxed_angle };
+        let mut result = Self { length: none, links: vec![link; chain(0).segments()], gravity: zero() };
+        result.set_lanes(chain);
+        result
+    }
+
+    /// Replaces the constants of all lanes, without allocating memory.
+    ///
+    /// # Panics
+    /// If the numbers of segments differ.
+    pub fn set_lanes<'a>(&mut self, chain: impl Fn(usize) -> &'a Chain<f64>) {
+        let segments = self.segments();
+        assert!((0..T::LANES).all(|lane| chain(lane).segments() == segments), "all lanes have one number of segments");
+        let lanes = |value: &dyn Fn(&Chain<f64>) -> f64| T::from_lanes(|lane| value(chain(lane)));
+        self.length = lanes(&|chain| chain.length);
+        self.gravity = std::array::from_fn(|i| lanes(&|chain| chain.gravity[i]));
+        for (k, link) in self.links.iter_mut().enumerate() {
+            let lanes = |value: fn(&Link<f64>) -> f64| T::from_lanes(|lane| value(&chain(lane).links[k]));
+            *link = Link {
+                mass: lanes(|link| link.mass),
+                inertia: lanes(|link| link.inertia),
+                stiffness: lanes(|link| link.stiffness),
+                damping: lanes(|link| link.damping),
+                relaxed_angle: RelaxedAngle {
+                    angle: lanes(|link| link.relaxed_angle.angle),
+                    sine: lanes(|link| link.relaxed_angle.sine),
+                    cosine: lanes(|link| link.relaxed_angle.cosine),
+                    is_zero: (0..T::LANES).all(|lane| chain(lane).links[k].relaxed_angle.is_zero),
+                },
+            };
         }
     }
 }
@@ -77,10 +207,11 @@ pub struct Clamp<T> {
 }
 
 impl<T: Real> Clamp<T> {
-    /// `e_0` and `ė_0` in the order of a chart.
+    /// `e_0`, `ė_0` and `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
     #[inline(always)]
-    pub(super) fn about(&self, axis: PolarAxis) -> ([T; 3], [T; 3]) {
-        (axis.from_frame(self.direction), axis.from_frame(self.direction_rate))
+    pub(super) fn about(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [[T; 3]; 3] {
+        let relaxed = turned(self.direction, relaxed_angle);
+        [self.direction, self.direction_rate, relaxed].map(|vector| axis.from_frame(vector))
     }
 
     /// The root under `gravity`.
@@ -88,6 +219,13 @@ impl<T: Real> Clamp<T> {
     pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
         Root { position: self.position, velocity: self.velocity, acceleration: sub(self.acceleration, gravity) }
     }
+}
+
+/// The `vector` turned about `z` by `angle`.
+#[inline(always)]
+pub(super) fn turned<T: Real>([x, y, z]: [T; 3], angle: &RelaxedAngle<T>) -> [T; 3] {
+    let [x, y] = angle.turn([x, y]);
+    [x, y, z]
 }
 
 impl<T: Lanewise> Clamp<T> {

@@ -1,12 +1,14 @@
 //! The charts of a segment's direction: the axis from which its polar angle is measured, and its poles.
 //!
 //! Spherical coordinates about one axis are singular along it. Each segment therefore has its own [`PolarAxis`]. About `x` the
-//! same kernels hold with the axes permuted. A joint between segments of different axes has its own kernels.
+//! same kernels hold with the axes permuted. A joint between segments of different axes has its own kernels, and so has one between
+//! segments about `x` that is relaxed at an angle about `z`.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
+use super::chain::{Link, turned};
 use super::linear::dot;
 use super::{Real, StepWeights, kernels};
 
@@ -187,15 +189,6 @@ pub struct Side<'a, T> {
     pub axis: PolarAxis,
 }
 
-/// Stiffness `c_k` in N m and damping `d_k` in N m s of a joint.
-#[derive(Clone, Copy, Debug)]
-pub struct JointConstants<T> {
-    /// `c_k`
-    pub stiffness: T,
-    /// `d_k`
-    pub damping: T,
-}
-
 /// [`kernels::segment`] in the frame, from the chart about `axis`.
 #[inline(always)]
 pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: kernels::Segment<T>) -> kernels::Segment<T> {
@@ -213,20 +206,29 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: kernels::Segment<T>) 
     }
 }
 
+/// True if `kernels::joint` serves the joint: about `x` it does where the joint is relaxed straight, because then the axis of the
+/// azimuths does not matter.
+#[inline(always)]
+fn is_plain<T>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> bool {
+    previous.axis == next.axis && (next.axis == PolarAxis::Z || link.relaxed_angle.is_zero)
+}
+
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, constants: JointConstants<T>) -> kernels::Joint<T> {
-    if previous.axis != next.axis {
-        return crossed_joint(previous, next, constants);
+pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::Joint<T> {
+    if !is_plain(&previous, &next, &link) {
+        return joint_with_x(previous, next, link);
     }
+    let step = azimuth_step(previous.angles, next.angles);
     kernels::joint(
         [previous.angles[0], previous.angles[1]],
         [next.angles[0], next.angles[1]],
-        azimuth_step(previous.angles, next.angles),
+        step,
+        link.relaxed_angle.added_to(step),
         *previous.rates,
         *next.rates,
-        constants.stiffness,
-        constants.damping,
+        link.stiffness,
+        link.damping,
     )
 }
 
@@ -235,20 +237,22 @@ pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, constants: Joint
 pub fn joint_tangent<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
-    constants: JointConstants<T>,
+    link: Link<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
-    if previous.axis != next.axis {
-        return crossed_joint_tangent(previous, next, constants, weights);
+    if !is_plain(&previous, &next, &link) {
+        return joint_tangent_with_x(previous, next, link, weights);
     }
+    let step = azimuth_step(previous.angles, next.angles);
     kernels::joint_tangent(
         [previous.angles[0], previous.angles[1]],
         [next.angles[0], next.angles[1]],
-        azimuth_step(previous.angles, next.angles),
+        step,
+        link.relaxed_angle.added_to(step),
         *previous.rates,
         *next.rates,
-        constants.stiffness,
-        constants.damping,
+        link.stiffness,
+        link.damping,
         weights.coordinates,
         weights.rates,
     )
@@ -256,67 +260,110 @@ pub fn joint_tangent<T: Real>(
 
 /// [`kernels::joint_energy`] between any two charts.
 #[inline(always)]
-pub fn joint_energy<T: Real>(
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
-    constants: JointConstants<T>,
-) -> kernels::JointEnergy<T> {
-    let JointConstants { stiffness, damping } = constants;
-    if previous.axis == next.axis {
-        return kernels::joint_energy(*previous.angles, *next.angles, *previous.rates, *next.rates, stiffness, damping);
+pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::JointEnergy<T> {
+    if !is_plain(&previous, &next, &link) {
+        return joint_energy_with_x(previous, next, link);
     }
-    crossed_joint_energy(previous, next, constants)
+    kernels::joint_energy(
+        *previous.angles,
+        *next.angles,
+        link.relaxed_angle.taken_from([next.angles[2], next.angles[3]]),
+        *previous.rates,
+        *next.rates,
+        link.stiffness,
+        link.damping,
+    )
 }
 
 #[cold]
 #[inline(never)]
-fn crossed_joint_energy<T: Real>(
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
-    constants: JointConstants<T>,
-) -> kernels::JointEnergy<T> {
-    let JointConstants { stiffness, damping } = constants;
+fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::JointEnergy<T> {
     // The inner segment takes the role of the clamp.
-    let inner = |vector| next.axis.from_frame(previous.axis.to_frame(vector));
+    let in_frame = |vector| previous.axis.to_frame(vector);
+    let in_chart = |vector| next.axis.from_frame(vector);
+    let direction = in_frame(direction(*previous.angles));
+    let rate = in_frame(direction_rate(*previous.angles, *previous.rates));
     let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
-        inner(direction(*previous.angles)),
-        inner(direction_rate(*previous.angles, *previous.rates)),
+        in_chart(direction),
+        in_chart(rate),
+        in_chart(turned(direction, &link.relaxed_angle)),
         *next.angles,
         *next.rates,
-        stiffness,
-        damping,
+        link.stiffness,
+        link.damping,
+        in_chart(turned(rate, &link.relaxed_angle)),
     );
     kernels::JointEnergy { spring, dissipation }
 }
 
+/// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the other segment by the relaxed
+/// angle.
+fn unbent_azimuth<T: Real>(z: &Side<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
+    let azimuth = [z.angles[2], z.angles[3]];
+    if is_previous { link.relaxed_angle.added_to(azimuth) } else { link.relaxed_angle.taken_from(azimuth) }
+}
+
+/// [`kernels::joint`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn crossed_joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, constants: JointConstants<T>) -> kernels::Joint<T> {
+fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::Joint<T> {
+    if previous.axis == next.axis {
+        let kernels::JointAboutX { previous, next } = kernels::joint_about_x(
+            *previous.angles,
+            *next.angles,
+            azimuth_step(previous.angles, next.angles),
+            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
+            *previous.rates,
+            *next.rates,
+            link.stiffness,
+            link.damping,
+        );
+        return kernels::Joint { previous, next };
+    }
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
+    let unbent = unbent_azimuth(&z, previous_is_z, &link);
     let kernels::CrossedJoint { z, x } =
-        kernels::crossed_joint(*z.angles, *x.angles, *z.rates, *x.rates, constants.stiffness, constants.damping);
+        kernels::crossed_joint(*z.angles, *x.angles, unbent, *z.rates, *x.rates, link.stiffness, link.damping);
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
     kernels::Joint { previous, next }
 }
 
+/// [`kernels::joint_tangent`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn crossed_joint_tangent<T: Real>(
+fn joint_tangent_with_x<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
-    constants: JointConstants<T>,
+    link: Link<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
+    if previous.axis == next.axis {
+        let kernels::JointAboutXTangent { previous_previous, previous_next, next_previous, next_next } =
+            kernels::joint_about_x_tangent(
+                *previous.angles,
+                *next.angles,
+                azimuth_step(previous.angles, next.angles),
+                [link.relaxed_angle.sine, link.relaxed_angle.cosine],
+                *previous.rates,
+                *next.rates,
+                link.stiffness,
+                link.damping,
+                weights.coordinates,
+                weights.rates,
+            );
+        return kernels::JointTangent { previous_previous, previous_next, next_previous, next_next };
+    }
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
     let kernels::CrossedJointTangent { z_z, z_x, x_z, x_x } = kernels::crossed_joint_tangent(
         *z.angles,
         *x.angles,
+        unbent_azimuth(&z, previous_is_z, &link),
         *z.rates,
         *x.rates,
-        constants.stiffness,
-        constants.damping,
+        link.stiffness,
+        link.damping,
         weights.coordinates,
         weights.rates,
     );

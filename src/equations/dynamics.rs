@@ -2,7 +2,8 @@
 //!
 //! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
 
-use super::chart::{self, JointConstants, PolarAxis, PoleError, Side, find_pole};
+use super::chain::{Link, turned};
+use super::chart::{self, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, zero};
 use super::planar::{PlanarRecursion, PlanarTask};
@@ -35,7 +36,7 @@ impl<T: Real> Dynamics<T> {
     /// # Panics
     /// If the chain has no segment.
     pub fn new(chain: Chain<T>) -> Self {
-        let n = chain.segments;
+        let n = chain.segments();
         assert!(n > 0, "a chain has at least one segment");
         let angles = vec![[T::from_f64(0.0); 4]; n];
         Self { chain, charts: vec![PolarAxis::default(); n], angles, memory: Memory::new(n) }
@@ -46,9 +47,9 @@ impl<T: Real> Dynamics<T> {
         &self.chain
     }
 
-    /// Replaces the constants by others with the same number of segments.
-    pub(crate) fn set_chain(&mut self, chain: Chain<T>) {
-        self.chain = chain;
+    /// The constants, to be replaced by others with the same number of segments.
+    pub(crate) fn chain_mut(&mut self) -> &mut Chain<T> {
+        &mut self.chain
     }
 
     /// The polar axis of each segment's coordinates.
@@ -94,7 +95,9 @@ impl<T: Real> Dynamics<T> {
 
 /// A chain in space at one state.
 struct Spatial<'a, T> {
-    chain: Chain<T>,
+    length: T,
+    gravity: [T; 3],
+    links: &'a [Link<T>],
     charts: &'a [PolarAxis],
     angles: &'a [[T; 4]],
     v: &'a [[T; 2]],
@@ -104,14 +107,22 @@ struct Spatial<'a, T> {
 impl<'a, T: Real> Spatial<'a, T> {
     #[inline(always)]
     fn new(
-        chain: &Chain<T>,
+        chain: &'a Chain<T>,
         charts: &'a [PolarAxis],
         angles: &'a [[T; 4]],
         v: &'a [[T; 2]],
         clamp: &'a Clamp<T>,
     ) -> Self {
-        let n = chain.segments;
-        Self { chain: *chain, charts: &charts[..n], angles: &angles[..n], v: &v[..n], clamp }
+        let n = chain.segments();
+        Self {
+            length: chain.length,
+            gravity: chain.gravity,
+            links: &chain.links[..n],
+            charts: &charts[..n],
+            angles: &angles[..n],
+            v: &v[..n],
+            clamp,
+        }
     }
 
     /// One side of a joint, by segment.
@@ -122,20 +133,29 @@ impl<'a, T: Real> Spatial<'a, T> {
 
     #[inline(always)]
     fn clamp_energy(&self) -> kernels::ClampEnergy<T> {
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
-        kernels::clamp_energy(direction, direction_rate, self.angles[0], self.v[0], stiffness, damping)
+        let (axis, Link { stiffness, damping, relaxed_angle, .. }) = (self.charts[0], &self.links[0]);
+        let [direction, direction_rate, relaxed] = self.clamp.about(axis, relaxed_angle);
+        let relaxed_rate = axis.from_frame(turned(self.clamp.direction_rate, relaxed_angle));
+        kernels::clamp_energy(
+            direction,
+            direction_rate,
+            relaxed,
+            self.angles[0],
+            self.v[0],
+            *stiffness,
+            *damping,
+            relaxed_rate,
+        )
     }
 }
 
 impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> [T; 2] {
-        let Chain { length, mass, inertia, gravity, .. } = self.chain;
-        let axis = self.charts[k];
-        let [x, x_rate, g] = [position, velocity, gravity].map(|vector| axis.from_frame(vector));
+        let (axis, Link { mass, inertia, .. }) = (self.charts[k], &self.links[k]);
+        let [x, x_rate, g] = [position, velocity, self.gravity].map(|vector| axis.from_frame(vector));
         let kernels::SegmentEnergy { kinetic, gravity } =
-            kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, length, mass, inertia);
+            kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, self.length, *mass, *inertia);
         [kinetic, gravity]
     }
 
@@ -143,7 +163,7 @@ impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     fn inner_joint_energy(&self, k: usize) -> [T; 2] {
         if k > 0 {
             let kernels::JointEnergy { spring, dissipation } =
-                chart::joint_energy(self.side(k - 1), self.side(k), self.chain.joint());
+                chart::joint_energy(self.side(k - 1), self.side(k), self.links[k]);
             return [spring, dissipation];
         }
         let kernels::ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
@@ -154,17 +174,17 @@ impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
 impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segments(&self) -> usize {
-        self.chain.segments
+        self.links.len()
     }
 
     #[inline(always)]
-    fn mass(&self) -> T {
-        self.chain.mass
+    fn mass(&self, k: usize) -> T {
+        self.links[k].mass
     }
 
     #[inline(always)]
     fn root(&self) -> Root<T, 3> {
-        self.clamp.root(self.chain.gravity)
+        self.clamp.root(self.gravity)
     }
 
     #[inline(always)]
@@ -179,8 +199,8 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 2, 3> {
-        let Chain { length, mass, inertia, .. } = self.chain;
-        let segment = kernels::segment(self.angles[k], self.v[k], length, mass, inertia);
+        let Link { mass, inertia, .. } = &self.links[k];
+        let segment = kernels::segment(self.angles[k], self.v[k], self.length, *mass, *inertia);
         let kernels::Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias } =
             match self.charts[k] {
                 PolarAxis::Z => segment,
@@ -192,12 +212,12 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 2> {
         if k > 0 {
-            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), self.chain.joint());
+            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), self.links[k]);
             return Joint { previous, next };
         }
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
-        let clamp = kernels::clamp(direction, direction_rate, self.angles[0], self.v[0], stiffness, damping);
+        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
+        let [direction, direction_rate, relaxed] = self.clamp.about(self.charts[0], relaxed_angle);
+        let clamp = kernels::clamp(direction, direction_rate, relaxed, self.angles[0], self.v[0], *stiffness, *damping);
         Joint { previous: zero(), next: clamp.next }
     }
 
@@ -215,17 +235,16 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         outer_force: [T; 3],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 2, 3> {
-        let Chain { length, mass, inertia, .. } = self.chain;
-        let axis = self.charts[k];
+        let (axis, Link { mass, inertia, .. }) = (self.charts[k], &self.links[k]);
         let mut tangent = kernels::segment_tangent(
             self.angles[k],
             self.v[k],
             accelerations,
             axis.from_frame(base_acceleration),
             axis.from_frame(outer_force),
-            length,
-            mass,
-            inertia,
+            self.length,
+            *mass,
+            *inertia,
             weights.coordinates,
             weights.rates,
         );
@@ -241,18 +260,19 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
             let kernels::JointTangent { previous_previous, previous_next, next_previous, next_next } =
-                chart::joint_tangent(self.side(k - 1), self.side(k), self.chain.joint(), weights);
+                chart::joint_tangent(self.side(k - 1), self.side(k), self.links[k], weights);
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp.about(self.charts[0]);
+        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
+        let [direction, direction_rate, relaxed] = self.clamp.about(self.charts[0], relaxed_angle);
         let clamp = kernels::clamp_tangent(
             direction,
             direction_rate,
+            relaxed,
             self.angles[0],
             self.v[0],
-            stiffness,
-            damping,
+            *stiffness,
+            *damping,
             weights.coordinates,
             weights.rates,
         );
@@ -415,10 +435,10 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Dynamics { chain, charts, angles, memory } = self.dynamics;
-        let n = chain.segments;
+        let n = chain.segments();
         if let Some(q) = self.task.new_coordinates() {
             T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
-        recursion::perform(memory, n, |clamp, _, v| Spatial::new(chain, charts, angles, v, clamp), self.task);
+        recursion::perform(memory, n, |clamp, _, v| Spatial::new(&*chain, charts, angles, v, clamp), self.task);
     }
 }

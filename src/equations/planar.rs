@@ -8,7 +8,7 @@
 //!
 //! A block of coordinates is `[η, θ]`.
 
-use super::chart::JointConstants;
+use super::chain::Link;
 use super::dispatch::Loop;
 use super::dynamics::Placed;
 use super::linear::{add, in_lane, scale, zero};
@@ -43,7 +43,7 @@ impl<T: Real> PlanarDynamics<T> {
     /// # Panics
     /// If the chain has no segment.
     pub fn new(chain: Chain<T>) -> Self {
-        let n = chain.segments;
+        let n = chain.segments();
         assert!(n > 0, "a chain has at least one segment");
         Self { chain, angles: vec![zero(); n], memory: Memory::new(n), lateral: Memory::new(n) }
     }
@@ -53,9 +53,9 @@ impl<T: Real> PlanarDynamics<T> {
         &self.chain
     }
 
-    /// Replaces the constants by others with the same number of segments.
-    pub(crate) fn set_chain(&mut self, chain: Chain<T>) {
-        self.chain = chain;
+    /// The constants, to be replaced by others with the same number of segments.
+    pub(crate) fn chain_mut(&mut self) -> &mut Chain<T> {
+        &mut self.chain
     }
 
     /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the state of the last
@@ -154,7 +154,9 @@ fn to_frame<T: Real>([x, y]: [T; 2]) -> [T; 3] {
 
 /// A chain in the plane of rotation at one state.
 struct Planar<'a, T> {
-    chain: Chain<T>,
+    length: T,
+    gravity: [T; 3],
+    links: &'a [Link<T>],
     angles: &'a [[T; 2]],
     q: &'a [[T; 2]],
     v: &'a [[T; 2]],
@@ -163,42 +165,61 @@ struct Planar<'a, T> {
 
 impl<'a, T: Real> Planar<'a, T> {
     #[inline(always)]
-    fn new(chain: &Chain<T>, angles: &'a [[T; 2]], q: &'a [[T; 2]], v: &'a [[T; 2]], clamp: &'a Clamp<T>) -> Self {
-        let n = chain.segments;
-        Self { chain: *chain, angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
+    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], q: &'a [[T; 2]], v: &'a [[T; 2]], clamp: &'a Clamp<T>) -> Self {
+        let n = chain.segments();
+        let Chain { length, gravity, .. } = *chain;
+        Self { length, gravity, links: &chain.links[..n], angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
     }
 
-    /// `e_0` and `ė_0`.
+    /// `e_0`, `ė_0` and `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint.
     #[inline(always)]
-    fn clamp(&self) -> ([T; 2], [T; 2]) {
-        (in_plane(self.clamp.direction), in_plane(self.clamp.direction_rate))
+    fn clamp(&self) -> [[T; 2]; 3] {
+        let direction = in_plane(self.clamp.direction);
+        [direction, in_plane(self.clamp.direction_rate), self.links[0].relaxed_angle.turn(direction)]
     }
 
     #[inline(always)]
     fn clamp_energy(&self) -> kernels::PlanarClampEnergy<T> {
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp();
-        kernels::planar_clamp_energy(direction, direction_rate, self.angles[0], self.v[0][1], stiffness, damping)
+        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
+        let [direction, direction_rate, relaxed] = self.clamp();
+        let relaxed_rate = relaxed_angle.turn(direction_rate);
+        kernels::planar_clamp_energy(
+            direction,
+            direction_rate,
+            relaxed,
+            self.angles[0],
+            self.v[0][1],
+            *stiffness,
+            *damping,
+            relaxed_rate,
+        )
     }
 }
 
 impl<T: Lanewise> Energetic<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 2], velocity: [T; 2]) -> [T; 2] {
-        let Chain { length, mass, inertia, gravity, .. } = self.chain;
-        let (angles, rate, g) = (self.angles[k], self.v[k][1], in_plane(gravity));
+        let Link { mass, inertia, .. } = &self.links[k];
+        let (angles, rate, g) = (self.angles[k], self.v[k][1], in_plane(self.gravity));
         let kernels::PlanarSegmentEnergy { kinetic, gravity } =
-            kernels::planar_segment_energy(angles, rate, position, velocity, g, length, mass, inertia);
+            kernels::planar_segment_energy(angles, rate, position, velocity, g, self.length, *mass, *inertia);
         [kinetic, gravity]
     }
 
     #[inline(always)]
     fn inner_joint_energy(&self, k: usize) -> [T; 2] {
         if k > 0 {
-            let JointConstants { stiffness, damping } = self.chain.joint();
+            let Link { stiffness, damping, relaxed_angle, .. } = &self.links[k];
             let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
-            let kernels::PlanarJointEnergy { spring, dissipation } =
-                kernels::planar_joint_energy(inner, outer, self.v[k - 1][1], self.v[k][1], stiffness, damping);
+            let kernels::PlanarJointEnergy { spring, dissipation } = kernels::planar_joint_energy(
+                inner,
+                outer,
+                relaxed_angle.angle,
+                self.v[k - 1][1],
+                self.v[k][1],
+                *stiffness,
+                *damping,
+            );
             return [spring, dissipation];
         }
         let kernels::PlanarClampEnergy { spring, dissipation, .. } = self.clamp_energy();
@@ -209,17 +230,17 @@ impl<T: Lanewise> Energetic<T, 1, 2> for Planar<'_, T> {
 impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn segments(&self) -> usize {
-        self.chain.segments
+        self.links.len()
     }
 
     #[inline(always)]
-    fn mass(&self) -> T {
-        self.chain.mass
+    fn mass(&self, k: usize) -> T {
+        self.links[k].mass
     }
 
     #[inline(always)]
     fn root(&self) -> Root<T, 2> {
-        let Root { position, velocity, acceleration } = self.clamp.root(self.chain.gravity);
+        let Root { position, velocity, acceleration } = self.clamp.root(self.gravity);
         Root { position: in_plane(position), velocity: in_plane(velocity), acceleration: in_plane(acceleration) }
     }
 
@@ -235,7 +256,7 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 2> {
-        let Chain { length, mass, inertia, .. } = self.chain;
+        let Link { mass, inertia, .. } = &self.links[k];
         let kernels::PlanarSegment {
             inertia,
             coupling,
@@ -245,22 +266,30 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
             reach_rate,
             reach_jacobian,
             reach_bias,
-        } = kernels::planar_segment(self.angles[k], self.v[k][1], length, mass, inertia);
+        } = kernels::planar_segment(self.angles[k], self.v[k][1], self.length, *mass, *inertia);
         Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias }
     }
 
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 1> {
         if k > 0 {
-            let JointConstants { stiffness, damping } = self.chain.joint();
+            let Link { stiffness, damping, relaxed_angle, .. } = &self.links[k];
             let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
-            let kernels::PlanarJoint { previous, next } =
-                kernels::planar_joint(inner, outer, self.v[k - 1][1], self.v[k][1], stiffness, damping);
+            let kernels::PlanarJoint { previous, next } = kernels::planar_joint(
+                inner,
+                outer,
+                relaxed_angle.angle,
+                self.v[k - 1][1],
+                self.v[k][1],
+                *stiffness,
+                *damping,
+            );
             return Joint { previous, next };
         }
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp();
-        let clamp = kernels::planar_clamp(direction, direction_rate, self.angles[0], self.v[0][1], stiffness, damping);
+        let Link { stiffness, damping, .. } = &self.links[0];
+        let [direction, direction_rate, relaxed] = self.clamp();
+        let (angles, rate) = (self.angles[0], self.v[0][1]);
+        let clamp = kernels::planar_clamp(direction, direction_rate, relaxed, angles, rate, *stiffness, *damping);
         Joint { previous: zero(), next: clamp.next }
     }
 
@@ -278,16 +307,16 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         outer_force: [T; 2],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 1, 2> {
-        let Chain { length, mass, inertia, .. } = self.chain;
+        let Link { mass, inertia, .. } = &self.links[k];
         let kernels::PlanarSegmentTangent { torque, base_force, outer_acceleration } = kernels::planar_segment_tangent(
             self.angles[k],
             self.v[k][1],
             acceleration,
             base_acceleration,
             outer_force,
-            length,
-            mass,
-            inertia,
+            self.length,
+            *mass,
+            *inertia,
             weights.coordinates,
             weights.rates,
         );
@@ -297,20 +326,21 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 1> {
         if k > 0 {
-            let JointConstants { stiffness, damping } = self.chain.joint();
+            let Link { stiffness, damping, .. } = &self.links[k];
             let kernels::PlanarJointTangent { previous_previous, previous_next, next_previous, next_next } =
-                kernels::planar_joint_tangent(stiffness, damping, weights.coordinates, weights.rates);
+                kernels::planar_joint_tangent(*stiffness, *damping, weights.coordinates, weights.rates);
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
-        let JointConstants { stiffness, damping } = self.chain.root_joint();
-        let (direction, direction_rate) = self.clamp();
+        let Link { stiffness, damping, .. } = &self.links[0];
+        let [direction, direction_rate, relaxed] = self.clamp();
         let clamp = kernels::planar_clamp_tangent(
             direction,
             direction_rate,
+            relaxed,
             self.angles[0],
             self.v[0][1],
-            stiffness,
-            damping,
+            *stiffness,
+            *damping,
             weights.coordinates,
             weights.rates,
         );
@@ -371,11 +401,12 @@ struct Lateral<'a, T> {
 }
 
 impl<T: Real> Lateral<'_, T> {
-    /// `sin(θ − θ'), cos(θ − θ')` of the segments inside and outside joint `k`.
+    /// `sin(θ − θ'), cos(θ − θ')` of the segments inside and outside joint `k`, and the same with the relaxed angle added.
     #[inline(always)]
-    fn azimuth_step(&self, k: usize) -> [T; 2] {
+    fn azimuth_steps(&self, k: usize) -> [[T; 2]; 2] {
         let ([sin, cos], [next_sin, next_cos]) = (self.planar.angles[k - 1], self.planar.angles[k]);
-        [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
+        let step = [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin];
+        [step, self.planar.links[k].relaxed_angle.added_to(step)]
     }
 
     /// The nodes of the planar motion.
@@ -399,8 +430,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn mass(&self) -> T {
-        self.planar.mass()
+    fn mass(&self, k: usize) -> T {
+        self.planar.mass(k)
     }
 
     /// The root stays where it is when the clamp is tilted.
@@ -421,7 +452,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 1> {
-        let Planar { chain: Chain { length, mass, inertia, .. }, angles, q, v, .. } = self.planar;
+        let Planar { length, links, angles, q, v, .. } = self.planar;
+        let Link { mass, inertia, .. } = links[k];
         let kernels::LateralSegment { inertia, coupling, bias, reach, reach_rate, reach_jacobian } =
             kernels::lateral_segment(
                 angles[k],
@@ -443,9 +475,11 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     fn inner_joint(&self, k: usize) -> Joint<T, 1> {
         let Planar { q, v, .. } = self.planar;
         if k > 0 {
-            let JointConstants { stiffness, damping } = self.planar.chain.joint();
+            let Link { stiffness, damping, .. } = self.planar.links[k];
+            let [step, unbent_step] = self.azimuth_steps(k);
             let kernels::LateralJoint { previous, next } = kernels::lateral_joint(
-                self.azimuth_step(k),
+                step,
+                unbent_step,
                 v[k - 1][1],
                 v[k][1],
                 q[k - 1][0],
@@ -457,11 +491,19 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
             );
             return Joint { previous, next };
         }
-        let JointConstants { stiffness, damping } = self.planar.chain.root_joint();
-        let (direction, direction_rate) = self.planar.clamp();
-        let angles = self.planar.angles[0];
-        let clamp =
-            kernels::lateral_clamp(direction, direction_rate, angles, v[0][1], stiffness, damping, q[0][0], v[0][0]);
+        let Link { stiffness, damping, .. } = self.planar.links[0];
+        let [direction, direction_rate, relaxed] = self.planar.clamp();
+        let clamp = kernels::lateral_clamp(
+            direction,
+            direction_rate,
+            relaxed,
+            self.planar.angles[0],
+            v[0][1],
+            stiffness,
+            damping,
+            q[0][0],
+            v[0][0],
+        );
         Joint { previous: zero(), next: clamp.next }
     }
 
@@ -484,7 +526,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
         _: [T; 1],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 1, 1> {
-        let Planar { chain: Chain { length, mass, inertia, .. }, angles, v, .. } = self.planar;
+        let Planar { length, links, angles, v, .. } = self.planar;
+        let Link { mass, inertia, .. } = links[k];
         let kernels::LateralSegmentTangent { torque, base_force, outer_acceleration } =
             kernels::lateral_segment_tangent(
                 angles[k],
@@ -504,10 +547,12 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 1> {
         let v = self.planar.v;
         if k > 0 {
-            let JointConstants { stiffness, damping } = self.planar.chain.joint();
+            let Link { stiffness, damping, .. } = self.planar.links[k];
+            let [step, unbent_step] = self.azimuth_steps(k);
             let kernels::LateralJointTangent { previous_previous, previous_next, next_previous, next_next } =
                 kernels::lateral_joint_tangent(
-                    self.azimuth_step(k),
+                    step,
+                    unbent_step,
                     v[k - 1][1],
                     v[k][1],
                     stiffness,
@@ -517,11 +562,12 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
                 );
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
-        let JointConstants { stiffness, damping } = self.planar.chain.root_joint();
-        let (direction, direction_rate) = self.planar.clamp();
+        let Link { stiffness, damping, .. } = self.planar.links[0];
+        let [direction, direction_rate, relaxed] = self.planar.clamp();
         let clamp = kernels::lateral_clamp_tangent(
             direction,
             direction_rate,
+            relaxed,
             self.planar.angles[0],
             v[0][1],
             stiffness,
@@ -603,7 +649,7 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
     #[inline(always)]
     fn run(self) {
         let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
-        let n = chain.segments;
+        let (chain, n) = (&*chain, chain.segments());
         match self.task {
             PlanarTask::Motion(task) => {
                 if let Some(q) = task.new_coordinates() {

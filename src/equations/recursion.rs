@@ -93,14 +93,14 @@ pub(super) struct Root<T, const S: usize> {
     pub acceleration: [T; S],
 }
 
-/// A chain at one state. It holds the constants by value, so that the compiler can keep them in registers. It would read
-/// constants behind a reference again after every write.
+/// A chain at one state. It holds the constants of the whole chain by value, so that the compiler can keep them in registers. It
+/// would read constants behind a reference again after every write.
 pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Number of segments.
     fn segments(&self) -> usize;
 
-    /// Mass of a segment.
-    fn mass(&self) -> T;
+    /// Mass of segment `k`.
+    fn mass(&self, k: usize) -> T;
 
     /// The inner end of the first segment.
     fn root(&self) -> Root<T, S>;
@@ -405,18 +405,14 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     loaded.gather(posture, loads, positions, velocities, &mut memory.points);
     let points = &memory.points[..];
     let responses = &mut memory.responses[..n];
-    let mass = posture.mass();
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
         if loaded.at(k)
-            && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
+            && let Some(force) = loaded.load(posture, loads, points, k, positions[k], velocities[k])
         {
             b = sub(b, force);
-        }
-        if loaded.points {
-            b = sub(b, at_outer_end(points, k));
         }
         let segment = posture.segment(k);
         let joint = posture.inner_joint(k);
@@ -444,7 +440,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
                     a[column][row] = entry;
                 }
             });
-            a[row][row] = mass + a[row][row];
+            a[row][row] = posture.mass(k) + a[row][row];
         });
         b = add(add(segment.base_bias, outer), mul(&coupling, own));
         responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
@@ -513,7 +509,6 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let (jacobians, base_accelerations) = (&mut memory.jacobians[..n], &mut memory.base_accelerations[..n + 1]);
     let base_forces = &mut memory.base_forces[..n];
-    let mass = posture.mass();
 
     let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
     // For the segment before, which still lacks the torque of its outer joint.
@@ -528,7 +523,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
         pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
         let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
-        base_forces[k] = add(scale(mass, base), own);
+        base_forces[k] = add(scale(posture.mass(k), base), own);
         base_accelerations[k] = base;
         base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
         position = add(position, segment.reach);
@@ -544,6 +539,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
 #[derive(Clone, Copy)]
 struct Loaded<'a> {
     any: bool,
+    /// With loads at points of segments all nodes are asked.
     lanes: Option<&'a [LaneSet]>,
     /// Whether there may be loads at points of segments.
     points: bool,
@@ -556,7 +552,23 @@ impl<'a> Loaded<'a> {
         loads: &'a dyn NodeLoads<T>,
     ) -> Self {
         let any = posture.is_loaded(loads);
-        Self { any, lanes: loads.lanes(), points: any && loads.loads_points() }
+        let points = any && loads.loads_points();
+        Self { any, lanes: if points { None } else { loads.lanes() }, points }
+    }
+
+    /// The load on node `k`, with its share of `points`.
+    #[inline(always)]
+    fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+        self,
+        posture: &P,
+        loads: &dyn NodeLoads<T>,
+        points: &[Point<T, S>],
+        k: usize,
+        position: [T; S],
+        velocity: [T; S],
+    ) -> Option<[T; S]> {
+        let load = posture.load(loads, k, position, velocity);
+        if self.points { Some(add(load.unwrap_or_else(zero), at_outer_end(points, k))) } else { load }
     }
 
     /// Puts the loads at points of segments into `points`.
@@ -628,12 +640,10 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     fn add(&mut self, k: usize) -> [T; S] {
         let mut force = self.force;
         if self.loaded.at(k)
-            && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
+            && let Some(load) =
+                self.loaded.load(self.posture, self.loads, self.points, k, self.positions[k], self.velocities[k])
         {
             force = sub(force, load);
-        }
-        if self.loaded.points {
-            force = sub(force, at_outer_end(self.points, k));
         }
         self.outer_forces[k] = force;
         self.force = add(force, self.base_forces[k]);
@@ -676,7 +686,6 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
     let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
-    let mass = posture.mass();
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
     if loaded.points {
         memory.point_changes.clear();
@@ -698,9 +707,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
                 a[row] = sub(sub(a[row], elastic), viscous);
             });
         }
-        let ends = loaded.points.then(|| point_blocks(point_changes, k, weights));
-        if let Some([_, [_, outer_outer]]) = &ends {
-            a = sub_matrices(&a, outer_outer);
+        if loaded.points {
+            let [_, [_, outer_outer]] = point_blocks(point_changes, k, weights);
+            a = sub_matrices(&a, &outer_outer);
         }
         let segment = posture.segment(k);
         let jacobian = &segment.reach_jacobian;
@@ -719,8 +728,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
             });
         });
         let mut force = add_matrices(&tangent.base_force, &spread);
-        if let Some([[inner_inner, inner_outer], [outer_inner, _]]) = &ends {
+        if loaded.points {
             // The force on the outer end changes with the inner end, and that on the inner end with both.
+            let [[inner_inner, inner_outer], [outer_inner, _]] = &point_blocks(point_changes, k, weights);
             coupling = sub_matrices(&coupling, &transposed_product(jacobian, outer_inner));
             force = sub_matrices(&force, &product(inner_outer, outer));
             a = sub_matrices(&a, &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)));
@@ -731,7 +741,7 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
 
         a = sub_matrices(&a, &product(&force, &from_node));
         unrolled!(i < S, {
-            a[i][i] = a[i][i] + mass;
+            a[i][i] = a[i][i] + posture.mass(k);
         });
         b = negative(&product(&force, &from_neighbour));
         c = negative(&product(&torque, &from_node));

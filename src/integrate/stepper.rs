@@ -13,14 +13,17 @@ const MAX_STAGES: usize = 8;
 const NEWTON_TOLERANCE: f64 = 0.02;
 /// Where a step may miss the tolerance, it stops at no larger error than this, relative to the scales of the tolerances.
 const LOOSEST_NEWTON_TOLERANCE: f64 = 1e-5;
-/// With [`StageSolution::Predicted`] it stops after the first iteration if the correction is below this, in tolerances.
+/// Unless stages are [`StageSolution::Converged`], it stops after the first iteration if the correction is below this, in
+/// tolerances.
 ///
 /// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, because the error estimate
 /// includes the unsolved part of a stage.
 const TRUSTED_CORRECTION: f64 = 1000.0;
-/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the largest error.
+/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the largest error. With
+/// [`StageSolution::Cautious`] it falls above this tolerance, too, with its square: steps are then so long that a point may stick in
+/// one stage and slide in the next, which one iteration misses.
 const TRUSTED_TOLERANCE: f64 = 1e-6;
-/// Above that limit, and above this share of the corrected value, the step is abandoned: it is too long for the
+/// With [`StageSolution::Predicted`], above that limit, and above this share of the corrected value, the step is abandoned: it is too long for the
 /// prediction and would be rejected later. Between the two, at tight tolerances, Newton's method continues.
 const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
@@ -35,8 +38,23 @@ const SLOWEST_DECLINE: f64 = 0.3;
 pub enum StageSolution {
     /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where more iterations gain nothing.
     Predicted,
-    /// From `q̈` of the previous stage, to a small part of the tolerance. For equations as sharp as those of dry friction.
+    /// From an extrapolation, too, but one iteration is trusted only if its correction is small; otherwise more follow, to a small
+    /// part of the tolerance. For equations as sharp as those of dry friction, in systems with damping.
+    Cautious,
+    /// From `q̈` of the previous stage, to a small part of the tolerance. For systems that must not gain energy.
     Converged,
+}
+
+impl StageSolution {
+    /// The size of a first correction, in tolerances, up to which it is the only one.
+    fn trusted_correction(self, relative: f64) -> f64 {
+        let tolerance = relative / TRUSTED_TOLERANCE;
+        match self {
+            Self::Predicted => TRUSTED_CORRECTION * tolerance.min(1.0),
+            Self::Cautious => TRUSTED_CORRECTION * tolerance.min(1.0 / (tolerance * tolerance)),
+            Self::Converged => 0.0,
+        }
+    }
 }
 
 /// Why an attempt did not produce a state.
@@ -117,11 +135,11 @@ impl Newton {
         if !norm.is_finite() {
             return Progress::Failed;
         }
-        if solution == StageSolution::Predicted && iteration == 0 {
-            if norm <= TRUSTED_CORRECTION * (relative / TRUSTED_TOLERANCE).min(1.0) {
+        if iteration == 0 {
+            if norm < solution.trusted_correction(relative) {
                 return Progress::Converged;
             }
-            if norm * relative > HOPEFUL_CORRECTION {
+            if solution == StageSolution::Predicted && norm * relative > HOPEFUL_CORRECTION {
                 return Progress::Failed;
             }
         }

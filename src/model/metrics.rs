@@ -26,6 +26,11 @@ const fn over_decades(display: Display) -> Display {
     Display { scale: Scale::Logarithmic, ..display }
 }
 
+/// Left out of tables and figures where it is zero in all cases: without friction, or without an edge.
+const fn optional(display: Display) -> Display {
+    Display { optional: true, ..display }
+}
+
 /// Belongs to the tool.
 const fn of_tool(display: Display) -> Display {
     Display { scope: Scope::Tool, ..display }
@@ -69,33 +74,33 @@ crate::record! {
         contact_impulse_z_n_s: f64 = ["", "N s", "contact impulse along z", "∫ of the contact force on the filament"],
         edge_contact_normal_impulse_n_s: f64 =
             ["", "N s", "contact normal impulse on edges", "the share of p_n on edges of the workpiece"]
-            => figure("edge_impulse", "mN s", 1e3),
+            => optional(figure("edge_impulse", "mN s", 1e3)),
         edge_share: f64 = [
             "", "", "share of the impulse on edges",
             "contact normal impulse on edges over p_n, zero without contact"
-        ] => figure("edge_share", "", 1.0),
+        ] => optional(figure("edge_share", "", 1.0)),
         edge_evenness: f64 = [
             "", "", "evenness of the work around edges",
             "mean over largest value of ∫ F_n |v_t| dt per length, the friction work over µ, among 24 parts of each edge: 1 if the \
              filament works everywhere alike, near 0 if in one place; zero if it touches no edge"
-        ] => figure("edge_evenness", "", 1.0),
+        ] => optional(figure("edge_evenness", "", 1.0)),
         max_edge_penetration_m: f64 = [
             "", "m", "largest penetration of an edge",
-            "should be small against the edge’s radius"
+            "the force on an edge is that of a rigid one as long as this is small against its radius"
         ] => largest(Display::DETAIL),
         friction_work_j: f64 = ["", "J", "friction work", "energy taken by friction in one pass of one filament"]
-            => figure("friction_work", "mJ", 1e3),
+            => optional(figure("friction_work", "mJ", 1e3)),
         contact_angular_impulse_n_m_s: f64 =
             ["", "N m s", "contact angular impulse", "∫ of the moment of the contact force about the tool axis"],
         tool_tangential_force_n: f64 = [
-            "", "N", "tangential force of the tool",
+            "F_t,w", "N", "tangential force of the tool",
             "−∫ F_x dt N_f ω/(2π): positive where the tool drags the workpiece along x"
-        ] => headline(of_tool(figure("tool_tangential_force", "N", 1.0))),
+        ] => headline(optional(of_tool(figure("tool_tangential_force", "N", 1.0)))),
         tool_torque_n_m: f64 = [
-            "", "N m", "torque of the tool",
+            "M_w", "N m", "torque of the tool",
             "−contact angular impulse N_f ω/(2π): what the drive must supply"
-        ] => headline(of_tool(figure("tool_torque", "N m", 1.0))),
-        tool_power_w: f64 = ["", "W", "power of the tool", "torque of the tool times ω"]
+        ] => of_tool(figure("tool_torque", "N m", 1.0)),
+        tool_power_w: f64 = ["P_w", "W", "power of the tool", "M_w ω: what the contact takes from the drive"]
             => of_tool(figure("tool_power", "W", 1.0)),
         lateral_amplification: f64 = [
             "", "", "lateral amplification",

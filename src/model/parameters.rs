@@ -7,6 +7,7 @@ use std::error::Error;
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
+use crate::model::filament;
 use crate::model::record::Scalar;
 use crate::model::settings::Settings;
 use crate::workpiece::{self, Part, unit_normal};
@@ -16,6 +17,9 @@ const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
+
+/// Largest ratio of the diameters at the ends of a filament.
+const MAX_TAPER: f64 = 1e3;
 
 /// Smallest number of sampled tools of a case: a few per coefficient of the sensitivity indices.
 pub const MIN_SAMPLES: usize = 64;
@@ -201,6 +205,19 @@ macro_rules! parameter {
             set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
         }
     };
+    // A setting whose default is that of a method of the same name.
+    ($section:ident . $key:ident(), $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        Parameter {
+            path: concat!(stringify!($section), ".", stringify!($key)),
+            unit: $unit,
+            symbol: $symbol,
+            name: $name,
+            range: $range,
+            required: false,
+            get: |settings| settings.$section.$key(),
+            set: |settings, value| settings.$section.$key = Some(value),
+        }
+    };
 }
 
 /// All scalar settings, in the order of [`Settings`].
@@ -219,6 +236,10 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(filament.length_m, "m", Range::real(Bound::Excluded(0.0), Bound::Included(100.0)), "l_f", "free length")
         .required(),
     parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required(),
+    parameter!(filament.tip_diameter_m(), "m", Range::POSITIVE, "", "diameter at the tip"),
+    parameter!(filament.waviness_amplitude_m, "m", Range::between(-100.0, 100.0), "A", "amplitude of the waviness"),
+    parameter!(filament.waviness_length_m(), "m", Range::POSITIVE, "λ", "length of a wave"),
+    parameter!(filament.waviness_phase_rad, "rad", Range::between(-1e3, 1e3), "ψ", "phase of the waviness at the root"),
     parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density"),
     parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus"),
     parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode"),
@@ -259,6 +280,27 @@ pub static PARAMETERS: &[Parameter] = &[
         "standard deviation of Young’s modulus"
     ),
     parameter!(uncertainty.damping_ratio_std, "", Range::NOT_NEGATIVE, "Δζ", "standard deviation of the damping ratio"),
+    parameter!(
+        uncertainty.waviness_amplitude_std_m,
+        "m",
+        Range::NOT_NEGATIVE,
+        "ΔA",
+        "standard deviation of the waviness"
+    ),
+    parameter!(
+        uncertainty.waviness_phase_std_rad,
+        "rad",
+        Range::NOT_NEGATIVE,
+        "Δψ",
+        "standard deviation of the phase of the waviness"
+    ),
+    parameter!(
+        uncertainty.friction_coefficient_std,
+        "",
+        Range::NOT_NEGATIVE,
+        "Δµ",
+        "standard deviation of the coefficient of friction"
+    ),
     parameter!(
         uncertainty.samples,
         "",
@@ -304,6 +346,37 @@ impl Settings {
         Ok(())
     }
 
+    /// Checks the taper and the waviness of the filament.
+    fn check_shape(&self) -> Result<(), Violation> {
+        let Settings { filament, .. } = self;
+        let (root_m, tip_m, length_m) = (filament.diameter_m, filament.tip_diameter_m(), filament.length_m);
+        if !(root_m / MAX_TAPER..=root_m * MAX_TAPER).contains(&tip_m) || tip_m >= length_m {
+            return Err(Violation {
+                path: "filament.tip_diameter_m",
+                value: format!("{tip_m:?}"),
+                allowed: format!(
+                    "less than filament.length_m = {length_m:?}, and from a thousandth to a thousand times \
+                     filament.diameter_m = {root_m:?}"
+                ),
+            });
+        }
+        let steepest =
+            filament::sines_of_inclinations(filament).fold(0.0, |steepest: f64, sine| steepest.max(sine.abs()));
+        if steepest >= 1.0 {
+            let amplitude_m = filament.waviness_amplitude_m;
+            return Err(Violation {
+                path: "filament.waviness_amplitude_m",
+                value: format!("{amplitude_m:?}"),
+                allowed: format!(
+                    "between ±{:.4e}: with filament.waviness_length_m = {:?} no segment may lie across the clamp direction",
+                    amplitude_m.abs() / steepest,
+                    filament.waviness_length_m(),
+                ),
+            });
+        }
+        Ok(())
+    }
+
     /// Checks the conditions between several settings. Each setting must already be valid on its own.
     pub fn check_relations(&self) -> Result<(), Violation> {
         let length_m = self.filament.length_m;
@@ -314,6 +387,7 @@ impl Settings {
                 allowed: format!("less than filament.length_m = {length_m:?}"),
             });
         }
+        self.check_shape()?;
         if self.contact.radius_m >= length_m {
             return Err(Violation {
                 path: "contact.radius_m",

@@ -19,7 +19,7 @@ pub trait Record: Default + 'static {
 pub struct Column<R> {
     /// Name of its field, which is also its key in files. The unit is part of it.
     pub key: &'static str,
-    /// MODEL's symbol, with an underscore before a subscript; empty if MODEL has none.
+    /// MODEL's symbol, with an underscore before a subscript; empty if there is none.
     pub symbol: &'static str,
     /// SI unit; empty for a dimensionless number.
     pub unit: &'static str,
@@ -76,6 +76,8 @@ pub struct Display {
     pub scope: Scope,
     /// How the values of several filaments, or of several passes of one, are combined.
     pub combine: Combine,
+    /// True if tables and figures leave it out where it is zero in all cases, because nothing there can change it.
+    pub optional: bool,
 }
 
 impl Display {
@@ -88,6 +90,7 @@ impl Display {
         scale: Scale::Linear,
         scope: Scope::Filament,
         combine: Combine::Mean,
+        optional: false,
     };
 }
 

@@ -113,8 +113,23 @@ pub struct FilamentSettings {
     pub segments: usize,
     /// Free length `l_f`, in m.
     pub length_m: f64,
-    /// Diameter `d`, in m.
+    /// Diameter `d`, in m; of a tapered filament at its root.
     pub diameter_m: f64,
+    /// Diameter at the tip, to which it goes linearly, in m: from a thousandth to a thousand times `diameter_m`. Without it the
+    /// filament is uniform.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub tip_diameter_m: Option<f64>,
+    /// Amplitude `A` of the waves of the relaxed filament in the plane of rotation, in m. A negative one is that of the mirror image.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub waviness_amplitude_m: f64,
+    /// Length `λ` of the waves, in m. Without it one wave is as long as the filament.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub waviness_length_m: Option<f64>,
+    /// Phase `ψ` of the waves at the root, in rad.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub waviness_phase_rad: f64,
     /// Density `ρ`, in kg/m³.
     #[cfg_attr(feature = "serde", serde(default = "default_density_kg_m3"))]
     pub density_kg_m3: f64,
@@ -284,7 +299,8 @@ impl Default for SolverSettings {
     }
 }
 
-/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`, and that of
+/// friction.
 ///
 /// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
 /// filaments of a sampled tool are alike.
@@ -300,6 +316,12 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
+    /// Standard deviation of the amplitude `A` of the waviness, in m. A negative sample is the mirror image.
+    pub waviness_amplitude_std_m: f64,
+    /// Standard deviation of the phase `ψ` of the waviness, in rad.
+    pub waviness_phase_std_rad: f64,
+    /// Standard deviation of the coefficient of friction `µ`, whose distribution is cut at zero.
+    pub friction_coefficient_std: f64,
     /// Number of sampled tools. Powers of two cover the space of the inputs most evenly.
     pub samples: usize,
     /// Seed of the samples.
@@ -327,6 +349,9 @@ impl Default for UncertaintySettings {
             diameter_std_m: 0.0,
             youngs_modulus_std_pa: 0.0,
             damping_ratio_std: 0.0,
+            waviness_amplitude_std_m: 0.0,
+            waviness_phase_std_rad: 0.0,
+            friction_coefficient_std: 0.0,
             samples: 128,
             seed: 1,
             hold: Hold::Process,
@@ -356,11 +381,27 @@ impl FilamentSettings {
             segments: default_segments(),
             length_m,
             diameter_m,
+            tip_diameter_m: None,
+            waviness_amplitude_m: 0.0,
+            waviness_length_m: None,
+            waviness_phase_rad: 0.0,
             density_kg_m3: default_density_kg_m3(),
             youngs_modulus_pa: default_youngs_modulus_pa(),
             lateral_tilt_rad: 0.0,
             damping_ratio: default_damping_ratio(),
         }
+    }
+
+    /// Diameter at the tip in m.
+    #[must_use]
+    pub fn tip_diameter_m(&self) -> f64 {
+        self.tip_diameter_m.unwrap_or(self.diameter_m)
+    }
+
+    /// Length `λ` of the waves in m.
+    #[must_use]
+    pub fn waviness_length_m(&self) -> f64 {
+        self.waviness_length_m.unwrap_or(self.length_m)
     }
 }
 

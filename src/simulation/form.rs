@@ -54,11 +54,12 @@ impl<T: Compiled> Equations<T> {
     }
 
     pub fn segments(&self) -> usize {
-        each!(self, dynamics => dynamics.chain().segments)
+        each!(self, dynamics => dynamics.chain().segments())
     }
 
-    pub fn set_chain(&mut self, chain: Chain<T>) {
-        each!(self, dynamics => dynamics.set_chain(chain));
+    /// The constants, to be replaced by others with the same number of segments.
+    pub fn chain_mut(&mut self) -> &mut Chain<T> {
+        each!(self, dynamics => dynamics.chain_mut())
     }
 
     /// The charts of the coordinates; planar ones have none.

@@ -6,6 +6,7 @@
 
 use crate::contact::ContactLaw;
 use crate::equations::linear::{add, scale};
+use crate::equations::{Chain, Clamp, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{Tolerances, Work};
 use crate::model::filament;
@@ -13,7 +14,7 @@ use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::Settings;
 use crate::tool::{RoundTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, Profile, Workpiece};
+use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Workpiece};
 
 mod error;
 mod form;
@@ -130,10 +131,28 @@ pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulati
     Pass::new(settings).simulate(sampling)
 }
 
+/// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as angles about the tool axis in rad.
+fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
+    let ([mut x, mut y, _], [direction_x, direction_y, _]) = (clamp.position, clamp.direction);
+    let ([mut straight_x, mut straight_y], mut inclination) = ([x, y], 0.0);
+    let [mut ahead, mut behind] = [0.0_f64; 2];
+    for link in &chain.links {
+        inclination += link.relaxed_angle.angle();
+        let (sin, cos) = sin_cos(inclination);
+        x += chain.length * (direction_x * cos - direction_y * sin);
+        y += chain.length * (direction_y * cos + direction_x * sin);
+        straight_x += chain.length * direction_x;
+        straight_y += chain.length * direction_y;
+        let angle = (straight_x * y - straight_y * x).atan2(straight_x * x + straight_y * y);
+        (ahead, behind) = (ahead.max(angle), behind.max(-angle));
+    }
+    [ahead, behind]
+}
+
 /// One pass of a filament over a workpiece, as integrated by [`simulate`].
 ///
-/// It starts with a straight filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
-/// tail angle after nominal exit.
+/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
+/// tail angle after nominal exit. Both angles are larger by as much as a wavy filament reaches ahead of a straight one or behind it.
 ///
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
 /// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
@@ -190,15 +209,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         let planar = tool.is_planar() && workpiece.is_planar() && process.gravity_m_s2[2] == 0.0;
+        let chain = filament::chain(filament, process.gravity_m_s2);
+        let [ahead, behind] = reach_around(&tool.clamp(middle, 0.0), &chain);
+        let (lead_angle, tail_angle) = (process.lead_angle_rad + ahead, process.tail_angle_rad + behind);
         Self {
             form: if planar { Form::Planar } else { Form::Spatial },
             filament: Filament {
-                chain: filament::chain(filament, process.gravity_m_s2),
-                motion: Turning {
-                    tool,
-                    rate: nominal.rate(),
-                    initial_angle: middle - angle / 2.0 - process.lead_angle_rad,
-                },
+                chain,
+                motion: Turning { tool, rate: nominal.rate(), initial_angle: middle - angle / 2.0 - lead_angle },
                 law: ContactLaw::from(contact),
                 workpiece,
             },
@@ -211,8 +229,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 coordinate_scale: 1.0,
                 rate_scale: (nominal.brushing_velocity / filament.length_m).max(slow_rate),
             },
-            lead_angle: process.lead_angle_rad,
-            tail_angle: process.tail_angle_rad,
+            lead_angle,
+            tail_angle,
         }
     }
 
@@ -264,16 +282,22 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
     }
 
-    /// The start at time zero: straight, and turning rigidly with the body.
+    /// The start at time zero: in the relaxed shape, and turning rigidly with the body.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
-        let n = self.filament.chain.segments;
+        let n = self.filament.chain.segments();
         let Turning { tool, rate, initial_angle } = &self.filament.motion;
         let [mut q, mut v] = tool.undeformed(*initial_angle, *rate);
         if self.form == Form::Planar {
             // Along a clamp tilted by τ: φ = π/2 − τ.
             (q[0], v[0]) = (-1.0, 0.0);
         }
-        system.state(0.0, vec![q; n], vec![v; n])
+        // Each segment is turned about z from the one before it, by which its polar angle stays that of the clamp.
+        let [polar, mut azimuth] = q;
+        let relaxed = self.filament.chain.links.iter().map(|link| {
+            azimuth += link.relaxed_angle.angle();
+            [polar, azimuth]
+        });
+        system.state(0.0, relaxed.collect(), vec![v; n])
     }
 
     /// The time in s at which the pass ends, unless the filament still touches the workpiece.
@@ -349,7 +373,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     /// The part of the profile of the workpiece that the filament can touch during the pass; none if the workpiece has no profile.
-    pub fn profile(&self) -> Option<Profile> {
+    pub fn profile(&self) -> Option<ProfileCells> {
         let workpiece = &self.filament.workpiece;
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
         workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))
@@ -357,7 +381,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     fn sampler(&self, sampling: Sampling) -> Sampler {
         let profile = sampling.profile.then(|| self.profile()).flatten();
-        Sampler::new(self.form, self.filament.chain, sampling, self.end_time(), profile)
+        Sampler::new(self.form, self.filament.chain.clone(), sampling, self.end_time(), profile)
     }
 
     /// The trajectory of the pass in `system`, at its start.

@@ -11,7 +11,7 @@ use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
-use crate::workpiece::{Profile, Workpiece};
+use crate::workpiece::{ProfileCells, Workpiece};
 
 /// Reduces the steps of a pass to the data for the metrics.
 #[derive(Clone, Debug)]
@@ -313,8 +313,8 @@ struct Dissipated {
 
 impl Sampler {
     /// A sampler of a pass over a workpiece with this `profile`, before its first step.
-    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64, profile: Option<Profile>) -> Self {
-        let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments } else { 0 }];
+    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64, profile: Option<ProfileCells>) -> Self {
+        let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments() } else { 0 }];
         Self {
             equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
             sampling,

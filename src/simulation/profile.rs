@@ -9,7 +9,7 @@ use super::trajectory::Step;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale};
 use crate::tool::ClampMotion;
-use crate::workpiece::{Cell, Edge, Profile, Workpiece};
+use crate::workpiece::{Cell, Edge, ProfileCells, Workpiece};
 
 /// The least and the largest number of intervals into which a step is divided.
 const INTERVALS: [f64; 2] = [8.0, 64.0];
@@ -88,7 +88,7 @@ fn spread(boundaries: &[f64], [from, to]: [f64; 2], mut add: impl FnMut(usize, f
 /// The work of a pass by the cells of a profile.
 #[derive(Clone, Debug)]
 pub(super) struct Ledger {
-    profile: Profile,
+    profile: ProfileCells,
     boundaries: Vec<f64>,
     finest: f64,
     /// Normal impulse in N s and friction work in J, by cell.
@@ -103,7 +103,7 @@ pub(super) struct Ledger {
 
 impl Ledger {
     /// A ledger without work for a `profile`; none if the profile is empty.
-    pub fn new(profile: Profile) -> Option<Self> {
+    pub fn new(profile: ProfileCells) -> Option<Self> {
         let boundaries = profile.boundaries();
         let length = |cell: &Cell| cell.arc_length[1] - cell.arc_length[0];
         let finest = profile.cells.iter().map(length).reduce(f64::min)?;
@@ -216,7 +216,7 @@ impl EdgeWork {
             if !step.closed[nodes + index] {
                 continue;
             }
-            let place = |touch: &Touch, _| edge.fraction(touch.approach.normal);
+            let place = |touch: &Touch, time: f64| edge.part_before(touch.position, time);
             let weigh = |touch: &Touch| {
                 let Approach { sliding, .. } = touch.approach;
                 [filament.law.normal_force(&touch.approach).max(0.0) * dot(sliding, sliding).sqrt()]
@@ -230,7 +230,7 @@ impl EdgeWork {
 
     /// The mean of the work per length of all edges over its largest value among their parts; zero without any.
     pub fn evenness(&self, edges: &[Edge]) -> f64 {
-        let lengths = edges.iter().map(|edge| edge.angle() * edge.radius / PARTS_OF_EDGE as f64);
+        let lengths = edges.iter().map(|edge| edge.length() / PARTS_OF_EDGE as f64);
         let (mut work, mut length, mut largest) = (0.0, 0.0, 0.0_f64);
         for (parts, part_length) in self.parts.iter().zip(lengths) {
             work += parts.iter().sum::<f64>();

@@ -77,7 +77,7 @@ impl Kind {
     pub(super) fn new<M: ClampMotion, W: Workpiece>(form: Form, filament: &Filament<M, W>) -> Self {
         Self {
             form,
-            segments: filament.chain.segments,
+            segments: filament.chain.segments(),
             contacts: filament.contacts(),
             solution: filament.stage_solution(),
         }
@@ -115,7 +115,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         let system =
             FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], sampling.tracks_energy())
                 .tracking_dissipation(sampling.tracks_dissipation());
-        let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments);
+        let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }
 

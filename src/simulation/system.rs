@@ -120,7 +120,7 @@ pub struct Touch {
 }
 
 /// One filament: its constants, the motion of its clamp, and the workpiece.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Filament<M, W> {
     /// The constants.
     pub chain: Chain<f64>,
@@ -140,13 +140,13 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 
     /// The number of its possible contacts: one for each node, and one for each edge of the workpiece.
     pub fn contacts(&self) -> usize {
-        self.chain.segments + self.workpiece.edges().len()
+        self.chain.segments() + self.workpiece.edges().len()
     }
 
     /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at `time`. The search for its place
     /// on an edge begins at the segment `start`, or goes over all segments.
     pub fn touch(&self, contact: usize, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
-        let segments = self.chain.segments;
+        let segments = self.chain.segments();
         let Some(edge) = contact.checked_sub(segments) else {
             let [position, velocity] = nodes(contact + 1);
             let station = Station { segment: contact, fraction: 1.0 };
@@ -158,30 +158,30 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
-        let (segments, centre) = (self.chain.segments, edge.centre_at(time));
-        let station = match start {
-            Some(start) => Station::nearest_from(start, segments, nodes, centre),
-            None => Station::nearest(segments, nodes, centre),
-        };
+        let station = Station::nearest_to(edge, start, self.chain.segments(), nodes, time);
         EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
     /// How to solve the stages of its steps.
     ///
     /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
-    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages.
+    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages. With friction a single
+    /// correction must be small to be enough.
     pub fn stage_solution(&self) -> StageSolution {
-        let damped = self.chain.root_damping > 0.0 || self.chain.joint_damping > 0.0;
-        if damped && self.law.friction == 0.0 { StageSolution::Predicted } else { StageSolution::Converged }
+        let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
+        match (damped, self.law.friction > 0.0) {
+            (false, _) => StageSolution::Converged,
+            (true, true) => StageSolution::Cautious,
+            (true, false) => StageSolution::Predicted,
+        }
     }
 
     /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance × l_f`, or less if
     /// the contact is so stiff that this depth would cause a force above `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
-        // c h = E I
-        let force = chain.joint_stiffness * chain.length / (length * length);
+        let length = chain.length * chain.segments() as f64;
+        let force = chain.bending_stiffness() / (length * length);
         let by_force = (relative * force / self.law.stiffness).powf(1.0 / self.law.exponent);
         let [x, y, z] = self.motion.at(time).position;
         let rounding = 4.0 * f64::EPSILON * (length + x.hypot(y).hypot(z));
@@ -192,10 +192,10 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     /// energy there than `1e-2 × relative tolerance × E I/l_f`, because switching gains or loses that energy.
     pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
         let chain = &self.chain;
-        let length = chain.length * chain.segments as f64;
+        let length = chain.length * chain.segments() as f64;
         let share = 1e-2 * relative;
-        // c h = E I, and a penetration δ stores k δ^(p+1)/(p+1).
-        let energy = share * chain.joint_stiffness * chain.length / length;
+        // A penetration δ stores k δ^(p+1)/(p+1).
+        let energy = share * chain.bending_stiffness() / length;
         let power = self.law.exponent + 1.0;
         (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
@@ -294,7 +294,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
-        let (n, contacts) = (filaments[0].chain.segments, filaments[0].contacts());
+        let (n, contacts) = (filaments[0].chain.segments(), filaments[0].contacts());
         assert!(filaments.iter().all(|filament| filament.contacts() == contacts), "all lanes have one number of edges");
         let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
         Self {
@@ -323,7 +323,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
         assert_eq!(filament.contacts(), self.closed.len(), "all lanes have one number of contacts");
         self.filaments[lane] = filament;
-        self.equations.set_chain(Chain::from_lanes(|lane| &self.filaments[lane].chain));
+        self.equations.chain_mut().set_lanes(|lane| &self.filaments[lane].chain);
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
@@ -595,7 +595,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], starts: &'a [Vec<usize>], time: T) -> Self {
         let frictional = filaments.iter().any(|filament| filament.law.friction != 0.0);
         let empty = closed.iter().all(|lanes| lanes.is_empty());
-        let (closed, on_edges) = closed.split_at(filaments[0].chain.segments);
+        let (closed, on_edges) = closed.split_at(filaments[0].chain.segments());
         Self { filaments, closed, on_edges, starts, empty, frictional, time }
     }
 
@@ -608,10 +608,9 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
                 let (filament, time) = (&self.filaments[lane], self.time.lane(lane));
                 let (edge, start) = (&filament.workpiece.edges()[edge], self.starts[edge][lane]);
                 let contact = filament.edge_contact(edge, &|index| nodes.node(index, lane), Some(start), time);
-                group.contacts[lane] = Some((filament, edge, contact));
+                group.contacts[lane] = Some((filament, contact));
             }
-            while let Some(segment) =
-                group.contacts.iter().flatten().map(|(.., contact)| contact.station.segment).next()
+            while let Some(segment) = group.contacts.iter().flatten().map(|(_, contact)| contact.station.segment).next()
             {
                 let rest = group.leave(segment);
                 take(segment, &group);
@@ -630,7 +629,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
 
 /// The closed contacts with one edge by lane, on one segment or on several.
 struct Edges<'a, M, W> {
-    contacts: [Option<(&'a Filament<M, W>, &'a Edge, EdgeContact)>; LANES],
+    contacts: [Option<(&'a Filament<M, W>, EdgeContact)>; LANES],
 }
 
 impl<M, W> Edges<'_, M, W> {
@@ -638,18 +637,16 @@ impl<M, W> Edges<'_, M, W> {
     fn leave(&mut self, segment: usize) -> Self {
         let mut rest = Self { contacts: [const { None }; LANES] };
         for (here, there) in self.contacts.iter_mut().zip(&mut rest.contacts) {
-            if here.as_ref().is_some_and(|(.., contact)| contact.station.segment != segment) {
+            if here.as_ref().is_some_and(|(_, contact)| contact.station.segment != segment) {
                 std::mem::swap(here, there);
             }
         }
         rest
     }
 
-    fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &Edge, &EdgeContact)> {
+    fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &EdgeContact)> {
         let lanes = self.contacts.iter().enumerate();
-        lanes.filter_map(|(lane, contact)| {
-            contact.as_ref().map(|(filament, edge, contact)| (lane, *filament, *edge, contact))
-        })
+        lanes.filter_map(|(lane, contact)| contact.as_ref().map(|(filament, contact)| (lane, *filament, contact)))
     }
 }
 
@@ -665,7 +662,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
         self.for_each_segment(nodes, |segment, group| {
             let mut load = PointLoad { segment, fraction: T::from_f64(0.0), force: zero() };
-            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
                 set_vector(&mut load.force, lane, filament.law.force(approach).total(approach));
             }
@@ -677,8 +674,8 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         self.for_each_segment(nodes, |segment, group| {
             let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
             let mut tangent = PointTangent { segment, ends: [[none; 2]; 2] };
-            for (lane, filament, edge, contact) in group.iter() {
-                let change = contact.tangent(&filament.law, edge, &|index| nodes.node(index, lane));
+            for (lane, filament, contact) in group.iter() {
+                let change = contact.tangent(&filament.law, &|index| nodes.node(index, lane));
                 for (ends, change) in tangent.ends.iter_mut().zip(&change) {
                     for (end, change) in ends.iter_mut().zip(change) {
                         set_tangent(end, lane, change);
@@ -693,7 +690,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         self.for_each_segment(nodes, |segment, group| {
             let none = T::from_f64(0.0);
             let mut load = PointDamping { segment, fraction: none, damping: none };
-            for (lane, filament, _, EdgeContact { station, approach, .. }) in group.iter() {
+            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
                 load.damping.set_lane(lane, filament.law.lateral_damping(approach));
             }

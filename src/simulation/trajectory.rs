@@ -664,7 +664,7 @@ fn edge_crossing<M: ClampMotion, W: Workpiece>(
         if filament.law.damping == 0.0 && distance(&start).max(distance(&end)) > reach {
             return None;
         }
-        let radius = filament.workpiece.edges()[contact - step.start_nodes.len()].radius;
+        let radius = filament.workpiece.edges()[contact - step.start_nodes.len()].radius();
         let points = (2.0 * reach / radius).clamp(INNER_POINTS as f64, MAX_INNER_POINTS as f64) as usize;
         highest_inside(&at, points, (filament.law.damping == 0.0).then_some(reach))
     };

@@ -3,23 +3,25 @@
 //! [`Part`] is the workpiece of the settings; implement [`Workpiece`] for another, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
 //!
-//! A workpiece has faces and edges. Faces are curved so little that the nodes of a filament meet them. Edges are convex arcs
-//! with radii that are not large against a segment, and are met by the centreline.
+//! A workpiece has faces and edges. Faces are curved so little that the nodes of a filament meet them. Edges are convex
+//! curves whose radii are not large against a segment, and are met by the centreline.
 
 use std::f64::consts::{PI, TAU};
 
-use crate::equations::linear::dot;
+use crate::equations::linear::{add, dot, scale, sub};
 
+mod cells;
 mod outline;
 mod part;
 mod plane;
 mod profile;
 mod spline;
 
+pub use cells::{Cell, ProfileCells};
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::{Plane, reach, unit_normal};
-pub use profile::{Cell, Profile};
+pub use profile::{Profile, Stretch};
 pub use spline::{Foot, Spline, SplineError};
 
 /// The point of a workpiece that is nearest to a point of the filament.
@@ -46,45 +48,123 @@ impl Surface {
     }
 }
 
-/// A convex edge of a workpiece: an arc in the plane of rotation, extruded along `z`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A convex edge of a workpiece, extruded along `z`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// Centre of the arc at time zero in m.
-    pub centre: [f64; 2],
-    /// Its radius in m.
-    pub radius: f64,
-    /// The outward unit normals at its ends. The arc goes from the first to the second in the positive sense, by less than half a
-    /// turn. `None` for a whole circle.
-    pub ends: Option<[[f64; 2]; 2]>,
+    curve: EdgeCurve,
     /// Velocity of the workpiece in m/s.
     pub velocity: [f64; 3],
 }
 
+/// The curve of an edge at time zero.
+#[derive(Clone, Debug, PartialEq)]
+enum EdgeCurve {
+    /// From the outward unit normal at its one end to that at the other in the positive sense, by less than half a turn. None for a
+    /// whole circle.
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        ends: Option<[[f64; 2]; 2]>,
+    },
+    Stretch(Stretch),
+}
+
 impl Edge {
-    /// The centre at `time` (s) in m.
-    pub fn centre_at(&self, time: f64) -> [f64; 2] {
-        let ([x, y], [x_rate, y_rate, _]) = (self.centre, self.velocity);
-        [x + time * x_rate, y + time * y_rate]
+    /// An arc about `centre` (m) of the radius `radius` (m). It goes from the first outward unit normal of `ends` to the second in the
+    /// positive sense, by less than half a turn, or all the way round. The workpiece moves at `velocity` (m/s).
+    pub fn arc(centre: [f64; 2], radius: f64, ends: Option<[[f64; 2]; 2]>, velocity: [f64; 3]) -> Self {
+        Self { curve: EdgeCurve::Arc { centre, radius, ends }, velocity }
     }
 
-    /// The angle of the arc in rad.
-    pub fn angle(&self) -> f64 {
-        self.ends.map_or(TAU, |[first, second]| cross(first, second).atan2(dot(first, second)))
+    fn of_stretch(stretch: Stretch, velocity: [f64; 3]) -> Self {
+        Self { curve: EdgeCurve::Stretch(stretch), velocity }
     }
 
-    /// The part of the arc's angle that lies before the unit vector `normal`, from 0 to 1.
-    pub fn fraction(&self, [x, y, _]: [f64; 3]) -> f64 {
-        let [first, _] = self.ends.unwrap_or([[-1.0, 0.0]; 2]);
-        let from_first = cross(first, [x, y]).atan2(dot(first, [x, y]));
-        let from_first = if self.ends.is_none() { from_first.rem_euclid(TAU) } else { from_first };
-        (from_first / self.angle()).clamp(0.0, 1.0)
+    /// The smallest radius of curvature in m.
+    pub fn radius(&self) -> f64 {
+        match &self.curve {
+            EdgeCurve::Arc { radius, .. } => *radius,
+            EdgeCurve::Stretch(stretch) => stretch.radius(),
+        }
     }
 
-    /// How far a point is inside the arc's angle, as the distance from the nearer of its sides, in m; negative outside. `offset`
-    /// is its position relative to the centre, in m.
-    pub fn margin(&self, offset: [f64; 2]) -> f64 {
-        let Some([first, second]) = self.ends else { return f64::INFINITY };
-        cross(first, offset).min(cross(offset, second))
+    /// The centre of an arc at `time` (s) in m.
+    ///
+    /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to `point`, or half-way along it: the
+    /// point of a filament that is nearest to an edge is found by turns with its centre.
+    pub fn centre(&self, point: Option<[f64; 2]>, time: f64) -> [f64; 2] {
+        let moved = self.moved(time);
+        match &self.curve {
+            EdgeCurve::Arc { centre, .. } => add(*centre, moved),
+            EdgeCurve::Stretch(stretch) => add(stretch.centre(point.map(|point| sub(point, moved))), moved),
+        }
+    }
+
+    /// True if the centre is the same wherever a filament touches.
+    pub fn is_arc(&self) -> bool {
+        matches!(self.curve, EdgeCurve::Arc { .. })
+    }
+
+    /// How far a point (m), as the workpiece has it at time zero, is inside the angle of the edge, from the nearer of its sides, in m;
+    /// negative outside.
+    fn inside(&self, point: [f64; 2]) -> f64 {
+        match &self.curve {
+            EdgeCurve::Arc { ends: None, .. } => f64::INFINITY,
+            EdgeCurve::Arc { centre, ends: Some([first, second]), .. } => {
+                let offset = sub(point, *centre);
+                cross(*first, offset).min(cross(offset, *second))
+            }
+            EdgeCurve::Stretch(stretch) => stretch.foot(point).1,
+        }
+    }
+
+    /// Its length in m.
+    pub fn length(&self) -> f64 {
+        match &self.curve {
+            EdgeCurve::Arc { radius, ends: None, .. } => TAU * radius,
+            EdgeCurve::Arc { radius, ends: Some([first, second]), .. } => {
+                radius * cross(*first, *second).atan2(dot(*first, *second))
+            }
+            EdgeCurve::Stretch(stretch) => stretch.length(),
+        }
+    }
+
+    /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at `time` (s).
+    pub fn part_before(&self, [x, y, _]: [f64; 3], time: f64) -> f64 {
+        let point = sub([x, y], self.moved(time));
+        let before = match &self.curve {
+            EdgeCurve::Arc { centre, radius, ends } => {
+                let [first, _] = ends.unwrap_or([[-1.0, 0.0]; 2]);
+                let offset = sub(point, *centre);
+                let angle = cross(first, offset).atan2(dot(first, offset));
+                radius * if ends.is_none() { angle.rem_euclid(TAU) } else { angle }
+            }
+            EdgeCurve::Stretch(stretch) => stretch.before(point),
+        };
+        (before / self.length()).clamp(0.0, 1.0)
+    }
+
+    /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
+    pub fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
+        let point = sub([x, y], self.moved(time));
+        let (gap, [nx, ny], turn, margin) = match &self.curve {
+            EdgeCurve::Arc { centre, radius, .. } => {
+                let offset = sub(point, *centre);
+                let distance = dot(offset, offset).sqrt();
+                (distance - radius, scale(1.0 / distance, offset), 1.0 / distance, self.inside(point))
+            }
+            EdgeCurve::Stretch(stretch) => {
+                let (Foot { normal, gap, curvature, .. }, inside) = stretch.foot(point);
+                (gap, normal, 1.0 / (1.0 / curvature + gap), inside)
+            }
+        };
+        Surface { gap, normal: [nx, ny, 0.0], velocity: self.velocity, turn, margin }
+    }
+
+    /// How far the workpiece has moved at `time` (s), in m.
+    fn moved(&self, time: f64) -> [f64; 2] {
+        let [x_rate, y_rate, _] = self.velocity;
+        [time * x_rate, time * y_rate]
     }
 }
 
@@ -130,7 +210,7 @@ pub trait Workpiece {
     /// workpiece: a profile extruded along `z`.
     ///
     /// By default there is none, and nothing is known of where on the workpiece the work is done.
-    fn profile(&self, _reach: f64) -> Option<Profile> {
+    fn profile(&self, _reach: f64) -> Option<ProfileCells> {
         None
     }
 

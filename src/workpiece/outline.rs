@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::profile::CELLS_OF_ARC;
-use super::{ContactArc, Edge, Passage, Profile, Surface, Workpiece, bisect, cross};
+use super::cells::CELLS_OF_ARC;
+use super::{ContactArc, Edge, Passage, ProfileCells, Surface, Workpiece, bisect, cross};
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// One curve of an outline. Lengths in m.
@@ -135,41 +135,48 @@ impl Curve {
         let offset = sub(position, self.at(length)[0]);
         (length, dot(offset, offset))
     }
+}
 
-    /// The angles at the tool's axis of the points within the distance `reach` of it, as intervals in rad.
-    fn touches(&self, reach: f64) -> Vec<[f64; 2]> {
-        const POINTS: usize = 512;
-        let [start, end] = self.range(reach);
-        if start >= end {
-            return Vec::new();
-        }
-        let at = |i: usize| start + (end - start) * i as f64 / POINTS as f64;
-        // The angle is monotonic between the points where the curve runs towards the axis.
-        let outside = |length: f64| dot(self.at(length)[0], self.at(length)[0]) > reach * reach;
-        let turning = |length: f64| {
-            let [point, direction] = self.at(length);
-            cross(point, direction) > 0.0
-        };
-        let mut cuts = vec![start];
-        for i in 0..POINTS {
-            for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
-                let before = side(at(i));
-                if side(at(i + 1)) != before {
-                    cuts.push(bisect(|length| side(length) != before, at(i), at(i + 1)));
-                }
+/// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as intervals in rad. `at` is point and
+/// direction of the curve by arc length, in the `range`, of which `points` points are looked at.
+pub(super) fn touches(
+    at: impl Fn(f64) -> [[f64; 2]; 2],
+    [start, end]: [f64; 2],
+    points: usize,
+    reach: f64,
+) -> Vec<[f64; 2]> {
+    if start >= end {
+        return Vec::new();
+    }
+    let place = |i: usize| start + (end - start) * i as f64 / points as f64;
+    // The angle is monotonic between the points where the curve runs towards the axis.
+    let outside = |length: f64| {
+        let [point, _] = at(length);
+        dot(point, point) > reach * reach
+    };
+    let turning = |length: f64| {
+        let [point, direction] = at(length);
+        cross(point, direction) > 0.0
+    };
+    let mut cuts = vec![start];
+    for i in 0..points {
+        for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
+            let before = side(place(i));
+            if side(place(i + 1)) != before {
+                cuts.push(bisect(|length| side(length) != before, place(i), place(i + 1)));
             }
         }
-        cuts.push(end);
-        cuts.sort_by(f64::total_cmp);
-        let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
-        let angles = touching.map(|pair| {
-            let [a, b] = [pair[0], pair[1]].map(|length| below(self.at(length)[0]));
-            // An interval that passes straight above the axis would go all the way round.
-            let b = b + TAU * ((a - b) / TAU).round();
-            [a.min(b), a.max(b)]
-        });
-        angles.collect()
     }
+    cuts.push(end);
+    cuts.sort_by(f64::total_cmp);
+    let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
+    let angles = touching.map(|pair| {
+        let [a, b] = [pair[0], pair[1]].map(|length| below(at(length)[0]));
+        // An interval that passes straight above the axis would go all the way round.
+        let b = b + TAU * ((a - b) / TAU).round();
+        [a.min(b), a.max(b)]
+    });
+    angles.collect()
 }
 
 /// The angle of a point at the tool's axis, in the turn about straight downwards, in rad.
@@ -194,6 +201,8 @@ pub struct Outline {
     curves: Vec<Curve>,
     /// What the arc length along the outline adds to the own one of each curve, in m.
     shifts: Vec<f64>,
+    /// Which of them are edges.
+    are_edges: Vec<bool>,
     /// Those that nodes meet.
     faces: Vec<Curve>,
     edges: Vec<Edge>,
@@ -251,32 +260,25 @@ impl Outline {
     fn new(curves: Vec<Curve>, face_radius: f64, velocity: [f64; 3]) -> Self {
         let edge = |curve: &Curve| match *curve {
             Curve::Arc { centre, radius, first, second } if radius < face_radius => {
-                Some(Edge { centre, radius, ends: Some([second, first]), velocity })
+                Some(Edge::arc(centre, radius, Some([second, first]), velocity))
             }
             Curve::Circle { centre, radius, convex: true } if radius < face_radius => {
-                Some(Edge { centre, radius, ends: None, velocity })
+                Some(Edge::arc(centre, radius, None, velocity))
             }
             _ => None,
         };
         let edges = curves.iter().filter_map(edge).collect();
+        let are_edges: Vec<bool> = curves.iter().map(|curve| edge(curve).is_some()).collect();
         let faces = curves.iter().filter(|curve| edge(curve).is_none()).copied().collect();
-        Self { shifts: shifts(&curves), curves, faces, edges, velocity }
-    }
-
-    /// Whether a curve is an edge.
-    fn is_edge(&self, curve: &Curve) -> bool {
-        match curve {
-            Curve::Line { .. } => false,
-            Curve::Arc { centre, .. } | Curve::Circle { centre, .. } => {
-                self.edges.iter().any(|edge| edge.centre == *centre)
-            }
-        }
+        Self { shifts: shifts(&curves), are_edges, curves, faces, edges, velocity }
     }
 
     /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also has the angles of `plane`. None
     /// if the filament touches all the way round.
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
-        passage(self.curves.iter().flat_map(|curve| curve.touches(reach)).collect(), plane)
+        const POINTS: usize = 512;
+        let of_curve = |curve: &Curve| touches(|length| curve.at(length), curve.range(reach), POINTS, reach);
+        passage(self.curves.iter().flat_map(of_curve).collect(), plane)
     }
 
     /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one that it has left last.
@@ -336,7 +338,7 @@ impl Workpiece for Outline {
         let Some(Seen { gap, normal: [nx, ny], curvature, .. }) = self.face(position) else {
             return Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], self.velocity);
         };
-        let margin = |edge: &Edge| -edge.margin(sub(position, edge.centre));
+        let margin = |edge: &Edge| -edge.inside(position);
         Surface {
             gap,
             normal: [nx, ny, 0.0],
@@ -358,9 +360,9 @@ impl Workpiece for Outline {
         true
     }
 
-    fn profile(&self, reach: f64) -> Option<Profile> {
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
         let stretches: Vec<Option<[f64; 2]>> = self.curves.iter().map(|curve| curve.stretch(reach)).collect();
-        let mut profile = Profile::default();
+        let mut profile = ProfileCells::default();
         let (Some(first), Some(last)) =
             (stretches.iter().position(Option::is_some), stretches.iter().rposition(Option::is_some))
         else {
@@ -376,7 +378,7 @@ impl Workpiece for Outline {
             }
             let least = if matches!(curve, Curve::Line { .. }) { 1 } else { CELLS_OF_ARC };
             let stretch = [start, end].map(|length| length + shift);
-            profile.extend(stretch, least, self.is_edge(curve), |length| curve.at(length - shift)[0]);
+            profile.extend(stretch, least, self.are_edges[index], |length| curve.at(length - shift)[0]);
         }
         if let ([curve @ Curve::Circle { radius, .. }], Some(stretch)) = (&self.curves[..], stretches[0])
             && stretch == curve.range(reach)

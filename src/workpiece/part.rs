@@ -1,10 +1,10 @@
 //! The workpieces of the settings.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::outline::Corner;
-use super::{ContactArc, Edge, Outline, Passage, Plane, Profile, Surface, Workpiece, reach};
+use super::{ContactArc, Edge, Outline, Passage, Plane, Profile, ProfileCells, Spline, Surface, Workpiece, reach};
 use crate::model::parameters::Violation;
 use crate::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
 
@@ -19,6 +19,8 @@ pub enum Part {
     Plane(Plane),
     /// Straight faces and arcs.
     Outline(Arc<Outline>),
+    /// A spline.
+    Profile(Arc<Profile>),
 }
 
 impl Part {
@@ -29,15 +31,18 @@ impl Part {
     pub fn of(settings: &Settings) -> Result<(Self, Passage), Violation> {
         let Settings { filament, workpiece, process, .. } = settings;
         check_keys(workpiece)?;
+        check_unused_keys(workpiece)?;
         let (radius, depth) = (settings.tool_radius_m(), process.penetration_depth_m);
         let plane = ContactArc::on_plane(workpiece.normal, reach(workpiece, radius), depth);
-        if workpiece.kind == WorkpieceKind::Plane {
-            return Ok((Self::Plane(Plane::of(workpiece, radius, depth)), plane.into()));
-        }
         let ground = depth - radius;
         let face_radius = SEGMENTS_OF_FACE * filament.length_m / filament.segments as f64;
         let velocity = [workpiece.feed_velocity_m_s, 0.0, 0.0];
         let WorkpieceSettings { offset_m, radius_m, .. } = *workpiece;
+        let touching_all_round = || Violation {
+            path: "workpiece.offset_m",
+            value: format!("{offset_m:?}"),
+            allowed: "such that the filaments leave the workpiece at some angle of the tool".to_owned(),
+        };
         let outline = match workpiece.kind {
             WorkpieceKind::Edge | WorkpieceKind::Chamfer => {
                 let (corners, direction) = corners(workpiece, ground)?;
@@ -51,13 +56,16 @@ impl Part {
                 check_bore(settings, centre)?;
                 Outline::circle(centre, radius_m, false, face_radius, velocity)
             }
-            WorkpieceKind::Plane | WorkpieceKind::Profile => unreachable!("made elsewhere"),
+            WorkpieceKind::Profile => {
+                let spline = spline(workpiece)?;
+                let profile = Profile::new(spline, [offset_m, ground], face_radius, velocity);
+                check_body(&profile, settings.tool.body_radius_m)?;
+                let passage = profile.passage(radius, plane).ok_or_else(touching_all_round)?;
+                return Ok((Self::Profile(Arc::new(profile)), passage));
+            }
+            WorkpieceKind::Plane => return Ok((Self::Plane(Plane::of(workpiece, radius, depth)), plane.into())),
         };
-        let passage = outline.passage(radius, plane).ok_or_else(|| Violation {
-            path: "workpiece.offset_m",
-            value: format!("{offset_m:?}"),
-            allowed: "such that the filaments leave the workpiece at some angle of the tool".to_owned(),
-        })?;
+        let passage = outline.passage(radius, plane).ok_or_else(touching_all_round)?;
         Ok((Self::Outline(Arc::new(outline)), passage))
     }
 }
@@ -124,6 +132,53 @@ fn check_bore(settings: &Settings, [x, y]: [f64; 2]) -> Result<(), Violation> {
     Ok(())
 }
 
+/// The spline of a profile. The last one is kept, because all cases of a study mostly have the same.
+fn spline(workpiece: &WorkpieceSettings) -> Result<Arc<Spline>, Violation> {
+    type Curve = (Vec<[f64; 2]>, usize, bool);
+    static LAST: Mutex<Option<(Curve, Arc<Spline>)>> = Mutex::new(None);
+    let WorkpieceSettings { control_points_m, degree, closed, .. } = workpiece;
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(((points, last_degree, last_closed), spline)) = &*last
+        && points == control_points_m
+        && (last_degree, last_closed) == (degree, closed)
+    {
+        return Ok(Arc::clone(spline));
+    }
+    let violation = |allowed: String| Violation {
+        path: "workpiece.control_points_m",
+        value: format!("{} points", control_points_m.len()),
+        allowed,
+    };
+    let spline = Spline::new(control_points_m, *degree, *closed)
+        .map_err(|error| violation(format!("such that they make a profile: {error}")))?;
+    if spline.smallest_convex_radius() <= 0.0 {
+        return Err(violation(
+            "without sharp convex corners, which filaments meet with no force: round them by more control points, or use \
+             the kind `edge` or `chamfer`"
+                .to_owned(),
+        ));
+    }
+    let spline = Arc::new(spline);
+    *last = Some(((control_points_m.clone(), *degree, *closed), Arc::clone(&spline)));
+    Ok(spline)
+}
+
+/// The brush body must be outside the material.
+fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
+    let gap = profile.surface([0.0; 3], 0.0).gap;
+    if gap > body_radius_m {
+        return Ok(());
+    }
+    let value = if gap < 0.0 { "around the tool axis".to_owned() } else { format!("{gap:.4e} m from the tool axis") };
+    Err(Violation {
+        path: "workpiece.control_points_m",
+        value,
+        allowed: format!(
+            "farther than the brush body’s radius, {body_radius_m:?} m, with the material on the right-hand side of the curve"
+        ),
+    })
+}
+
 /// Checks that the keys which a kind needs are given, and no others.
 fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
     use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane};
@@ -136,12 +191,22 @@ fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
     for (path, value, is_needed) in needed {
         if is_needed && value <= 0.0 {
             let allowed = format!("greater than 0 for a workpiece of kind `{}`, in m", name(kind));
-            return Err(Violation { path, value: format!("{value:?}"), allowed });
+            return Err(Violation { path, value: "left out or zero".to_owned(), allowed });
         }
         if !is_needed && value != 0.0 {
             let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
             return Err(Violation { path, value: format!("{value:?}"), allowed });
         }
+    }
+    let points = workpiece.control_points_m.len();
+    if (kind == WorkpieceKind::Profile) != (points > 0) {
+        let allowed =
+            if points > 0 { "left out: a workpiece of kind" } else { "a list of points for a workpiece of kind" };
+        return Err(Violation {
+            path: "workpiece.control_points_m",
+            value: format!("{points} points"),
+            allowed: format!("{allowed} `{}`{}", name(kind), if points > 0 { " has none" } else { "" }),
+        });
     }
     if kind != Plane && workpiece.normal != [0.0, 1.0, 0.0] {
         return Err(Violation {
@@ -151,6 +216,25 @@ fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
         });
     }
     Ok(())
+}
+
+/// Checks that keys which have a default for another kind are left out.
+fn check_unused_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
+    use WorkpieceKind::{Chamfer, Edge, Plane};
+    let (kind, default) = (workpiece.kind, WorkpieceSettings::default());
+    let WorkpieceSettings { offset_m, included_angle_rad, chamfer_angle_rad, side, .. } = *workpiece;
+    let has_faces = matches!(kind, Edge | Chamfer);
+    let number = |path, value: f64, default, is_used| (path, format!("{value:?}"), is_used || value == default);
+    let keys = [
+        number("workpiece.offset_m", offset_m, default.offset_m, kind != Plane),
+        number("workpiece.included_angle_rad", included_angle_rad, default.included_angle_rad, has_faces),
+        number("workpiece.chamfer_angle_rad", chamfer_angle_rad, default.chamfer_angle_rad, kind == Chamfer),
+        ("workpiece.side", format!("{side:?}").to_lowercase(), has_faces || side == default.side),
+    ];
+    keys.into_iter().find(|(.., is_right)| !is_right).map_or(Ok(()), |(path, value, _)| {
+        let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
+        Err(Violation { path, value, allowed })
+    })
 }
 
 /// The name of a kind in an input file.
@@ -171,6 +255,7 @@ macro_rules! each {
         match $part {
             Part::Plane($workpiece) => $result,
             Part::Outline($workpiece) => $result,
+            Part::Profile($workpiece) => $result,
         }
     };
 }
@@ -194,7 +279,7 @@ impl Workpiece for Part {
         each!(self, workpiece => workpiece.translates())
     }
 
-    fn profile(&self, reach: f64) -> Option<Profile> {
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
         each!(self, workpiece => workpiece.profile(reach))
     }
 

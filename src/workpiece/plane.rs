@@ -1,6 +1,6 @@
 //! A plane that moves without turning.
 
-use super::{ContactArc, Profile, Surface, Workpiece};
+use super::{ContactArc, ProfileCells, Surface, Workpiece};
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::settings::WorkpieceSettings;
 
@@ -78,10 +78,10 @@ impl Workpiece for Plane {
         true
     }
 
-    fn profile(&self, reach: f64) -> Option<Profile> {
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
         let [foot, direction] = self.line()?;
         let half = (reach * reach - dot(foot, foot)).max(0.0).sqrt();
-        let mut profile = Profile::default();
+        let mut profile = ProfileCells::default();
         profile.extend([-half, half], 1, false, |length| add(foot, scale(length, direction)));
         Some(profile)
     }

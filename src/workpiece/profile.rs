@@ -1,85 +1,212 @@
-//! Where on a workpiece: its profile in the plane of rotation, cut into cells along its arc length.
-//!
-//! Arc length grows with the material on the right-hand side: below the tool in the direction in which filaments sweep. Its origin
-//! is the workpiece's own `x = 0` on a plane, a cylinder (the top) and a bore (the bottom), and the middle of the rounded part of an
-//! edge or a chamfer. It moves with the workpiece.
+//! Workpieces whose profile is a spline.
 
-/// Longest cell in m.
-const LONGEST_CELL: f64 = 0.25e-3;
-/// Least number of cells of an arc.
-pub(super) const CELLS_OF_ARC: usize = 24;
-/// Largest number of cells of a curve. Cells of curves that would have more are longer.
-const MAX_CELLS: f64 = 10_000.0;
+use std::sync::Arc;
 
-/// A part of a profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
-    /// The arc lengths at its start and end in m.
-    pub arc_length: [f64; 2],
-    /// The points there in m, as the workpiece lies at time zero.
-    pub ends: [[f64; 2]; 2],
-    /// Whether it belongs to an edge.
-    pub on_edge: bool,
+use super::outline::{passage, touches};
+use super::cells::CELLS_OF_ARC;
+use super::{ContactArc, Edge, Foot, Passage, ProfileCells, Spline, Surface, Workpiece, bisect};
+use crate::equations::linear::{add, dot, scale, sub};
+
+/// Points at which the curvature of a profile is looked at in search of its edges.
+const POINTS: usize = 4096;
+
+/// A workpiece with a spline as profile that moves without turning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    spline: Arc<Spline>,
+    /// Where the spline's own origin is at time zero, in m.
+    origin: [f64; 2],
+    /// The arc lengths in m between which its tightest convex stretches are, in order.
+    stretches: Vec<[f64; 2]>,
+    /// These stretches.
+    edges: Vec<Edge>,
+    velocity: [f64; 3],
 }
 
-/// The outline of a workpiece in the plane of rotation, within some distance of the tool axis.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Profile {
-    /// In order, each from the end of the one before.
-    pub cells: Vec<Cell>,
-    /// The length of a closed outline in m, if the cells go all the way round.
-    pub period: Option<f64>,
+/// A convex stretch of a spline that is curved too tightly for a face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    spline: Arc<Spline>,
+    /// Where the spline's own origin is at time zero, in m.
+    origin: [f64; 2],
+    /// Arc lengths of its ends in m.
+    from: f64,
+    to: f64,
+    /// The smallest radius of curvature in m.
+    radius: f64,
+}
+
+impl Stretch {
+    /// The smallest radius of curvature in m.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Its length in m.
+    pub(super) fn length(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// How much of it lies before the foot of `point` (m), in m; not clamped to its ends.
+    pub(super) fn before(&self, point: [f64; 2]) -> f64 {
+        self.spline.nearest(sub(point, self.origin)).arc_length - self.from
+    }
+
+    /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch it is, as in
+    /// [`Edge::surface`], in m.
+    pub(super) fn foot(&self, point: [f64; 2]) -> (Foot, f64) {
+        let foot = self.spline.nearest(sub(point, self.origin));
+        // A point at some distance from the profile goes farther than its foot.
+        let inside = (foot.arc_length - self.from).min(self.to - foot.arc_length);
+        (foot, inside * (1.0 + foot.curvature * foot.gap).max(0.0))
+    }
+
+    /// The centre of curvature where the stretch is nearest to `point` (m), or half-way along it.
+    pub(super) fn centre(&self, point: Option<[f64; 2]>) -> [f64; 2] {
+        let along = match point {
+            Some(point) => self.spline.nearest(sub(point, self.origin)).arc_length.clamp(self.from, self.to),
+            None => (self.from + self.to) / 2.0,
+        };
+        let Foot { point, normal, curvature, .. } = self.spline.nearest(self.spline.at(along).0);
+        add(self.origin, sub(point, scale(1.0 / curvature, normal)))
+    }
 }
 
 impl Profile {
-    /// Adds cells for the arc lengths from `start` to `end` (m) of a curve with the point `at` (m) by arc length: at least `least`.
-    pub fn extend(&mut self, [start, end]: [f64; 2], least: usize, on_edge: bool, at: impl Fn(f64) -> [f64; 2]) {
-        let length = end - start;
-        if length <= 0.0 {
-            return;
-        }
-        let count = (length / LONGEST_CELL).ceil().min(MAX_CELLS).max(least as f64) as usize;
-        let place = |index: usize| if index == count { end } else { start + length * index as f64 / count as f64 };
-        let cell = |index: usize| {
-            let arc_length = [place(index), place(index + 1)];
-            Cell { arc_length, ends: arc_length.map(&at), on_edge }
+    /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex stretches with radii of curvature below
+    /// `face_radius` (m) are edges.
+    pub(super) fn new(spline: Arc<Spline>, origin: [f64; 2], face_radius: f64, velocity: [f64; 3]) -> Self {
+        let stretches = stretches(&spline, 1.0 / face_radius);
+        let edges = stretches
+            .iter()
+            .map(|&[from, to]| {
+                let sharpest = (0..=100).map(|i| {
+                    let (point, _) = spline.at(from + (to - from) * f64::from(i) / 100.0);
+                    spline.nearest(point).curvature
+                });
+                let radius = 1.0 / sharpest.fold(1.0 / face_radius, f64::max);
+                Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius }, velocity)
+            })
+            .collect();
+        Self { spline, origin, stretches, edges, velocity }
+    }
+
+    /// The spline, in its own coordinates.
+    pub fn spline(&self) -> &Spline {
+        &self.spline
+    }
+
+    /// How the undeformed filament passes; see [`Outline`](super::Outline).
+    pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
+        let length = self.spline.length();
+        let at = |along: f64| {
+            let (point, direction) = self.spline.at(along);
+            [add(self.origin, point), direction]
         };
-        self.cells.extend((0..count).map(cell));
-    }
-
-    /// The arc lengths between cells in m, ascending: one more than there are cells, or none.
-    pub fn boundaries(&self) -> Vec<f64> {
-        let first = self.cells.first().map(|cell| cell.arc_length[0]);
-        first.into_iter().chain(self.cells.iter().map(|cell| cell.arc_length[1])).collect()
-    }
-
-    /// The points between cells in m, as the workpiece lies at time zero; see [`Profile::boundaries`].
-    pub fn points(&self) -> Vec<[f64; 2]> {
-        let first = self.cells.first().map(|cell| cell.ends[0]);
-        first.into_iter().chain(self.cells.iter().map(|cell| cell.ends[1])).collect()
-    }
-
-    /// Some of the [`points`](Profile::points): without those that straight lines between the others pass within `error` (m).
-    pub fn simplified(&self, error: f64) -> Vec<[f64; 2]> {
-        let points = self.points();
-        let mut kept: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
-        let mut start = 0;
-        for end in 2..points.len() {
-            let [[x, y], [x_end, y_end]] = [points[start], points[end]];
-            let (u, v) = (x_end - x, y_end - y);
-            let is_off = |&[x_at, y_at]: &[f64; 2]| ((x_at - x) * v - (y_at - y) * u).abs() > error * u.hypot(v);
-            if points[start + 1..end].iter().any(is_off) {
-                start = end - 1;
-                kept.push(points[start]);
+        let mut found = touches(at, [0.0, length], POINTS, reach);
+        if !self.spline.is_closed() {
+            for end in [0.0, length] {
+                let [point, _] = at(end);
+                let way = reach + dot(point, point).sqrt();
+                let ray = if end == 0.0 { [-way, 0.0] } else { [length, length + way] };
+                found.extend(touches(at, ray, POINTS, reach));
             }
         }
-        kept.extend(points.last().filter(|_| points.len() > 1));
-        kept
+        passage(found, plane)
+    }
+}
+
+impl Profile {
+    /// The arc lengths in m between which the profile comes within the distance `reach` (m) of the tool axis, without gaps: all of a
+    /// closed one. None if it does not.
+    fn within(&self, reach: f64) -> Option<[f64; 2]> {
+        let length = self.spline.length();
+        let away = |along: f64| {
+            let point = add(self.origin, self.spline.at(along).0);
+            dot(point, point).sqrt()
+        };
+        let range = if self.spline.is_closed() {
+            [0.0, length]
+        } else {
+            [-reach - away(0.0), length + reach + away(length)]
+        };
+        let place = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / POINTS as f64;
+        let inside = |i: &usize| away(place(*i)) < reach;
+        let (first, last) = ((0..=POINTS).find(inside)?, (0..=POINTS).rfind(inside)?);
+        if self.spline.is_closed() {
+            return Some(range);
+        }
+        let start = if first == 0 { range[0] } else { bisect(|along| away(along) < reach, place(first - 1), place(first)) };
+        let end = if last == POINTS { range[1] } else { bisect(|along| away(along) >= reach, place(last), place(last + 1)) };
+        Some([start, end])
+    }
+}
+
+/// The stretches, by arc length, on which the curvature is above `limit` (1/m).
+fn stretches(spline: &Spline, limit: f64) -> Vec<[f64; 2]> {
+    if spline.smallest_convex_radius() * limit >= 1.0 {
+        return Vec::new();
+    }
+    let tight = |along: f64| spline.nearest(spline.at(along).0).curvature > limit;
+    let at = |i: usize| spline.length() * i as f64 / POINTS as f64;
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let mut start = tight(0.0).then_some(0.0);
+    for i in 0..POINTS {
+        let (here, next) = (at(i), at(i + 1));
+        match (start, tight(next)) {
+            (None, true) => start = Some(bisect(tight, here, next)),
+            (Some(from), false) => {
+                found.push([from, bisect(|along| !tight(along), here, next)]);
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    found.extend(start.map(|from| [from, spline.length()]));
+    found
+}
+
+impl Workpiece for Profile {
+    fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        let Foot { normal: [nx, ny], gap, curvature, .. } = self.spline.nearest(sub(position, self.origin));
+        let margin = self.edges.iter().map(|edge| -edge.inside(position)).fold(f64::INFINITY, f64::min);
+        Surface { gap, normal: [nx, ny, 0.0], velocity: self.velocity, turn: 1.0 / (1.0 / curvature + gap), margin }
     }
 
-    /// Whether it goes round the material: it is closed, and turns in the negative sense.
-    pub fn is_solid(&self) -> bool {
-        let area: f64 = self.cells.iter().map(|Cell { ends: [[x, y], [u, v]], .. }| x * v - y * u).sum();
-        self.period.is_some() && area < 0.0
+    fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        let (at, length) = (|along: f64| add(self.origin, self.spline.at(along).0), self.spline.length());
+        let mut cells = ProfileCells::default();
+        let Some([start, end]) = self.within(reach) else { return Some(cells) };
+        let ends = self.stretches.iter().flatten().chain([&0.0, &length]).copied();
+        let mut cuts: Vec<f64> = ends.filter(|cut| *cut > start && *cut < end).chain([start, end]).collect();
+        cuts.sort_by(f64::total_cmp);
+        for pair in cuts.windows(2) {
+            let middle = (pair[0] + pair[1]) / 2.0;
+            let on_edge = self.stretches.iter().any(|[from, to]| (from..=to).contains(&&middle));
+            let least = if on_edge { CELLS_OF_ARC } else { 1 };
+            cells.extend([pair[0], pair[1]], least, on_edge, at);
+        }
+        cells.period = self.spline.is_closed().then_some(length);
+        Some(cells)
+    }
+
+    fn arc_length(&self, [x, y, _]: [f64; 3], time: f64) -> Option<f64> {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        Some(self.spline.nearest(sub(position, self.origin)).arc_length)
     }
 }

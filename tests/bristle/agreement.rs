@@ -32,7 +32,7 @@ fn accelerations_solve_the_whole_equations() {
         let state = random_state(&mut rng, segments);
         let (mass_matrix, force) = whole(&state);
         let mut accelerations = vec![[0.0; 2]; segments];
-        let mut dynamics = Dynamics::new(state.chain);
+        let mut dynamics = Dynamics::new(state.chain.clone());
         dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
         let accelerations = accelerations.as_flattened();
         for (row, force) in mass_matrix.iter().zip(&force) {
@@ -70,7 +70,7 @@ fn energies_match_the_whole_equations() {
         let state = random_state(&mut rng, segments);
         let whole = whole_equations(segments, Motion::Spatial);
         let values = whole.graph.evaluate(&symbol_values(&whole, &state.chain, &state.clamp, &state.q, &state.v));
-        let mut dynamics = Dynamics::new(state.chain);
+        let mut dynamics = Dynamics::new(state.chain.clone());
         dynamics.place(&state.clamp, &state.q, &state.v);
         let energies = dynamics.energies(&state.clamp, &state.v);
         let pairs = [
@@ -105,7 +105,7 @@ fn along_step(
             .collect()
     };
     let moved = RandomState {
-        chain: state.chain,
+        chain: state.chain.clone(),
         clamp: state.clamp,
         q: shifted(&state.q, weights.coordinates),
         v: shifted(&state.v, weights.rates),
@@ -114,7 +114,7 @@ fn along_step(
 }
 
 /// Solving the factorised system for the change of the residual along a step gives back the step.
-fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl NodeLoads<f64>, rng: &mut Rng) {
+pub fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl NodeLoads<f64>, rng: &mut Rng) {
     let segments = state.q.len();
     for weights in [
         StepWeights { coordinates: 1e-12, rates: 1e-6 },
@@ -124,11 +124,11 @@ fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl Nod
         let direction = random_pairs(rng, segments, 1.0);
         // The finite differences move coordinates by at most 1e-6 rad, and rates by little compared with the speed over
         // which friction is regularised.
-        let size = f64::min(1e-6 / weights.coordinates, 3e-3 / weights.rates);
+        let size = f64::min(1e-6 / weights.coordinates, 2e-3 / weights.rates);
         let at = |size: f64| {
             let (moved, accelerations) = along_step(state, accelerations, weights, &direction, size);
             let mut residual = vec![[0.0; 2]; segments];
-            let mut dynamics = Dynamics::new(state.chain);
+            let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.residual(&moved.clamp, &moved.q, &moved.v, &accelerations, loads, &mut residual);
             residual
         };
@@ -138,7 +138,7 @@ fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl Nod
             .zip(&below)
             .map(|(above, below)| [0, 1].map(|i| (above[i] - below[i]) / (2.0 * size)))
             .collect();
-        let mut dynamics = Dynamics::new(state.chain);
+        let mut dynamics = Dynamics::new(state.chain.clone());
         let mut residual = vec![[0.0; 2]; segments];
         dynamics.residual(&state.clamp, &state.q, &state.v, accelerations, loads, &mut residual);
         dynamics.factorise(&state.clamp, &state.q, &state.v, accelerations, loads, weights, LaneSet::first(1));
@@ -174,7 +174,7 @@ fn factorised_step_matrix_with_contact_matches_differences() {
         state.clamp.velocity = [0.3, -0.2, 0.1];
         state.clamp.direction_rate = [0.0; 3];
         let workpiece = Plane::new([0.0; 3], [0.3, 1.0, -0.2], [0.1, 0.0, 0.05]);
-        let mut dynamics = Dynamics::new(state.chain);
+        let mut dynamics = Dynamics::new(state.chain.clone());
         dynamics.place(&state.clamp, &state.q, &state.v);
         // Through the outermost node, half a radius above it.
         let tip = dynamics.positions()[segments - 1];
@@ -182,7 +182,7 @@ fn factorised_step_matrix_with_contact_matches_differences() {
         let normal = workpiece.surface(tip, 0.0).normal;
         let point = normal.map(|component| (gap - 5e-4) * component);
         let workpiece = Plane::new(point, normal, [0.1, 0.0, 0.05]);
-        let mut system = FilamentSystem::new(state.chain, TOOL, law(), workpiece, false);
+        let mut system = FilamentSystem::new(state.chain.clone(), TOOL, law(), workpiece, false);
         system.set_closed(0, segments - 1, true);
         let loads = system.loads(0.0);
         assert!(loads.force(segments - 1, tip, state.clamp.velocity).is_some());
@@ -230,13 +230,15 @@ fn jacobian_columns<const N: usize, const M: usize>(f: impl Fn([f64; N]) -> [f64
 
 #[test]
 fn joint_tangents_match_differences() {
-    // Each weight on its own, so that neither hides the other, at a bent joint and at a straight one.
+    // Each weight on its own, so that neither hides the other, at a bent joint and at a relaxed one.
+    /// Relaxed angle of the joint in rad.
+    const RELAXED: f64 = 0.2;
     let mut rng = Rng::with_seed(7);
     for straight in [false, true] {
         for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
             let mut random = || rng.f64();
             let angles = [1.1 + random(), 0.3 + random()];
-            let next = if straight { angles } else { [1.2 + random(), 0.1 + random()] };
+            let next = if straight { [angles[0], angles[1] + RELAXED] } else { [1.2 + random(), 0.1 + random()] };
             let rates = [[random(), random()], [random(), random()]];
             let (stiffness, damping) = (0.7, 0.3);
             let torques = |shift: [f64; 4]| -> [f64; 4] {
@@ -249,6 +251,7 @@ fn joint_tangents_match_differences() {
                     [previous[0].sin(), previous[0].cos()],
                     [next[0].sin(), next[0].cos()],
                     [step.sin(), step.cos()],
+                    [(step + RELAXED).sin(), (step + RELAXED).cos()],
                     [rates[0][0] + r * a, rates[0][1] + r * b],
                     [rates[1][0] + r * c, rates[1][1] + r * d],
                     stiffness,
@@ -261,6 +264,7 @@ fn joint_tangents_match_differences() {
                 [angles[0].sin(), angles[0].cos()],
                 [next[0].sin(), next[0].cos()],
                 [step.sin(), step.cos()],
+                [(step + RELAXED).sin(), (step + RELAXED).cos()],
                 rates[0],
                 rates[1],
                 stiffness,
@@ -286,17 +290,20 @@ fn clamp_tangents_match_differences() {
     let mut rng = Rng::with_seed(8);
     for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
         let (direction, direction_rate) = ([0.6, -0.8, 0.0], [0.4, 0.3, 0.2]);
+        // Turned about z by a relaxed angle.
+        let relaxed = [0.8, -0.6, 0.0];
         let angles = [1.3 + 0.2 * rng.f64(), -0.9 + 0.2 * rng.f64()];
         let rates = [rng.f64(), rng.f64()];
         let trigonometry = |q: [f64; 2]| [q[0].sin(), q[0].cos(), q[1].sin(), q[1].cos()];
         let torques = |shift: [f64; 2]| {
             let q = [0, 1].map(|i| angles[i] + coordinate_weight * shift[i]);
             let v = [0, 1].map(|i| rates[i] + rate_weight * shift[i]);
-            kernels::clamp(direction, direction_rate, trigonometry(q), v, 0.7, 0.3).next
+            kernels::clamp(direction, direction_rate, relaxed, trigonometry(q), v, 0.7, 0.3).next
         };
         let tangent = kernels::clamp_tangent(
             direction,
             direction_rate,
+            relaxed,
             trigonometry(angles),
             rates,
             0.7,

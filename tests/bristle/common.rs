@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
 use bristle::model::settings::{FilamentSettings, Settings};
 use bristle::tool::radial_clamp;
@@ -32,7 +32,7 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     settings
 }
 
-/// A spatial state: a randomly bent filament away from the poles, with rates as in a fast brush.
+/// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with rates as in a fast brush.
 pub struct RandomState {
     pub chain: Chain<f64>,
     pub clamp: Clamp<f64>,
@@ -43,7 +43,14 @@ pub struct RandomState {
 pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
     let mut between = |low: f64, high: f64| low + (high - low) * rng.f64();
     let gravity = [0; 3].map(|_| between(-20.0, 20.0));
-    let chain = filament::chain(&filament(segments), gravity);
+    let mut chain = filament::chain(&filament(segments), gravity);
+    for link in &mut chain.links {
+        // Neither straight nor uniform.
+        for constant in [&mut link.mass, &mut link.inertia, &mut link.stiffness, &mut link.damping] {
+            *constant *= between(0.5, 1.5);
+        }
+        link.relaxed_angle = RelaxedAngle::new(between(-0.3, 0.3));
+    }
     let clamp = radial_clamp(0.14, between(-PI, PI), between(-200.0, 200.0), between(-1e4, 1e4));
     let bend = 2.0 / (segments as f64).sqrt();
     let (mut phi, mut theta) = (FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0]));
@@ -65,7 +72,14 @@ pub fn random_pairs(rng: &mut Rng, segments: usize, size: f64) -> Vec<[f64; 2]> 
 /// `M q̈ − f` by the recursion, without loads.
 pub fn residual(state: &RandomState, accelerations: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut residual = vec![[0.0; 2]; state.q.len()];
-    Dynamics::new(state.chain).residual(&state.clamp, &state.q, &state.v, accelerations, &NoLoads, &mut residual);
+    Dynamics::new(state.chain.clone()).residual(
+        &state.clamp,
+        &state.q,
+        &state.v,
+        accelerations,
+        &NoLoads,
+        &mut residual,
+    );
     residual
 }
 

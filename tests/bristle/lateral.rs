@@ -13,7 +13,7 @@ const TIGHT: f64 = 1e-9;
 const EXCURSION: f64 = 1e-3;
 
 /// Cases of the paper's brush, and what is changed in each.
-fn cases() -> [(&'static str, Settings); 13] {
+fn cases() -> [(&'static str, Settings); 14] {
     let plain = |velocity, depth| case(25, velocity, depth);
     let with = |velocity, depth, change: fn(&mut Settings)| {
         let mut settings = plain(velocity, depth);
@@ -31,6 +31,13 @@ fn cases() -> [(&'static str, Settings); 13] {
         ("damping", with(5.0, 3e-3, |settings| settings.filament.damping_ratio = 0.4)),
         ("gravity", with(5.0, 3e-3, |settings| settings.process.gravity_m_s2 = [30.0, -98.1, 0.0])),
         ("contact radius", with(5.0, 3e-3, |settings| settings.contact.radius_m = 0.5e-3)),
+        (
+            "wavy and tapered",
+            with(5.0, 3e-3, |settings| {
+                settings.filament.waviness_amplitude_m = 0.5e-3;
+                settings.filament.tip_diameter_m = Some(1e-3);
+            }),
+        ),
         ("feed", with(5.0, 3e-3, |settings| settings.workpiece.feed_velocity_m_s = 2.0)),
         (
             "exponent",

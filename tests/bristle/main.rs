@@ -14,5 +14,7 @@ mod planar;
 mod poles;
 mod profile;
 mod reference;
+mod shape;
 mod slow;
 mod work;
+mod workpieces;

@@ -5,7 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale, sub};
-use bristle::equations::{Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, kernels};
+use bristle::equations::{
+    Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, UniformChain, kernels,
+};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
@@ -54,7 +56,7 @@ fn accelerations_do_not_depend_on_the_charts() {
     for segments in [1, 2, 3, 5, 8, 13, 25] {
         let state = regular_state(&mut rng, segments);
         let mut accelerations = vec![[0.0; 2]; segments];
-        let mut dynamics = Dynamics::new(state.chain);
+        let mut dynamics = Dynamics::new(state.chain.clone());
         dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
         let bends = |charts: &[PolarAxis], q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| -> Vec<f64> {
             (0..segments).flat_map(|k| charts[k].direction([q[k], v[k], a[k]])[2]).collect()
@@ -62,7 +64,7 @@ fn accelerations_do_not_depend_on_the_charts() {
         let expected = bends(&vec![PolarAxis::Z; segments], &state.q, &state.v, &accelerations);
         for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
             let (charts, q, v, _) = converted(charts, &state, &accelerations);
-            let mut dynamics = Dynamics::new(state.chain);
+            let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
             dynamics.accelerations(&state.clamp, &q, &v, &NoLoads, &mut accelerations);
             let bends = bends(&charts, &q, &v, &accelerations);
@@ -81,7 +83,7 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
         let accelerations = random_pairs(&mut rng, segments, 1e4);
         let results = |charts: Vec<PolarAxis>| {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
-            let mut dynamics = Dynamics::new(state.chain);
+            let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
             dynamics.residual(&state.clamp, &q, &v, &a, &NoLoads, &mut vec![[0.0; 2]; segments]);
             let energies = dynamics.energies(&state.clamp, &v);
@@ -119,7 +121,7 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
         let accelerations = random_pairs(&mut rng, segments, 1e4);
         for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
-            let mut dynamics = Dynamics::new(state.chain);
+            let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
             for weights in [
                 StepWeights { coordinates: 1e-12, rates: 1e-6 },
@@ -157,10 +159,26 @@ fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
     [phi.sin(), phi.cos(), theta.sin(), theta.cos()]
 }
 
-/// The joint's energy and dissipation from the directions alone, for the crossed kernels.
-fn crossed_energies(z: Side, x: Side) -> [f64; 2] {
-    let [e, e_rate, _] = PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]);
-    let [next, next_rate, _] = PolarAxis::X.direction([x[0], x[1], [0.0; 2]]);
+/// Relaxed angle of the joints in rad.
+const RELAXED: f64 = 0.2;
+
+/// Sine and cosine of the azimuth of the outer side of a crossed joint, less the relaxed angle.
+fn unbent([_, theta]: [f64; 2]) -> [f64; 2] {
+    [(theta - RELAXED).sin(), (theta - RELAXED).cos()]
+}
+
+/// The vector turned about `z` by the relaxed angle.
+fn relaxed([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = RELAXED.sin_cos();
+    [cos * x - sin * y, sin * x + cos * y, z]
+}
+
+/// The energy and dissipation of a joint from the directions alone, by the axes of its sides.
+fn energies(inner: (PolarAxis, Side), outer: (PolarAxis, Side)) -> [f64; 2] {
+    let [[e, e_rate], [next, next_rate]] = [inner, outer].map(|(axis, side)| {
+        let [direction, rate, _] = axis.direction([side[0], side[1], [0.0; 2]]);
+        [direction, rate]
+    });
     let cross = |a: [f64; 3], b: [f64; 3]| {
         [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -168,43 +186,116 @@ fn crossed_energies(z: Side, x: Side) -> [f64; 2] {
         })
     };
     let square = |a: [f64; 3]| a.iter().map(|a| a * a).sum::<f64>();
-    let angle = 2.0 * (square(sub(next, e)).sqrt() / 2.0).asin();
+    let angle = 2.0 * (square(sub(next, relaxed(e))).sqrt() / 2.0).asin();
     [0.5 * angle * angle, 0.5 * square(sub(cross(next, next_rate), cross(e, e_rate)))]
 }
 
 /// Coordinates and rates of one side of a joint.
 type Side = [[f64; 2]; 2];
 
-/// The sides of a bent joint, about z and about x, and of a straight joint that turns as a whole.
+/// The outer side of a joint, about z, and inner sides, about x: bent, and relaxed and turning as a whole.
 fn crossed_sides() -> [(Side, Side); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
-    let straight = PolarAxis::X.coordinates(PolarAxis::Z.direction([z[0], z[1], [0.0; 2]]));
-    [(z, [[0.8, 1.3], [0.6, 0.3]]), (z, [straight[0], straight[1]])]
+    let [theta, rest] = [z[0][1] - RELAXED, 0.0];
+    let inner = PolarAxis::X.coordinates(PolarAxis::Z.direction([[z[0][0], theta], [rest, z[1][1]], [0.0; 2]]));
+    [(z, [[0.8, 1.3], [0.6, 0.3]]), ([z[0], [rest, z[1][1]]], [inner[0], inner[1]])]
+}
+
+/// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the slopes of its energies.
+fn check_slopes(torques: &[f64], inner: (PolarAxis, Side), outer: (PolarAxis, Side), constants: [f64; 2]) {
+    let size = 1e-5;
+    for (i, torque) in torques.iter().enumerate() {
+        let slope = |order: usize| {
+            let at = |size: f64| {
+                let mut sides = [inner, outer];
+                sides[i / 2].1[order][i % 2] += size;
+                energies(sides[0], sides[1])[order]
+            };
+            (at(size) - at(-size)) / (2.0 * size)
+        };
+        let expected = -constants[0] * slope(0) - constants[1] * slope(1);
+        assert!((torque - expected).abs() < 1e-9, "{i}: {torque} {expected}");
+    }
 }
 
 #[test]
 fn crossed_joint_is_the_slope_of_its_energies() {
     let (stiffness, damping) = (0.7, 0.3);
     let [(z, x), straight] = crossed_sides();
-    let joint = kernels::crossed_joint(trigonometry(z[0]), trigonometry(x[0]), z[1], x[1], stiffness, damping);
-    let torques = [joint.z, joint.x].concat();
-    let size = 1e-5;
-    for (i, torque) in torques.into_iter().enumerate() {
-        let slope = |order: usize| {
-            let at = |size: f64| {
-                let mut sides = [z, x];
-                sides[i / 2][order][i % 2] += size;
-                crossed_energies(sides[0], sides[1])[order]
-            };
-            (at(size) - at(-size)) / (2.0 * size)
-        };
-        let expected = -stiffness * slope(0) - damping * slope(1);
-        assert!((torque - expected).abs() < 1e-9, "{i}: {torque} {expected}");
-    }
-    // A straight joint that turns as a whole has no torque.
+    let crossed = |z: Side, x: Side| {
+        let angles = [z[0], x[0]].map(trigonometry);
+        kernels::crossed_joint(angles[0], angles[1], unbent(z[0]), z[1], x[1], stiffness, damping)
+    };
+    let joint = crossed(z, x);
+    let torques = [joint.x, joint.z].concat();
+    check_slopes(&torques, (PolarAxis::X, x), (PolarAxis::Z, z), [stiffness, damping]);
+    // A relaxed joint has no elastic torque.
     let (z, x) = straight;
-    let joint = kernels::crossed_joint(trigonometry(z[0]), trigonometry(x[0]), z[1], x[1], stiffness, damping);
+    let joint = kernels::crossed_joint(
+        trigonometry(z[0]),
+        trigonometry(x[0]),
+        unbent(z[0]),
+        [0.0; 2],
+        [0.0; 2],
+        stiffness,
+        damping,
+    );
     assert!(largest(&[joint.z, joint.x].concat()) < 1e-15, "{joint:?}");
+}
+
+#[test]
+fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences() {
+    let (stiffness, damping) = (0.7, 0.3);
+    let sides: [Side; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
+    let turn = [RELAXED.sin(), RELAXED.cos()];
+    let joint = |[previous, next]: [Side; 2]| {
+        let step = previous[0][1] - next[0][1];
+        let angles = [previous[0], next[0]].map(trigonometry);
+        let joint = kernels::joint_about_x(
+            angles[0],
+            angles[1],
+            [step.sin(), step.cos()],
+            turn,
+            previous[1],
+            next[1],
+            stiffness,
+            damping,
+        );
+        [joint.previous, joint.next].concat()
+    };
+    check_slopes(&joint(sides), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), [stiffness, damping]);
+    let [previous, next] = sides;
+    let step = previous[0][1] - next[0][1];
+    for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
+        let tangent = kernels::joint_about_x_tangent(
+            trigonometry(previous[0]),
+            trigonometry(next[0]),
+            [step.sin(), step.cos()],
+            turn,
+            previous[1],
+            next[1],
+            stiffness,
+            damping,
+            coordinate_weight,
+            rate_weight,
+        );
+        let blocks = [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
+        let size = 1e-5;
+        for column in 0..4 {
+            let torques = |size: f64| {
+                let mut sides = sides;
+                sides[column / 2][0][column % 2] += coordinate_weight * size;
+                sides[column / 2][1][column % 2] += rate_weight * size;
+                joint(sides)
+            };
+            let (above, below) = (torques(size), torques(-size));
+            for row in 0..4 {
+                let expected = (below[row] - above[row]) / (2.0 * size);
+                let entry = blocks[row / 2][column / 2][row % 2][column % 2];
+                assert!((entry - expected).abs() < 1e-9, "({row}, {column}): {entry} {expected}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -215,6 +306,7 @@ fn crossed_joint_tangents_match_differences() {
             let tangent = kernels::crossed_joint_tangent(
                 trigonometry(z[0]),
                 trigonometry(x[0]),
+                unbent(z[0]),
                 z[1],
                 x[1],
                 stiffness,
@@ -230,8 +322,9 @@ fn crossed_joint_tangents_match_differences() {
                     sides[column / 2][0][column % 2] += coordinate_weight * size;
                     sides[column / 2][1][column % 2] += rate_weight * size;
                     let [[z, z_rates], [x, x_rates]] = sides;
+                    let angles = [z, x].map(trigonometry);
                     let joint =
-                        kernels::crossed_joint(trigonometry(z), trigonometry(x), z_rates, x_rates, stiffness, damping);
+                        kernels::crossed_joint(angles[0], angles[1], unbent(z), z_rates, x_rates, stiffness, damping);
                     [joint.z, joint.x].concat()
                 };
                 let (above, below) = (torques(size), torques(-size));
@@ -280,7 +373,7 @@ struct Seen {
 impl Motion {
     fn turned(&self) -> Self {
         Self {
-            chain: Chain { gravity: turned(self.chain.gravity), ..self.chain },
+            chain: Chain { gravity: turned(self.chain.gravity), ..self.chain.clone() },
             clamp: turned(self.clamp),
             start: self.start.iter().map(|motion| motion.map(turned)).collect(),
             ..self.clone()
@@ -290,7 +383,7 @@ impl Motion {
     fn system(&self) -> System {
         let law = ContactLaw::from(&ContactSettings::default());
         let far = Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
-        FilamentSystem::new(self.chain, FixedClamp { direction: self.clamp }, law, far, false)
+        FilamentSystem::new(self.chain.clone(), FixedClamp { direction: self.clamp }, law, far, false)
     }
 
     fn state(&self, system: &mut System) -> FilamentState {
@@ -310,7 +403,7 @@ impl Motion {
         let mut observing = self.system();
         let (mut kinetic, total) = energies(&mut observing, &start);
         let (mut change, mut visits, mut nodes) = (0.0_f64, 0, Vec::new());
-        let mut near = vec![false; self.chain.segments];
+        let mut near = vec![false; self.chain.segments()];
         let observe = |step: &bristle::simulation::Step<'_>| {
             let here = energies(&mut observing, step.end);
             kinetic = kinetic.max(here.0);
@@ -335,7 +428,7 @@ fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 
 /// A rigid pendulum of length 1 m under gravity along `−z`, from `e` and `ė`.
 fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
-    let chain = Chain {
+    let chain = Chain::from(UniformChain {
         segments: 1,
         length: 1.0,
         mass: 1.0,
@@ -345,7 +438,7 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
         root_damping: 0.0,
         joint_damping: 0.0,
         gravity: [0.0, 0.0, -9.81],
-    };
+    });
     Motion { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
 }
 
@@ -363,7 +456,7 @@ fn check_motion(motion: &Motion, relative: f64) -> Seen {
     let turned = motion.turned().integrate(relative);
     assert_eq!(turned.statistics.chart_changes, 0, "it meets a pole in rotated axes");
     let nodes: Vec<[f64; 3]> = turned.nodes.iter().map(|node| turned_back(*node)).collect();
-    let length = motion.chain.length * motion.chain.segments as f64;
+    let length = motion.chain.length * motion.chain.segments() as f64;
     let difference = distance(&seen.nodes, &nodes) / length;
     assert!(seen.energy_error < ENERGY, "{:.1e}", seen.energy_error);
     assert!(difference < SAME_MOTION, "{difference:.1e}");
@@ -533,8 +626,11 @@ fn condition(segments: usize, sine: f64) -> f64 {
     let mut q = vec![[FRAC_PI_2, 0.0]; segments];
     q[segments / 2][0] = sine.asin();
     let rest = vec![[0.0; 2]; segments];
-    let mut dynamics =
-        Dynamics::new(Chain { root_stiffness: 0.0, joint_stiffness: 0.0, ..chain(&filament(segments), [0.0; 3]) });
+    let mut chain = chain(&filament(segments), [0.0; 3]);
+    for link in &mut chain.links {
+        link.stiffness = 0.0;
+    }
+    let mut dynamics = Dynamics::new(chain);
     let clamp = FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0);
     let mut mass = DMatrix::zeros(size, size);
     for i in 0..size {

@@ -1,7 +1,8 @@
 //! The physics: the energies of a chain of rigid segments, and nothing else.
 //!
 //! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J` about their
-//! centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section 2). Segment `k` points
+//! centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section 2). A wavy filament has springs that are
+//! relaxed at an angle `κ` about `z`; mass, inertia, stiffness and damping of a tapered one change along it. Segment `k` points
 //! along `e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`.
 //! Every energy is a sum over segments or joints and is stated here once. The whole equations of a chain and the
 //! kernels of one segment or joint are derived from the same functions.
@@ -111,56 +112,89 @@ pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, Nod
     values
 }
 
-/// The constants of a chain, as symbols.
+/// `_label`, or nothing without a label.
+fn ending(label: &str) -> String {
+    if label.is_empty() { String::new() } else { format!("_{label}") }
+}
+
+/// The constants of one segment, as symbols.
 #[derive(Clone, Copy, Debug)]
-pub struct Parameters {
-    /// Segment length `h` in m.
+pub struct Body {
+    /// Length `h` in m, which all segments of a chain share.
     pub length: NodeId,
-    /// Segment mass `m` in kg.
+    /// Mass `m` in kg.
     pub mass: NodeId,
-    /// Transverse moment of inertia of a segment about its centre, `J` in kg m².
+    /// Transverse moment of inertia about the centre, `J` in kg m².
     pub inertia: NodeId,
-    /// Stiffness of the clamp joint, `c1` in N m.
-    pub root_stiffness: NodeId,
-    /// Stiffness of every other joint, `c` in N m.
-    pub joint_stiffness: NodeId,
-    /// Damping of the clamp joint, `d1` in N m s.
-    pub root_damping: NodeId,
-    /// Damping of every other joint, `d` in N m s.
-    pub joint_damping: NodeId,
+}
+
+impl Body {
+    /// The symbols of the segment `label` (its number, or nothing) in `graph`.
+    pub fn new(graph: &mut Graph, label: &str) -> Self {
+        let end = ending(label);
+        Self {
+            length: graph.symbol("segment_length", "h", Unit::METRE),
+            mass: graph.symbol(&format!("segment_mass{end}"), &format!("m{label}"), Unit::KILOGRAM),
+            inertia: graph.symbol(&format!("segment_inertia{end}"), &format!("J{label}"), INERTIA),
+        }
+    }
+}
+
+/// The constants of one joint, as symbols.
+#[derive(Clone, Copy, Debug)]
+pub struct Hinge {
+    /// Stiffness `c` in N m.
+    pub stiffness: NodeId,
+    /// Damping `d` in N m s.
+    pub damping: NodeId,
+    /// Relaxed angle `κ` in rad: the spring is relaxed where the outer side is the inner one turned about `z` by `κ`.
+    pub relaxed_angle: NodeId,
+}
+
+impl Hinge {
+    /// The symbols of the joint at the inner end of the segment `label` (its number, or nothing) in `graph`.
+    pub fn new(graph: &mut Graph, label: &str) -> Self {
+        let end = ending(label);
+        Self {
+            stiffness: graph.symbol(&format!("joint_stiffness{end}"), &format!("c{label}"), STIFFNESS),
+            damping: graph.symbol(&format!("joint_damping{end}"), &format!("d{label}"), DAMPING),
+            relaxed_angle: graph.symbol(&format!("relaxed_angle{end}"), &format!("κ{label}"), Unit::RADIAN),
+        }
+    }
+}
+
+/// The constants of a chain, as symbols.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    /// Of each segment, from the clamp outwards.
+    pub bodies: Vec<Body>,
+    /// Of the joint at the inner end of each segment.
+    pub hinges: Vec<Hinge>,
     /// Gravitational acceleration in m/s².
     pub gravity: Vec3,
 }
 
 impl Parameters {
-    /// The symbols in `graph`.
-    pub fn new(graph: &mut Graph) -> Self {
+    /// The symbols of a chain of `segments` segments in `graph`.
+    pub fn new(graph: &mut Graph, segments: usize) -> Self {
+        let labels: Vec<String> = (1..=segments).map(|k| k.to_string()).collect();
         Self {
-            length: graph.symbol("segment_length", "h", Unit::METRE),
-            mass: graph.symbol("segment_mass", "m", Unit::KILOGRAM),
-            inertia: graph.symbol("segment_inertia", "J", INERTIA),
-            root_stiffness: graph.symbol("root_stiffness", "c1", STIFFNESS),
-            joint_stiffness: graph.symbol("joint_stiffness", "c", STIFFNESS),
-            root_damping: graph.symbol("root_damping", "d1", DAMPING),
-            joint_damping: graph.symbol("joint_damping", "d", DAMPING),
-            gravity: vector_symbol(graph, "gravity", "g", ACCELERATION),
+            bodies: labels.iter().map(|label| Body::new(graph, label)).collect(),
+            hinges: labels.iter().map(|label| Hinge::new(graph, label)).collect(),
+            gravity: gravity(graph),
         }
+    }
+
+    /// The scalar constants, by which the terms of the equations are collected.
+    pub fn constants(&self) -> Vec<NodeId> {
+        let bodies = self.bodies.iter().flat_map(|body| [body.length, body.mass, body.inertia]);
+        bodies.chain(self.hinges.iter().flat_map(|hinge| [hinge.stiffness, hinge.damping])).collect()
     }
 }
 
-impl Parameters {
-    /// The scalar constants, by which the terms of the equations are collected.
-    pub fn constants(&self) -> [NodeId; 7] {
-        [
-            self.length,
-            self.mass,
-            self.inertia,
-            self.root_stiffness,
-            self.joint_stiffness,
-            self.root_damping,
-            self.joint_damping,
-        ]
-    }
+/// The symbols of the gravitational acceleration in `graph`.
+pub fn gravity(graph: &mut Graph) -> Vec3 {
+    vector_symbol(graph, "gravity", "g", ACCELERATION)
 }
 
 /// The prescribed motion of the clamp, as symbols.
@@ -207,9 +241,9 @@ pub struct Segment {
 impl Segment {
     /// The symbols of the segment `label` (its number, or a name like `next`) in `graph`.
     pub fn new(graph: &mut Graph, label: &str) -> Self {
+        let end = ending(label);
         let mut symbol = |name: &str, notation: &str, unit: Unit| {
-            let separator = if label.is_empty() { "" } else { "_" };
-            graph.symbol(&format!("{name}{separator}{label}"), &format!("{notation}{label}"), unit)
+            graph.symbol(&format!("{name}{end}"), &format!("{notation}{label}"), unit)
         };
         Self {
             phi: symbol("phi", "φ", Unit::RADIAN),
@@ -231,8 +265,19 @@ impl Segment {
 
     /// The unit vector `e` along the segment.
     pub fn direction(&self, graph: &mut Graph) -> Vec3 {
+        self.direction_at(graph, self.theta)
+    }
+
+    /// `e` turned back about `z` by the relaxed angle of the joint at its inner end: where the spring is relaxed, it equals the
+    /// direction of the inner side.
+    pub fn unbent_direction(&self, graph: &mut Graph, hinge: &Hinge) -> Vec3 {
+        let azimuth = graph.sub(self.theta, hinge.relaxed_angle);
+        self.direction_at(graph, azimuth)
+    }
+
+    fn direction_at(&self, graph: &mut Graph, azimuth: NodeId) -> Vec3 {
         let (sin_phi, cos_phi) = (graph.sin(self.phi), graph.cos(self.phi));
-        let (sin_theta, cos_theta) = (graph.sin(self.theta), graph.cos(self.theta));
+        let (sin_theta, cos_theta) = (graph.sin(azimuth), graph.cos(azimuth));
         [graph.mul(sin_phi, cos_theta), graph.mul(sin_phi, sin_theta), cos_phi]
     }
 
@@ -246,22 +291,23 @@ impl Segment {
 
 /// `½ m |ċ|² + ½ J |ė|²` of a segment whose inner end moves at `base_velocity`; its centre moves at
 /// `ċ = ẋ + (h/2) ė`.
-pub fn kinetic_energy(graph: &mut Graph, parameters: &Parameters, base_velocity: Vec3, direction_rate: Vec3) -> NodeId {
-    let velocity = along(graph, base_velocity, parameters.length, (1, 2), direction_rate);
-    let translation = half_square(graph, parameters.mass, velocity);
-    let rotation = half_square(graph, parameters.inertia, direction_rate);
+pub fn kinetic_energy(graph: &mut Graph, body: &Body, base_velocity: Vec3, direction_rate: Vec3) -> NodeId {
+    let velocity = along(graph, base_velocity, body.length, (1, 2), direction_rate);
+    let translation = half_square(graph, body.mass, velocity);
+    let rotation = half_square(graph, body.inertia, direction_rate);
     graph.add(translation, rotation)
 }
 
 /// `−m g·c` of a segment whose inner end is at `base_position`; its centre is at `c = x + (h/2) e`.
-pub fn gravity_energy(graph: &mut Graph, parameters: &Parameters, base_position: Vec3, direction: Vec3) -> NodeId {
-    let centre = along(graph, base_position, parameters.length, (1, 2), direction);
-    let height = graph.dot(&parameters.gravity, &centre);
-    let energy = graph.mul(parameters.mass, height);
+pub fn gravity_energy(graph: &mut Graph, body: &Body, gravity: Vec3, base_position: Vec3, direction: Vec3) -> NodeId {
+    let centre = along(graph, base_position, body.length, (1, 2), direction);
+    let height = graph.dot(&gravity, &centre);
+    let energy = graph.mul(body.mass, height);
     graph.neg(energy)
 }
 
-/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|² = 1 − cos α`.
+/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|² = 1 − cos α`. One of the two is
+/// turned about `z` by the relaxed angle of the joint ([`Segment::unbent_direction`]), so that `α = 0` where the spring is relaxed.
 ///
 /// The chord form of `u` is never negative and keeps its relative precision at the straight joint, where `S` is
 /// analytic (see [`crate::ir::special`]).
@@ -282,8 +328,15 @@ pub fn dissipation(graph: &mut Graph, damping: NodeId, previous: (Vec3, Vec3), n
 }
 
 /// Position (or velocity) of the outer end of a segment: `x + h e` (or `ẋ + h ė`).
-pub fn outer_end(graph: &mut Graph, parameters: &Parameters, base: Vec3, direction: Vec3) -> Vec3 {
-    along(graph, base, parameters.length, (1, 1), direction)
+pub fn outer_end(graph: &mut Graph, body: &Body, base: Vec3, direction: Vec3) -> Vec3 {
+    along(graph, base, body.length, (1, 1), direction)
+}
+
+/// The `vector` turned back about `z` by the angle with the sine and cosine `turn`.
+pub fn turned_back(graph: &mut Graph, [x, y, z]: Vec3, [sin, cos]: [NodeId; 2]) -> Vec3 {
+    let (x_cos, y_sin) = (graph.mul(x, cos), graph.mul(y, sin));
+    let (y_cos, x_sin) = (graph.mul(y, cos), graph.mul(x, sin));
+    [graph.add(x_cos, y_sin), graph.sub(y_cos, x_sin), z]
 }
 
 /// Three symbols, `name_x` and so on, in `unit`.

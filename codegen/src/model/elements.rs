@@ -9,8 +9,7 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::chain::{
-    self, ACCELERATION, ANGULAR_RATE, Clamp, DAMPING, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3,
-    vector_symbol,
+    self, ACCELERATION, ANGULAR_RATE, Body, Clamp, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back, vector_symbol,
 };
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::dimension::{self, DimensionError};
@@ -114,7 +113,7 @@ pub(super) fn vector_input(graph: &Graph, motion: Motion, name: &str, doc: &str)
 pub(super) struct FreeSegment {
     pub graph: Graph,
     pub motion: Motion,
-    pub parameters: Parameters,
+    pub body: Body,
     pub segment: Segment,
     pub base_velocity: Vec<NodeId>,
     pub kinetic_energy: NodeId,
@@ -127,21 +126,21 @@ impl FreeSegment {
     pub fn new(motion: Motion) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
-        let parameters = Parameters::new(g);
+        let body = Body::new(g, "");
         let segment = Segment::new(g, "");
         let base_velocity = vector_symbol(g, "base_velocity", "ẋ", VELOCITY);
         let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
-        let kinetic_energy = chain::kinetic_energy(g, &parameters, base_velocity, rate);
+        let kinetic_energy = chain::kinetic_energy(g, &body, base_velocity, rate);
         let origin = [g.integer(0); 3];
-        let [x, y, z] = chain::outer_end(g, &parameters, origin, direction);
-        let [x_rate, y_rate, z_rate] = chain::outer_end(g, &parameters, origin, rate);
+        let [x, y, z] = chain::outer_end(g, &body, origin, direction);
+        let [x_rate, y_rate, z_rate] = chain::outer_end(g, &body, origin, rate);
         let [kinetic_energy, x, y, z, x_rate, y_rate, z_rate] =
             motion.specialise(g, &[segment], [kinetic_energy, x, y, z, x_rate, y_rate, z_rate]);
         let components = |vector: [NodeId; 3]| vector[..motion.axes()].to_vec();
         Self {
             graph,
             motion,
-            parameters,
+            body,
             segment,
             base_velocity: components(base_velocity),
             kinetic_energy,
@@ -210,48 +209,95 @@ impl InverseDynamics {
     }
 }
 
-/// Rotates a vector from the polar axis `z`, for which [`Segment`] states it, to the polar axis of the segment.
-type Turn = fn(Vec3) -> Vec3;
-
 /// A joint between two directions and the segments whose coordinates it acts on.
 pub(super) struct Joint {
     pub graph: Graph,
     pub motion: Motion,
     pub segments: Vec<Segment>,
-    pub clamp: Clamp,
+    pub clamp: RelaxedClamp,
     pub spring_energy: NodeId,
     pub dissipation: NodeId,
 }
 
+/// The clamp, with its direction turned about `z` by the relaxed angle of the clamp joint, as symbols.
+#[derive(Clone, Copy)]
+pub(super) struct RelaxedClamp {
+    pub direction: Vec3,
+    pub direction_rate: Vec3,
+    /// `ē0`, in which direction the first segment points where its spring is relaxed.
+    pub relaxed_direction: Vec3,
+    /// Its rate.
+    pub relaxed_direction_rate: Vec3,
+}
+
+impl RelaxedClamp {
+    fn new(graph: &mut Graph) -> Self {
+        let Clamp { direction, direction_rate, .. } = Clamp::new(graph);
+        let per_second = Unit::SECOND.powi(-1);
+        Self {
+            direction,
+            direction_rate,
+            relaxed_direction: vector_symbol(graph, "relaxed_direction", "ē0", Unit::ONE),
+            relaxed_direction_rate: vector_symbol(graph, "relaxed_direction_rate", "ē̇0", per_second),
+        }
+    }
+}
+
+/// One side of a joint: direction and rate, and the direction to the spring.
+struct Side {
+    direction: Vec3,
+    direction_rate: Vec3,
+    to_spring: Vec3,
+}
+
 impl Joint {
     pub fn between_segments(motion: Motion) -> Self {
-        Self::new(motion, &[("previous", along_z), ("next", along_z)])
+        Self::new(motion, &["previous", "next"], |graph, hinge, segments| {
+            let [previous, next] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment));
+            let turned = segments[1].unbent_direction(graph, hinge);
+            [previous, Side { to_spring: turned, ..next }]
+        })
     }
 
-    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order: the energies are
-    /// the same from both sides.
+    /// Between two segments whose polar axis is `x`.
+    pub fn about_x() -> Self {
+        Self::new(Motion::Spatial, &["previous", "next"], |graph, hinge, segments| {
+            let [previous, next] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment).about_x());
+            let turn = [graph.sin(hinge.relaxed_angle), graph.cos(hinge.relaxed_angle)];
+            let turned = turned_back(graph, next.direction, turn);
+            [previous, Side { to_spring: turned, ..next }]
+        })
+    }
+
+    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order: the energies are the same from
+    /// both sides, except that the relaxed angle changes its sign. Here the former is the outer one.
     pub fn crossed() -> Self {
-        Self::new(Motion::Spatial, &[("z", along_z), ("x", along_x)])
+        Self::new(Motion::Spatial, &["z", "x"], |graph, hinge, segments| {
+            let [z, x] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment));
+            let turned = segments[0].unbent_direction(graph, hinge);
+            [Side { to_spring: turned, ..z }, x.about_x()]
+        })
     }
 
+    /// Between the clamp and the first segment. The inner side is turned to the spring, whatever the polar axis of the segment is.
     pub fn at_clamp(motion: Motion) -> Self {
-        Self::new(motion, &[("next", along_z)])
+        Self::new(motion, &["next"], |graph, _, segments| {
+            let RelaxedClamp { direction, direction_rate, relaxed_direction, .. } = RelaxedClamp::new(graph);
+            [Side { direction, direction_rate, to_spring: relaxed_direction }, Side::of(graph, segments[0])]
+        })
     }
 
-    /// The labels of the segments, each with the rotation of its vectors to its polar axis.
-    fn new(motion: Motion, labels: &[(&str, Turn)]) -> Self {
+    /// The joint between the `sides` that belong to the segments with these labels.
+    fn new(motion: Motion, labels: &[&str], sides: impl FnOnce(&mut Graph, &Hinge, &[Segment]) -> [Side; 2]) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
-        let (stiffness, damping) = (g.symbol("stiffness", "c", STIFFNESS), g.symbol("damping", "d", DAMPING));
-        let clamp = Clamp::new(g);
-        let segments: Vec<Segment> = labels.iter().map(|(label, _)| Segment::new(g, label)).collect();
-        let mut sides = vec![(clamp.direction, clamp.direction_rate)];
-        for (segment, (_, turn)) in segments.iter().zip(labels) {
-            sides.push((turn(segment.direction(g)), turn(segment.direction_rate(g))));
-        }
-        let [.., previous, next] = sides[..] else { unreachable!("the clamp and at least one segment") };
-        let spring_energy = chain::spring_energy(g, stiffness, previous.0, next.0);
-        let dissipation = chain::dissipation(g, damping, previous, next);
+        let hinge = Hinge::new(g, "");
+        let clamp = RelaxedClamp::new(g);
+        let segments: Vec<Segment> = labels.iter().map(|label| Segment::new(g, label)).collect();
+        let [inner, outer] = sides(g, &hinge, &segments);
+        let spring_energy = chain::spring_energy(g, hinge.stiffness, inner.to_spring, outer.to_spring);
+        let rates = [inner, outer].map(|side| (side.direction, side.direction_rate));
+        let dissipation = chain::dissipation(g, hinge.damping, rates[0], rates[1]);
         let [spring_energy, dissipation] = motion.specialise(g, &segments, [spring_energy, dissipation]);
         Self { graph, motion, segments, clamp, spring_energy, dissipation }
     }
@@ -306,14 +352,22 @@ pub(super) fn resistance(
     transpose(&columns)
 }
 
-/// A vector of a segment whose polar axis is `z`, as [`Segment`] states it.
-fn along_z(vector: Vec3) -> Vec3 {
-    vector
-}
+impl Side {
+    /// That of `segment`, whose polar axis is `z`, as it is.
+    fn of(graph: &mut Graph, segment: Segment) -> Self {
+        let direction = segment.direction(graph);
+        Self { direction, direction_rate: segment.direction_rate(graph), to_spring: direction }
+    }
 
-/// The vector of a segment whose polar axis is `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
-fn along_x([x, y, z]: Vec3) -> Vec3 {
-    [z, x, y]
+    /// The same with the polar axis `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
+    fn about_x(self) -> Self {
+        let along_x = |[x, y, z]: Vec3| [z, x, y];
+        Self {
+            direction: along_x(self.direction),
+            direction_rate: along_x(self.direction_rate),
+            to_spring: along_x(self.to_spring),
+        }
+    }
 }
 
 /// The four blocks of the tangent of a joint, row by row, with their names and the segments that they concern.
@@ -338,22 +392,47 @@ pub(super) const BLOCKS: [(&str, &str); 4] = [
 
 pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
     vec![
-        Input::symbols(graph, "stiffness", "c in N m", &["stiffness"]),
-        Input::symbols(graph, "damping", "d in N m s", &["damping"]),
+        Input::symbols(graph, "joint_stiffness", "c in N m", &["joint_stiffness"]),
+        Input::symbols(graph, "joint_damping", "d in N m s", &["joint_damping"]),
     ]
 }
 
-/// The azimuth of the next segment less that of the previous one enters by its sine and cosine.
-pub(super) fn azimuth_step(graph: &mut Graph) -> Input {
+/// The azimuth of the next segment less that of the previous one enters by its sine and cosine: as it is, and less the relaxed
+/// angle.
+pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
-    let azimuth_step = graph.sub(previous.theta, next.theta);
+    let relaxed_angle = Hinge::new(graph, "").relaxed_angle;
+    let unbent = graph.sub(next.theta, relaxed_angle);
+    let mut step = |name: &str, doc: &str, next: NodeId| {
+        let step = graph.sub(previous.theta, next);
+        let elements = vec![(format!("sin_{name}"), graph.sin(step)), (format!("cos_{name}"), graph.cos(step))];
+        Input { name: name.into(), doc: doc.into(), elements }
+    };
+    [
+        step("azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment", next.theta),
+        step("unbent_step", "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ", unbent),
+    ]
+}
+
+/// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint inside it.
+pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
+    let (segment, relaxed_angle) = (Segment::new(graph, label), Hinge::new(graph, "").relaxed_angle);
+    let azimuth = graph.sub(segment.theta, relaxed_angle);
+    let name = format!("unbent_{label}");
     Input {
-        name: "azimuth_step".into(),
-        doc: "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment".into(),
-        elements: vec![
-            ("sin_azimuth_step".into(), graph.sin(azimuth_step)),
-            ("cos_azimuth_step".into(), graph.cos(azimuth_step)),
-        ],
+        doc: "sin(θ − κ), cos(θ − κ), with the relaxed angle κ".into(),
+        elements: vec![(format!("sin_{name}"), graph.sin(azimuth)), (format!("cos_{name}"), graph.cos(azimuth))],
+        name,
+    }
+}
+
+/// Sine and cosine of the relaxed angle.
+pub(super) fn relaxed_turn(graph: &mut Graph) -> Input {
+    let angle = Hinge::new(graph, "").relaxed_angle;
+    Input {
+        name: "relaxed_turn".into(),
+        doc: "sin κ, cos κ, with the relaxed angle κ".into(),
+        elements: vec![("sin_relaxed".into(), graph.sin(angle)), ("cos_relaxed".into(), graph.cos(angle))],
     }
 }
 
@@ -361,6 +440,7 @@ pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     let mut inputs = vec![
         vector_input(graph, motion, "clamp_direction", "e0"),
         vector_input(graph, motion, "clamp_direction_rate", "ė0 in 1/s"),
+        vector_input(graph, motion, "relaxed_direction", "ē0, which is e0 turned about z by the relaxed angle"),
         trigonometry(graph, motion, "next", "next"),
         rates(graph, motion, "next_rates", "next"),
     ];

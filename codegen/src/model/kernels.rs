@@ -24,9 +24,9 @@ use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
 use crate::model::chain::{self, ACCELERATION, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_step,
-    clamp_inputs, joint_constants, rates, segment_constants, step_weights, tangent_blocks, transpose, trigonometry,
-    vector_input, weights,
+    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, TORQUE, TORQUE_SLOPE,
+    azimuth_steps, clamp_inputs, joint_constants, rates, relaxed_turn, segment_constants, step_weights, tangent_blocks,
+    transpose, trigonometry, unbent_azimuth, vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -39,7 +39,7 @@ use crate::passes::normal_form::Style;
 /// If a term of the derivation makes no physical sense.
 pub fn spatial_kernels() -> Result<Vec<Kernel>, DimensionError> {
     let mut kernels = of_motion(Motion::Spatial)?;
-    kernels.extend([crossed_joint()?, crossed_joint_tangent()?]);
+    kernels.extend([joint_about_x()?, joint_about_x_tangent()?, crossed_joint()?, crossed_joint_tangent()?]);
     Ok(kernels)
 }
 
@@ -180,8 +180,8 @@ fn segment_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let free = FreeSegment::new(motion);
     let mut graph = free.graph;
     let base = vector_symbol(&mut graph, "base_position", "x", Unit::METRE);
-    let direction = free.segment.direction(&mut graph);
-    let gravity = chain::gravity_energy(&mut graph, &free.parameters, base, direction);
+    let (direction, pull) = (free.segment.direction(&mut graph), chain::gravity(&mut graph));
+    let gravity = chain::gravity_energy(&mut graph, &free.body, pull, base, direction);
     let [gravity] = motion.specialise(&mut graph, &[free.segment], [gravity]);
     let outputs = vec![
         Output::scalar("kinetic", "`E_kin`", Unit::JOULE, free.kinetic_energy),
@@ -218,11 +218,14 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
                     ],
                 }
             };
-            vec![polar(graph, "previous"), polar(graph, "next"), azimuth_step(graph)]
+            let mut inputs = vec![polar(graph, "previous"), polar(graph, "next")];
+            inputs.extend(azimuth_steps(graph));
+            inputs
         }
         Motion::Planar => vec![
             Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]),
-            Input::symbols(graph, "theta_next", "θ' in rad, less than π from θ", &["theta_next"]),
+            Input::symbols(graph, "theta_next", "θ' in rad, less than π from θ + κ", &["theta_next"]),
+            Input::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
         ],
     };
     inputs.push(rates(graph, motion, "previous_rates", "previous"));
@@ -240,7 +243,7 @@ fn torques_on(motion: Motion, segment: &str) -> String {
 }
 
 /// The energy and dissipation function of a joint between two segments in the plane.
-const PLANAR_ENERGIES: &str = "`E_spring = ½ c (θ' − θ)²` and `D = ½ d (θ̇' − θ̇)²`.";
+const PLANAR_ENERGIES: &str = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`.";
 
 fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut joint = Joint::between_segments(motion);
@@ -253,7 +256,8 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     let derivation = Derivation { graph: joint.graph, outputs };
     let energies = match motion {
         Motion::Spatial => {
-            "`E_spring = c S(u)`, `u = ½|e' − e|² = 1 − cos α`, `S = ½α²`, and `D = ½ d |ω' − ω|²`, `ω = e × ė`."
+            "`E_spring = c S(u)`, `u = ½|ē' − e|² = 1 − cos α`, `S = ½α²`, with `e'` turned back about `z` by the relaxed angle `κ` \
+             to `ē'`, and\n`D = ½ d |ω' − ω|²`, `ω = e × ė`."
         }
         Motion::Planar => PLANAR_ENERGIES,
     };
@@ -295,7 +299,7 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let joint = Joint::between_segments(motion);
     let derivation = Derivation { outputs: energies(&joint), graph: joint.graph };
     let formulas = match motion {
-        Motion::Spatial => "`E_spring = c S(½|e' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė`.",
+        Motion::Spatial => "`E_spring = c S(½|ē' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė`.",
         Motion::Planar => PLANAR_ENERGIES,
     };
     let summary = format!("Energy and dissipation function of a joint: {formulas}");
@@ -305,6 +309,7 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
             let mut inputs = vec![
                 trigonometry(graph, motion, "previous", "previous"),
                 trigonometry(graph, motion, "next", "next"),
+                unbent_azimuth(graph, "next"),
                 rates(graph, motion, "previous_rates", "previous"),
                 rates(graph, motion, "next_rates", "next"),
             ];
@@ -315,10 +320,49 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     }
 }
 
+/// The kernels of joints with segments whose polar axis is `x`.
+fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
+    let mut inputs = vec![
+        trigonometry(graph, Motion::Spatial, "previous", "previous"),
+        trigonometry(graph, Motion::Spatial, "next", "next"),
+    ];
+    let [azimuth_step, _] = azimuth_steps(graph);
+    inputs.extend([azimuth_step, relaxed_turn(graph)]);
+    inputs.push(rates(graph, Motion::Spatial, "previous_rates", "previous"));
+    inputs.push(rates(graph, Motion::Spatial, "next_rates", "next"));
+    inputs.extend(joint_constants(graph));
+    inputs
+}
+
+fn joint_about_x() -> Result<Kernel, DimensionError> {
+    let mut joint = Joint::about_x();
+    let torques = joint.torques();
+    let outputs = vec![
+        Output::vector("previous", &torques_on(Motion::Spatial, "previous"), TORQUE, torques[..2].to_vec()),
+        Output::vector("next", &torques_on(Motion::Spatial, "next"), TORQUE, torques[2..].to_vec()),
+    ];
+    let summary = "Torques of a joint as in [`joint`], between two segments with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x).";
+    Derivation { graph: joint.graph, outputs }.kernel("joint_about_x", summary, Some(Style::Cheap), about_x_inputs)
+}
+
+fn joint_about_x_tangent() -> Result<Kernel, DimensionError> {
+    let mut joint = Joint::about_x();
+    let rows = joint.tangent();
+    let derivation = Derivation { outputs: tangent_blocks(&rows, BLOCKS), graph: joint.graph };
+    let summary = "Tangent of a joint about x: minus the derivative of the torques of [`joint_about_x`] along `q̈`, when\n\
+                   `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
+    derivation.kernel("joint_about_x_tangent", summary, Some(Style::Cheap), |graph| {
+        let mut inputs = about_x_inputs(graph);
+        inputs.extend(weights(graph));
+        inputs
+    })
+}
+
 fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
     let mut inputs = vec![
         trigonometry(graph, Motion::Spatial, "z_angles", "z"),
         trigonometry(graph, Motion::Spatial, "x_angles", "x"),
+        unbent_azimuth(graph, "z"),
         rates(graph, Motion::Spatial, "z_rates", "z"),
         rates(graph, Motion::Spatial, "x_rates", "x"),
     ];
@@ -335,7 +379,8 @@ fn crossed_joint() -> Result<Kernel, DimensionError> {
     ];
     let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
-                   (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.";
+                   (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.\n\
+                   `κ` is the relaxed angle where the segment about z is the outer one, and minus that angle where it is the inner one.";
     derivation.kernel("crossed_joint", summary, Some(Style::Cheap), crossed_joint_inputs)
 }
 
@@ -369,7 +414,7 @@ fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
     let (name, plain) = (motion.name_for("clamp"), motion.name_for("joint"));
     let summary = format!(
         "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`{plain}`], with\n\
-         the clamp's `e0` and `ω0 = e0 × ė0` on the inner side."
+         the clamp's `ē0` and `ω0 = e0 × ė0` on the inner side."
     );
     derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| clamp_inputs(graph, motion))
 }
@@ -399,20 +444,25 @@ fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp(motion);
     let g = &mut joint.graph;
     let axes = motion.axes();
-    let elastic = gradient(g, joint.spring_energy, &joint.clamp.direction[..axes]);
-    let viscous = gradient(g, joint.dissipation, &joint.clamp.direction_rate[..axes]);
-    let reaction: Vec<NodeId> = elastic.into_iter().zip(viscous).map(|(a, b)| g.add(a, b)).collect();
-    let power = g.dot(&reaction, &joint.clamp.direction_rate);
+    let RelaxedClamp { direction_rate, relaxed_direction, relaxed_direction_rate, .. } = joint.clamp;
+    let elastic = gradient(g, joint.spring_energy, &relaxed_direction[..axes]);
+    let viscous = gradient(g, joint.dissipation, &direction_rate[..axes]);
+    let (elastic, viscous) = (g.dot(&elastic, &relaxed_direction_rate), g.dot(&viscous, &direction_rate));
+    let power = g.add(elastic, viscous);
     let mut outputs = energies(&joint);
     outputs.push(Output::scalar(
         "power",
-        "`(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`, what the turning clamp puts in",
+        "`∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`, what the turning clamp puts in",
         Unit::WATT,
         power,
     ));
     let derivation = Derivation { graph: joint.graph, outputs };
-    let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − e0|²)` and `½ d |ω' − ω0|²`, and the power of\n\
-                   its turning, `(∂E_spring/∂e0 + ∂D/∂ė0)·ė0`.";
+    let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − ē0|²)` and `½ d |ω' − ω0|²`, and the power of\n\
+                   its turning, `∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`.";
     let (name, summary) = (motion.name_for("clamp_energy"), summary_for(motion, summary));
-    derivation.kernel(&name, &summary, None, |graph| clamp_inputs(graph, motion))
+    derivation.kernel(&name, &summary, None, |graph| {
+        let mut inputs = clamp_inputs(graph, motion);
+        inputs.push(vector_input(graph, motion, "relaxed_direction_rate", "ē̇0 in 1/s"));
+        inputs
+    })
 }

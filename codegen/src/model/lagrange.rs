@@ -49,24 +49,23 @@ pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
     assert!(segments > 0, "a chain has at least one segment");
     let mut graph = Graph::new();
     let g = &mut graph;
-    let parameters = Parameters::new(g);
+    let parameters = Parameters::new(g, segments);
     let clamp = Clamp::new(g);
     let segments: Vec<Segment> = (1..=segments).map(|k| Segment::new(g, &k.to_string())).collect();
 
     let (mut kinetic, mut spring, mut gravity, mut dissipation) = (vec![], vec![], vec![], vec![]);
     let (mut position, mut velocity) = (clamp.position, clamp.velocity);
     let (mut previous, mut previous_rate) = (clamp.direction, clamp.direction_rate);
-    let (mut stiffness, mut damping) = (parameters.root_stiffness, parameters.root_damping);
-    for segment in &segments {
+    for ((segment, body), hinge) in segments.iter().zip(&parameters.bodies).zip(&parameters.hinges) {
         let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
-        kinetic.push(chain::kinetic_energy(g, &parameters, velocity, rate));
-        gravity.push(chain::gravity_energy(g, &parameters, position, direction));
-        spring.push(chain::spring_energy(g, stiffness, previous, direction));
-        dissipation.push(chain::dissipation(g, damping, (previous, previous_rate), (direction, rate)));
-        position = chain::outer_end(g, &parameters, position, direction);
-        velocity = chain::outer_end(g, &parameters, velocity, rate);
+        let unbent = segment.unbent_direction(g, hinge);
+        kinetic.push(chain::kinetic_energy(g, body, velocity, rate));
+        gravity.push(chain::gravity_energy(g, body, parameters.gravity, position, direction));
+        spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
+        dissipation.push(chain::dissipation(g, hinge.damping, (previous, previous_rate), (direction, rate)));
+        position = chain::outer_end(g, body, position, direction);
+        velocity = chain::outer_end(g, body, velocity, rate);
         (previous, previous_rate) = (direction, rate);
-        (stiffness, damping) = (parameters.joint_stiffness, parameters.joint_damping);
     }
     let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
         [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));

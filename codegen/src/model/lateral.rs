@@ -21,7 +21,7 @@ use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_step,
+    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_steps,
     clamp_inputs, joint_constants, rates, resistance, segment_constants, step_weights, tangent_blocks, trigonometry,
     vector_input, weights,
 };
@@ -194,8 +194,9 @@ impl<const N: usize> LateralJoint<N> {
             direction.extend(variation.direction(segment));
         }
         if clamp_is_tilted {
-            // e_0 = (cos τ …, sin τ)
-            direction.insert(clamp.direction[2], g.integer(1));
+            // e_0 = (cos τ …, sin τ), and turned about z.
+            let one = g.integer(1);
+            direction.extend([(clamp.direction[2], one), (clamp.relaxed_direction[2], one)]);
         }
         let torques = variation(g, torques, &direction, &segments);
         Self { graph, torques, polar }
@@ -218,7 +219,9 @@ fn at_clamp() -> LateralJoint<1> {
 
 /// Inputs of a joint from the planar motion.
 fn planar_joint_inputs(graph: &mut Graph) -> Vec<Input> {
-    vec![azimuth_step(graph), rates(graph, Motion::Planar, "", "previous"), rates(graph, Motion::Planar, "", "next")]
+    let mut inputs = azimuth_steps(graph).to_vec();
+    inputs.extend(["previous", "next"].map(|label| rates(graph, Motion::Planar, "", label)));
+    inputs
 }
 
 fn joint() -> Result<Kernel, DimensionError> {

@@ -3,7 +3,7 @@
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
-use crate::model::chain::{INERTIA, Motion, STIFFNESS, Vec3};
+use crate::model::chain::{Body, Hinge, INERTIA, Motion, STIFFNESS, Vec3};
 use crate::model::lagrange::{WholeEquations, whole_equations};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
@@ -69,8 +69,8 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         (
             energies_name,
             format!(
-                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`,\n\
-                 `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
+                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`\n\
+                 (`α` from `e` turned about `z` by `κ`), `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
             ),
             energies,
         ),
@@ -110,6 +110,10 @@ fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
     };
     let WholeEquations { motion, parameters, clamp, .. } = whole;
     let vector = |name: &str, doc: &str, symbols: Vec3| group(name, doc, symbols[..motion.axes()].to_vec());
+    let bodies =
+        |name: &str, doc: &str, of: fn(&Body) -> NodeId| group(name, doc, parameters.bodies.iter().map(of).collect());
+    let hinges =
+        |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| group(name, doc, parameters.hinges.iter().map(of).collect());
     let [coordinates, rates] = whole.variables();
     let [coordinates_doc, rates_doc] = match motion {
         Motion::Spatial => ["φ1, θ1, φ2, … in rad", "φ̇1, θ̇1, φ̇2, … in rad/s"],
@@ -124,12 +128,11 @@ fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
         vector("clamp_direction", "e0", clamp.direction),
         vector("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate),
         vector("gravity", "g in m/s²", parameters.gravity),
-        group("segment_length", "h in m", vec![parameters.length]),
-        group("segment_mass", "m in kg", vec![parameters.mass]),
-        group("segment_inertia", "J in kg m²", vec![parameters.inertia]),
-        group("root_stiffness", "c1 in N m", vec![parameters.root_stiffness]),
-        group("joint_stiffness", "c in N m", vec![parameters.joint_stiffness]),
-        group("root_damping", "d1 in N m s", vec![parameters.root_damping]),
-        group("joint_damping", "d in N m s", vec![parameters.joint_damping]),
+        group("segment_length", "h in m", vec![parameters.bodies[0].length]),
+        bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),
+        bodies("segment_inertia", "J1, J2, … in kg m²", |body| body.inertia),
+        hinges("joint_stiffness", "c1, c2, … in N m", |hinge| hinge.stiffness),
+        hinges("joint_damping", "d1, d2, … in N m s", |hinge| hinge.damping),
+        hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| hinge.relaxed_angle),
     ]
 }

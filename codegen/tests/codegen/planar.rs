@@ -32,21 +32,31 @@ const POSITIVE: [&str; 6] = ["length", "mass", "inertia", "stiffness", "damping"
 /// Largest bend of a joint in rad, of the states drawn in turn: straight, in the series of `S`, and beyond it.
 const BENDS: [f64; 4] = [0.0, 0.05, 0.3, 1.5];
 
+/// Largest relaxed angle of a joint in rad.
+const RELAXED: f64 = 0.3;
+
 /// A planar state for all symbols of `graphs`, with all quantities of order one.
 fn planar_state<'a>(graphs: impl IntoIterator<Item = &'a Graph>, number: usize, rng: &mut Rng) -> State {
     let names = graphs.into_iter().flat_map(|graph| graph.symbols().iter().map(|symbol| symbol.name.clone()));
     let mut symmetric = |size: f64| size * (2.0 * rng.f64() - 1.0);
     let (mut azimuth, clamp_rate) = (symmetric(3.0), symmetric(2.0));
     let (sine, cosine) = azimuth.sin_cos();
+    let (relaxed_sine, relaxed_cosine) = (azimuth + symmetric(RELAXED)).sin_cos();
     let clamp = BTreeMap::from([
         ("clamp_direction_x", cosine),
         ("clamp_direction_y", sine),
         ("clamp_direction_rate_x", -clamp_rate * sine),
         ("clamp_direction_rate_y", clamp_rate * cosine),
+        ("relaxed_direction_x", relaxed_cosine),
+        ("relaxed_direction_y", relaxed_sine),
+        ("relaxed_direction_rate_x", -clamp_rate * relaxed_sine),
+        ("relaxed_direction_rate_y", clamp_rate * relaxed_cosine),
     ]);
     let mut value = |name: &str| {
         if let Some(&component) = clamp.get(name) {
             component
+        } else if name.starts_with("relaxed_angle") {
+            symmetric(RELAXED)
         } else if name.ends_with("_z") || name.starts_with("phi_rate") || name == "phi_acceleration" {
             0.0
         } else if name.starts_with("phi_variation") {
@@ -220,7 +230,9 @@ fn the_lateral_torques_are_the_slopes_of_the_spatial_ones() {
             let state = planar_state([&full.graph, &kernel.graph], number, &mut rng);
             let expected = slopes(|size| {
                 let mut state = tilted(&state, size);
-                state.entry("clamp_direction_z".into()).and_modify(|height| *height = size * tilt);
+                for name in ["clamp_direction_z", "relaxed_direction_z"] {
+                    state.entry(name.into()).and_modify(|height| *height = size * tilt);
+                }
                 let values = evaluate(&full.graph, &state);
                 // Of the polar angles, which come first.
                 full.outputs.iter().map(|output| values[output.nodes[0].index()]).collect()

@@ -85,7 +85,7 @@ pub fn evaluate(
     let chain = filament::chain(&filament, state.gravity);
     let clamp = radial_clamp(body_radius, state.base_angle, state.base_rate, state.base_acceleration);
 
-    let mut dynamics = Dynamics::new(chain);
+    let mut dynamics = Dynamics::new(chain.clone());
     dynamics.check_poles(&q)?;
     let mut accelerations = vec![[0.0; 2]; q.len()];
     dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut accelerations);
@@ -129,13 +129,14 @@ pub fn symbol_values(
         }
     };
     let symbols = &whole.parameters;
-    set(symbols.length, chain.length);
-    set(symbols.mass, chain.mass);
-    set(symbols.inertia, chain.inertia);
-    set(symbols.root_stiffness, chain.root_stiffness);
-    set(symbols.joint_stiffness, chain.joint_stiffness);
-    set(symbols.root_damping, chain.root_damping);
-    set(symbols.joint_damping, chain.joint_damping);
+    for ((body, hinge), link) in symbols.bodies.iter().zip(&symbols.hinges).zip(&chain.links) {
+        set(body.length, chain.length);
+        set(body.mass, link.mass);
+        set(body.inertia, link.inertia);
+        set(hinge.stiffness, link.stiffness);
+        set(hinge.damping, link.damping);
+        set(hinge.relaxed_angle, link.relaxed_angle.angle());
+    }
     let vectors = [
         (symbols.gravity, chain.gravity),
         (whole.clamp.position, clamp.position),

@@ -3,7 +3,7 @@
 use bristle::model::parameters::Parameter;
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, DEPTH, Study, Sweep, VELOCITY};
+use bristle_study::study::{CaseResult, DEPTH, FRICTION, Study, Sweep, VELOCITY};
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
@@ -29,7 +29,7 @@ const UNSTABLE: &str = "!";
 pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     let band = study.scatters().then(Quantity::band);
     let columns: Vec<Readable> =
-        Quantity::headlines().chain(band).map(|quantity| Readable::new(quantity, results)).collect();
+        Quantity::headlines(results).chain(band).map(|quantity| Readable::new(quantity, results)).collect();
     let marks = Marks::new(results);
     let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
     let mut text = if is_grid {
@@ -165,11 +165,12 @@ fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
 
 /// A swept setting's heading, and the factor that converts its values to the unit of the heading.
 ///
-/// Velocity and depth have their symbols as headings, other settings their keys, which contain the unit.
+/// Velocity, depth and friction have their symbols as headings, other settings their keys, which contain the unit.
 fn sweep_heading(sweep: &Sweep) -> (&'static str, f64) {
     match sweep.parameter().path {
         VELOCITY => ("v_b in m/s", 1.0),
         DEPTH => ("a_e in mm", 1e3),
+        FRICTION => ("µ", 1.0),
         _ => (sweep.parameter().key(), 1.0),
     }
 }

@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, Study};
+use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::{labels, short, spanning};
 use crate::text::quantity::Readable;
@@ -171,12 +171,39 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let forces = Readable::tool_forces(results);
     let section = |slice: Slice| {
         let cells = cells(study, results, &slice);
-        let (advice, notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
+        let (advice, mut notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
+        notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
         let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
         Section { settings, advice, notes, slice }
     };
     let sections = slices.into_iter().map(section).collect();
     Ok(Advice { limits, sections, edges, forces })
+}
+
+/// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
+fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<String> {
+    let case = top.cell.row - 1;
+    if study.settings(case).contact.friction_coefficient == 0.0 {
+        return Some(format!(
+            "These forces are without friction, which lowers them: take them as upper bounds. The brush of Uhlmann and Hoyer \
+             (2021) at v_b = 10 m/s and a_e = 1 mm has 165, 109, 65 and 46 N with µ = 0, 0.1, 0.3 and 0.5. State {FRICTION}, or \
+             sweep it."
+        ));
+    }
+    let at = study.sweeps().iter().position(|sweep| sweep.parameter().path == FRICTION)?;
+    let stride: usize = study.sweeps()[at + 1..].iter().map(|sweep| sweep.values().len()).product();
+    let values = study.sweeps()[at].values();
+    let here = case / stride % values.len();
+    let least = (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).filter(|&least| least != here)?;
+    let other = case - here * stride + least * stride;
+    Some(format!(
+        "With µ = {} instead of {}, velocity and depth of the highest force give {} {} (row {}).",
+        short(values[least]),
+        short(values[here]),
+        forces.text(other),
+        forces.unit(),
+        other + 1
+    ))
 }
 
 /// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
@@ -504,13 +531,13 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use bristle::model::metrics::{ContactRecord, Metrics};
-    use bristle::simulation::Statistics;
+    use bristle::simulation::{Pass, Statistics};
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
             "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\nfilament_count_uncertainty = 100\n\
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
-             penetration_depth_m = 1e-3\n[study]\n{sweeps}"
+             penetration_depth_m = 1e-3\n[contact]\nfriction_coefficient = 0.3\n[study]\n{sweeps}"
         );
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
@@ -662,6 +689,20 @@ mod tests {
         let study = study("\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]");
         let error = advise(&study, &results(&study, &[Some((1.0, 1.0)); 2]), Limits::default());
         assert_eq!(error.expect_err("nothing to compare"), AdviceError::NothingVaries);
+    }
+
+    #[test]
+    fn friction_is_said_to_lower_the_force() {
+        let sweeps = "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
+        let study = study(sweeps);
+        let cases = [Some((60.0, 0.9)), Some((65.0, 0.9)), Some((160.0, 0.9)), Some((165.0, 0.9))];
+        let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
+        let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
+        assert_eq!(
+            note(&sections[0]),
+            "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
+        );
+        assert!(note(&sections[1]).starts_with("These forces are without friction"), "{:?}", sections[1].notes);
     }
 
     #[test]

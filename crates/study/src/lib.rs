@@ -7,7 +7,7 @@
 //! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
 //! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
-//! 6. [`slices`], [`stability`], [`advice`]: what a study shows, warns about and advises.
+//! 6. [`slices`], [`limited_work`], [`stability`], [`touch`], [`advice`]: what a study shows, warns about and advises.
 //!
 //! Nothing here touches a file or a terminal: the interface is text.
 
@@ -27,6 +27,7 @@ pub mod study;
 #[cfg(test)]
 mod testing;
 pub mod text;
+pub mod touch;
 pub mod uncertainty;
 
 /// Compiles the code examples of the library's page.

@@ -3,10 +3,7 @@
 use bristle::simulation::Statistics;
 
 use crate::study::CaseResult;
-use crate::text::layout::wrap_at;
-
-/// Width of the warnings, in columns.
-const WIDTH: usize = 80;
+use crate::text::layout::warning;
 
 /// What a limit of work means for results, and what avoids it.
 const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and peak forces to some ten per cent; the lateral \
@@ -36,12 +33,6 @@ pub fn case_work_warning(statistics: &Statistics) -> Option<String> {
             "{unresolved_steps} of {steps} steps miss the relative tolerance, as the work of a pass is limited. {CONSEQUENCE}"
         ))
     })
-}
-
-fn warning(statement: &str) -> String {
-    let mut text = String::new();
-    wrap_at(WIDTH, &mut text, "warning: ", statement);
-    text.trim_end().to_owned()
 }
 
 #[cfg(test)]

@@ -6,11 +6,8 @@ use bristle::model::settings::Settings;
 
 use crate::slices::equation;
 use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
-use crate::text::layout::wrap_at;
+use crate::text::layout::{help, warning};
 use crate::text::number::spanning;
-
-/// Width of the warnings, in columns.
-const WIDTH: usize = 80;
 
 /// The setting that makes a filament imperfect.
 const TILT: &str = "filament.lateral_tilt_rad";
@@ -31,8 +28,7 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
     let settings = study.settings(worst);
     let cases = if results.len() == 1 { "case" } else { "cases" };
     let are = if unstable.len() == 1 { "is" } else { "are" };
-    let mut text = String::new();
-    let statement = format!(
+    let mut text = warning(&format!(
         "{} of {} {cases} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
          imperfection of the filament can change the force. The largest amplification is {} at {} (row {} of runs.csv).",
         unstable.len(),
@@ -40,12 +36,12 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
         spanning(amplification(&worst)),
         place(&settings),
         worst + 1
-    );
-    wrap_at(WIDTH, &mut text, "warning: ", &statement);
+    ));
     // A study that sweeps the tilt shows it already.
     if study.sweeps().iter().all(|sweep| sweep.parameter().path != TILT) {
         let line = format!("\"{TILT}\" = [0.0, 1e-4, 1e-3, 1e-2]");
-        write_help(&mut text, &settings, "compare tilts of the clamp, by this line under [study]:", &line);
+        let how = "compare tilts of the clamp, by this line under [study]:";
+        text.push_str(&format!("\n{}", help_with(&settings, how, &line)));
     }
     Some(text)
 }
@@ -56,26 +52,22 @@ pub fn case_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
     if !metrics.laterally_unstable {
         return None;
     }
-    let mut text = String::new();
-    let statement = format!(
+    let text = warning(&format!(
         "this contact is laterally unstable (amplification {}, above {UNSTABLE_AMPLIFICATION}): a small imperfection \
          of the filament can change the force.",
         spanning(metrics.lateral_amplification)
-    );
-    wrap_at(WIDTH, &mut text, "warning: ", &statement);
+    ));
     let key = TILT.split_once('.').map_or(TILT, |(_, key)| key);
     let line = format!("{key} = 1e-3");
-    write_help(&mut text, settings, "simulate it with a tilted clamp, by this line under [filament]:", &line);
-    Some(text)
+    let how = "simulate it with a tilted clamp, by this line under [filament]:";
+    Some(format!("{text}\n{}", help_with(settings, how, &line)))
 }
 
-/// Appends how to see what an imperfect filament does. If the clamp is tilted already, other tilts tell more.
-fn write_help(text: &mut String, settings: &Settings, how: &str, line: &str) {
-    const HELP: &str = "   = help: ";
+/// How to see what an imperfect filament does. If the clamp is tilted already, other tilts tell more.
+fn help_with(settings: &Settings, how: &str, line: &str) -> String {
     let is_tilted = settings.filament.lateral_tilt_rad != 0.0;
     let aim = if is_tilted { "to see how the tilt matters" } else { "to see what an imperfect filament does" };
-    wrap_at(WIDTH, text, HELP, &format!("{aim}, {how}"));
-    text.push_str(&format!("{:indent$}{line}", "", indent = HELP.len()));
+    help(&format!("{aim}, {how}"), line)
 }
 
 /// Velocity and depth of a case.

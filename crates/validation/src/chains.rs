@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use bristle::contact::ContactLaw;
-use bristle::equations::Chain;
 use bristle::equations::linear::{add, scale, sub};
+use bristle::equations::{Chain, UniformChain};
 use bristle::model::filament::chain;
 use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem};
@@ -44,6 +44,10 @@ pub fn unit_beam(segments: usize) -> FilamentSettings {
         diameter_m: 2.0 / PI.sqrt(),
         density_kg_m3: 1.0,
         youngs_modulus_pa: 4.0 * PI,
+        tip_diameter_m: None,
+        waviness_amplitude_m: 0.0,
+        waviness_length_m: None,
+        waviness_phase_rad: 0.0,
         lateral_tilt_rad: 0.0,
         damping_ratio: 0.0,
     }
@@ -55,14 +59,17 @@ pub fn unit_chain(segments: usize) -> Chain<f64> {
 }
 
 /// The chain without stiffness: a rope.
-pub fn without_stiffness(chain: Chain<f64>) -> Chain<f64> {
-    Chain { root_stiffness: 0.0, joint_stiffness: 0.0, ..chain }
+pub fn without_stiffness(mut chain: Chain<f64>) -> Chain<f64> {
+    for link in &mut chain.links {
+        link.stiffness = 0.0;
+    }
+    chain
 }
 
 /// Rods of length 1 m, connected in series from a fixed point. Each has the mass `mass` (kg) and the moment of inertia
 /// `inertia` (kg m²) about its centre.
 pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chain<f64> {
-    Chain {
+    Chain::from(UniformChain {
         segments,
         length: 1.0,
         mass,
@@ -72,7 +79,7 @@ pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chai
         root_damping: 0.0,
         joint_damping: 0.0,
         gravity,
-    }
+    })
 }
 
 /// A clamp at rest at the origin, along `x`.
@@ -107,12 +114,12 @@ pub fn momentum(
 ) -> ([f64; 3], f64) {
     let (mut linear, mut angular) = ([0.0; 3], 0.0);
     let [mut inner, mut inner_rate] = root;
-    for [outer, outer_rate] in nodes {
+    for (link, [outer, outer_rate]) in chain.links.iter().zip(nodes) {
         // Position and velocity of a centre are the means of those of the segment's ends.
         let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
         let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
-        linear = add(linear, scale(chain.mass, rate));
-        angular += chain.mass * axial(centre, rate) + chain.inertia / chain.length.powi(2) * axial(e, e_rate);
+        linear = add(linear, scale(link.mass, rate));
+        angular += link.mass * axial(centre, rate) + link.inertia / chain.length.powi(2) * axial(e, e_rate);
         (inner, inner_rate) = (outer, outer_rate);
     }
     (linear, angular)

@@ -121,8 +121,8 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     let mut system = pass.system(false);
     let start = pass.start(&mut system);
     let mut watching = pass.system(false);
-    let chain = watching.filament(0).chain;
-    let mut dynamics = Dynamics::new(chain);
+    let chain = watching.filament(0).chain.clone();
+    let mut dynamics = Dynamics::new(chain.clone());
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
     let (mut accelerations, mut rest) = (start.accelerations.clone(), start.q.clone());
     let momentum_at = |time: f64, nodes: &[Knot<3>]| {
@@ -150,7 +150,7 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             let tool = pass.tool();
             let (bend, bend_rate) = (q[0][1] - tool.angle(time), v[0][1] - tool.rate);
             let mut torque = axial(clamp.position, dynamics.root_force());
-            torque -= chain.root_stiffness * bend + chain.root_damping * bend_rate;
+            torque -= chain.links[0].stiffness * bend + chain.links[0].damping * bend_rate;
             let filament = watching.filament(0);
             for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
                 let position = dynamics.positions()[node];

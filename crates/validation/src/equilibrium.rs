@@ -44,19 +44,27 @@ impl NodeLoads<f64> for Tip {
     }
 }
 
-/// The shape of `chain`, clamped along `x`, under `load` and its weight, both applied in `parts` equal increments.
+/// The shape of `chain`, clamped along `x`, under `load` and its weight, both applied in `parts` equal increments to its relaxed
+/// shape.
 ///
 /// # Errors
 /// If Newton's method does not converge.
 pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape, Failure> {
-    let n = chain.segments;
+    let n = chain.segments();
     let reach = chain.length * (n * n) as f64;
     let (clamp, rest) = (WALL.at(0.0), vec![[0.0; 2]; n]);
-    let mut q = vec![[FRAC_PI_2, 0.0]; n];
-    let mut dynamics = Dynamics::new(chain);
+    let azimuths = chain.links.iter().scan(0.0, |azimuth, link| {
+        *azimuth += link.relaxed_angle.angle();
+        Some(*azimuth)
+    });
+    let mut q: Vec<[f64; 2]> = azimuths.map(|azimuth| [FRAC_PI_2, azimuth]).collect();
+    let mass = chain.links.iter().map(|link| link.mass).fold(0.0, f64::max);
+    let stiffness = chain.links.iter().map(|link| link.stiffness).fold(f64::INFINITY, f64::min);
+    let mut dynamics = Dynamics::new(chain.clone());
     for part in 1..=parts {
         let share = part as f64 / parts as f64;
-        dynamics = Dynamics::new(Chain { gravity: chain.gravity.map(|component| share * component), ..chain });
+        let gravity = chain.gravity.map(|component| share * component);
+        dynamics = Dynamics::new(Chain { gravity, ..chain.clone() });
         let tip = Tip { node: n - 1, force: load.force.map(|component| share * component) };
         let mut converged = false;
         for _ in 0..60 {
@@ -64,8 +72,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             dynamics.residual(&clamp, &q, &rest, &rest, &tip, &mut change);
             change[n - 1][1] -= share * load.moment;
             // The step is so long, compared with the periods of the chain, that the step matrix reduces to the stiffness.
-            let weights =
-                StepWeights { coordinates: 1e10 * chain.mass / chain.joint_stiffness * reach * reach, rates: 0.0 };
+            let weights = StepWeights { coordinates: 1e10 * mass / stiffness * reach * reach, rates: 0.0 };
             dynamics.factorise(&clamp, &q, &rest, &rest, &tip, weights, LaneSet::first(1));
             dynamics.solve(&mut change);
             let mut largest = 0.0;

@@ -14,6 +14,7 @@ mod paper;
 mod peers;
 mod report;
 mod rotation;
+mod shape;
 mod small_motion;
 mod sources;
 mod statics;
@@ -72,9 +73,10 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 8] = [
+pub static GROUPS: [Group; 9] = [
     statics::GROUP,
     vibration::GROUP,
+    shape::GROUP,
     rotation::GROUP,
     invariants::GROUP,
     impact::GROUP,

@@ -191,6 +191,10 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         diameter_m: diameter,
         density_kg_m3: 1.2 / (PI * diameter.powi(2) / 4.0),
         youngs_modulus_pa: 1.4e4 / (PI * diameter.powi(4) / 64.0),
+        tip_diameter_m: None,
+        waviness_amplitude_m: 0.0,
+        waviness_length_m: None,
+        waviness_phase_rad: 0.0,
         lateral_tilt_rad: 0.0,
         damping_ratio: 0.0,
     };

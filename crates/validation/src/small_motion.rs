@@ -82,10 +82,13 @@ impl Linearised<'_> {
 /// `M` is the derivative of the residual with respect to the accelerations, `K` that with respect to the coordinates. Each
 /// frequency is finally computed as Rayleigh's quotient of its mode, because rounding affects differences along a smooth
 /// shape less than those of single angles.
-pub fn modes(chain: Chain<f64>, clamp: &Clamp<f64>, rate: f64, direction: Direction) -> Vec<Mode> {
-    let n = chain.segments;
+pub fn modes(mut chain: Chain<f64>, clamp: &Clamp<f64>, rate: f64, direction: Direction) -> Vec<Mode> {
+    let n = chain.segments();
+    for link in &mut chain.links {
+        link.damping = 0.0;
+    }
     let mut equations = Linearised {
-        dynamics: Dynamics::new(Chain { root_damping: 0.0, joint_damping: 0.0, ..chain }),
+        dynamics: Dynamics::new(chain),
         clamp,
         straight: [FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0])],
         turning: [0.0, rate],

@@ -35,6 +35,9 @@ sources! {
         1961, section 2.7";
     BEAM = "Euler, Bernoulli": "The beam of Euler and Bernoulli, as in S. Timoshenko, Vibration problems in engineering, \
         2nd edition, Van Nostrand 1937";
+    NAGULESWARAN = "Naguleswaran 1994": "S. Naguleswaran, A direct solution for the transverse vibration of Euler-Bernoulli wedge and \
+        cone beams, Journal of Sound and Vibration 172 (1994) 289–304";
+    CURVED_BEAM = "curved beam": "Kirchhoff's law of bending: the moment over E I adds to the relaxed curvature";
     BERNOULLI = "D. Bernoulli 1738": "D. Bernoulli, Theoremata de oscillationibus corporum filo flexili connexorum et catenae \
         verticaliter suspensae, Commentarii Academiae Scientiarum Imperialis Petropolitanae 6 (1738) 108–122";
     WRIGHT = "Wright 1982": "A. D. Wright, C. E. Smith, R. W. Thresher and J. L. C. Wang, Vibration modes of centrifugally \

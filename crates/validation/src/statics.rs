@@ -204,7 +204,7 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
         let depth = f64::from(depth_mm) * 1e-3;
         let settings = paper_case(segments, velocity, depth)?;
         let (filament, length) = (&settings.filament, settings.filament.length_m);
-        let critical = (FRAC_PI_2 / length).powi(2) * bending_stiffness(filament);
+        let critical = (FRAC_PI_2 / length).powi(2) * bending_stiffness(filament, filament.diameter_m);
         let exact = buckled_force(depth / length, settings.contact.stiffness_n_m * length / critical);
         let at = |segments: usize, velocity: f64| {
             let mut settings = paper_case(segments, velocity, depth)?;

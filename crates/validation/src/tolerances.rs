@@ -50,6 +50,8 @@ tolerances! {
         formula is accurate to (0.02)⁶/140 = 5e-13 and divides rounding errors by 0.02.";
     STATICS = Relative 2e-7, "statics": "Extrapolation from n = 100 and 200 leaves the next term, of order n⁻⁴: up to 7e-8 \
         for a filament that bends within a few segments.";
+    SHAPE = Relative 2e-6, "shapes": "Extrapolation from n = 100 and 200 leaves terms of order n⁻³ of the clamp joint of a tapered \
+        filament, and of order n⁻⁴ of the waves, of which one takes 60 segments or more.";
     QUASI_STATICS = Relative 5e-6, "quasi-statics": "Extrapolated in n and in the velocity from four passes, each accurate to some \
         3e-7 at a tolerance of 1e-7. Extrapolation amplifies this five times and leaves a term of order v_b².";
     ORDER = Absolute 0.1, "order": "At the n of the case the next term of the error still shows.";

@@ -103,7 +103,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
     filament.damping_ratio = damping_ratio;
     let chain = chain(&filament, [0.0; 3]);
-    let mut system = untouched(chain, WALL);
+    let mut system = untouched(chain.clone(), WALL);
     let mode = modes(chain, &WALL.at(0.0), 0.0, direction).swap_remove(0);
     let tip = mode.shape[segments - 1];
     let (across, q) = match direction {

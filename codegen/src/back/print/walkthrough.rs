@@ -8,7 +8,7 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::notation::Notation;
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
+use crate::model::chain::{self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
 use crate::model::lagrange::whole_equations;
 use crate::model::whole::{NAMES, Purpose, whole_kernels};
 use crate::passes::dimension::{self, DimensionError};
@@ -72,17 +72,18 @@ fn stated() -> Step {
     // Without rules, which would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
-    let parameters = Parameters::new(g);
+    let (body, hinge, pull) = (Body::new(g, ""), Hinge::new(g, ""), chain::gravity(g));
     let position = vector_symbol(g, "base_position", "x", Unit::METRE);
     let velocity = vector_symbol(g, "base_velocity", "ẋ", VELOCITY);
     let inner = vector_symbol(g, "direction", "e", Unit::ONE);
     let inner_rate = vector_symbol(g, "direction_rate", "ė", Unit::SECOND.powi(-1));
     let outer = vector_symbol(g, "outer_direction", "e'", Unit::ONE);
     let outer_rate = vector_symbol(g, "outer_direction_rate", "ė'", Unit::SECOND.powi(-1));
-    let kinetic = chain::kinetic_energy(g, &parameters, velocity, inner_rate);
-    let gravity = chain::gravity_energy(g, &parameters, position, inner);
-    let spring = chain::spring_energy(g, parameters.joint_stiffness, inner, outer);
-    let dissipation = chain::dissipation(g, parameters.joint_damping, (inner, inner_rate), (outer, outer_rate));
+    let unbent = vector_symbol(g, "unbent_direction", "ē'", Unit::ONE);
+    let kinetic = chain::kinetic_energy(g, &body, velocity, inner_rate);
+    let gravity = chain::gravity_energy(g, &body, pull, position, inner);
+    let spring = chain::spring_energy(g, hinge.stiffness, inner, unbent);
+    let dissipation = chain::dissipation(g, hinge.damping, (inner, inner_rate), (outer, outer_rate));
     let outputs = vec![
         Output::scalar("kinetic", "", Unit::JOULE, kinetic),
         Output::scalar("gravity", "", Unit::JOULE, gravity),
@@ -160,8 +161,8 @@ pub fn walkthrough(segments: usize, motion: Motion, again: &str) -> Result<Strin
     page.heading("Energies");
     page.prose(
         "These are the energies of a segment with the inner end `x` and the direction `e`, and of a joint between `e` and `e'`. \
-         The angular velocities in `D` are `e × ė`. At the clamp joint `e_0`, `c1` and `d1` take the place of `e`, `c` \
-         and `d`.",
+         The angular velocities in `D` are `e × ė`. The spring is relaxed where `e'` is `e` turned about `z` by the relaxed \
+         angle `κ`: `ē'` is `e'` turned back by it. At the clamp joint `e_0` takes the place of `e`.",
     );
     step(&mut page, &stated);
     if motion == Motion::Planar {
@@ -220,14 +221,14 @@ fn step(page: &mut Page, step: &Step) {
 fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, DimensionError> {
     let mut graph = Graph::new();
     let g = &mut graph;
-    let parameters = Parameters::new(g);
+    let parameters = Parameters::new(g, segments);
     let mut velocity = chain::Clamp::new(g).velocity;
     let mut outputs = Vec::new();
-    for k in 1..=segments {
+    for (k, body) in (1..).zip(&parameters.bodies) {
         let segment = Segment::new(g, &k.to_string());
         let rate = segment.direction_rate(g);
         let rate = motion.specialise(g, &[segment], rate);
-        let end = chain::outer_end(g, &parameters, velocity, rate);
+        let end = chain::outer_end(g, body, velocity, rate);
         let half = g.ratio(1, 2);
         let centre = std::array::from_fn(|i| {
             let sum = g.add(velocity[i], end[i]);

@@ -14,6 +14,7 @@ use bristle_study::document::Document;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
 use bristle_study::stability::case_warning;
+use bristle_study::touch::case_touch_warnings;
 use clap::Args;
 
 use crate::error::CliError;
@@ -131,6 +132,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_contact(&arguments.out, &contact)?);
+    case_touch_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }

@@ -16,6 +16,7 @@ use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
+use bristle_study::touch::study_touch_warnings;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
@@ -156,6 +157,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
     study_work_warning(&results).iter().for_each(say);
+    study_touch_warnings(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })

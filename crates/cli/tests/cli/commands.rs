@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 21] = [
+const RESULTS: [&str; 31] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -56,6 +56,16 @@ const RESULTS: [&str; 21] = [
     "peak_contact_normal_force_n",
     "max_tip_deflection_m",
     "tool_contact_normal_force_n",
+    "contact_impulse_x_n_s",
+    "contact_impulse_y_n_s",
+    "contact_impulse_z_n_s",
+    "edge_contact_normal_impulse_n_s",
+    "max_edge_penetration_m",
+    "friction_work_j",
+    "contact_angular_impulse_n_m_s",
+    "tool_tangential_force_n",
+    "tool_torque_n_m",
+    "tool_power_w",
     "lateral_amplification",
     "laterally_unstable",
     "steps",
@@ -794,7 +804,7 @@ fn bad_settings_are_refused_with_key_and_line() {
         ("[contact]", "[contact]\nfriction_coefficient = -0.1", "contact.friction_coefficient"),
         ("[contact]", "[contact]\nfriction_regularisation_m_s = 0", "contact.friction_regularisation_m_s"),
         ("[workpiece]", "[[workpiece]]", "workpiece"),
-        ("[workpiece]", "[workpiece]\nkind = \"edge\"", "workpiece.kind"),
+        ("[workpiece]", "[workpiece]\nkind = \"ball\"", "workpiece.kind"),
         ("[workpiece]", "[workpiece]\nnormal = [0, 0, 1]", "workpiece.normal"),
         ("[workpiece]", "[workpiece]\nnormal = [0, 0, 0]", "workpiece.normal"),
         ("[workpiece]", "[workpiece]\nnormal = [0, nan, 0]", "workpiece.normal"),
@@ -827,6 +837,75 @@ fn bad_settings_are_refused_with_key_and_line() {
     ];
     for (old, new, key) in changes {
         refuse_change("simulate", old, new, key);
+    }
+}
+
+#[test]
+fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
+    let edge = "kind = \"edge\"\nedge_radius_m = 2e-4\n";
+    let chamfer = "kind = \"chamfer\"\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\n";
+    let with = |keys: &str, last: &str| format!("{keys}{last}");
+    let left_out = |kind: &str| format!("left out: a workpiece of kind `{kind}` has none");
+    let largest = "at which the rounded edges use up the chamfer";
+    let changes = [
+        // Keys that the kind needs: the message points at the heading of the section.
+        (
+            "kind = \"edge\"".to_owned(),
+            0,
+            "workpiece.edge_radius_m",
+            "greater than 0 for a workpiece of kind `edge`".to_owned(),
+        ),
+        (
+            "kind = \"chamfer\"\nedge_radius_m = 2e-4".to_owned(),
+            0,
+            "workpiece.chamfer_width_m",
+            "kind `chamfer`".to_owned(),
+        ),
+        ("kind = \"cylinder\"".to_owned(), 0, "workpiece.radius_m", "kind `cylinder`".to_owned()),
+        ("kind = \"bore\"".to_owned(), 0, "workpiece.radius_m", "kind `bore`".to_owned()),
+        // Keys that it does not have.
+        ("edge_radius_m = 2e-4".to_owned(), 1, "workpiece.edge_radius_m", left_out("plane")),
+        ("offset_m = 1e-3".to_owned(), 1, "workpiece.offset_m", left_out("plane")),
+        ("side = \"entering\"".to_owned(), 1, "workpiece.side", left_out("plane")),
+        ("radius_m = 0.1".to_owned(), 1, "workpiece.radius_m", left_out("plane")),
+        (with(edge, "chamfer_width_m = 1e-3"), 3, "workpiece.chamfer_width_m", left_out("edge")),
+        (with(edge, "chamfer_angle_rad = 0.5"), 3, "workpiece.chamfer_angle_rad", left_out("edge")),
+        (with(edge, "radius_m = 0.1"), 3, "workpiece.radius_m", left_out("edge")),
+        (with(edge, "normal = [1, 1, 0]"), 3, "workpiece.normal", "faces along y".to_owned()),
+        (
+            with("kind = \"cylinder\"\nradius_m = 0.1\n", "included_angle_rad = 1.5"),
+            3,
+            "workpiece.included_angle_rad",
+            left_out("cylinder"),
+        ),
+        // Values outside their ranges.
+        (with(edge, "side = \"middle\""), 3, "workpiece.side", "entering".to_owned()),
+        (with(edge, "included_angle_rad = 3.2"), 3, "workpiece.included_angle_rad", "0.1 to 3.1".to_owned()),
+        (with(edge, "offset_m = inf"), 3, "workpiece.offset_m", "from -1000 to 1000".to_owned()),
+        ("kind = \"edge\"\nedge_radius_m = -1e-4".to_owned(), 2, "workpiece.edge_radius_m", "0 to 1000".to_owned()),
+        // Numbers that do not fit together.
+        (
+            with(chamfer, "edge_radius_m = 2e-3").replacen("edge_radius_m = 2e-4\n", "", 1),
+            3,
+            "workpiece.edge_radius_m",
+            largest.to_owned(),
+        ),
+        (with(chamfer, "chamfer_angle_rad = 1.6"), 4, "workpiece.chamfer_angle_rad", "less than 1.5708".to_owned()),
+        ("kind = \"bore\"\nradius_m = 0.15".to_owned(), 2, "workpiece.radius_m", "greater than 1.7900e-1".to_owned()),
+        ("kind = \"bore\"\nradius_m = 0.1795".to_owned(), 2, "workpiece.radius_m", "such that".to_owned()),
+    ];
+    for (lines, line, key, allowed) in changes {
+        let workspace = Workspace::new();
+        workspace.write("case.toml", FILE.replacen("[workpiece]\n", &format!("[workpiece]\n{lines}\n"), 1));
+        let message = workspace.refuse("simulate case.toml --out results");
+        assert!(
+            message.contains(&format!("`{key}`")) && message.contains(&allowed),
+            "{lines}: no `{allowed}` in\n{message}"
+        );
+        let heading = FILE[..FILE.find("[workpiece]").expect("the section")].matches('\n').count() + 1;
+        let place = format!("case.toml:{}:", heading + line);
+        assert!(message.contains(&place), "{lines}: no `{place}` in\n{message}");
+        assert!(!workspace.path("results").exists(), "{lines}: results are left");
     }
 }
 

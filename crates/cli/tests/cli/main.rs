@@ -5,6 +5,7 @@ mod program;
 mod advise;
 mod commands;
 mod formats;
+mod friction;
 mod hostile;
 mod metrics;
 mod resume;

@@ -3,13 +3,13 @@
 use std::fs;
 
 use bristle::model::metrics::Metrics;
-use bristle::model::record::{Column, Prominence, Record};
+use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::results::run_columns;
-use bristle_study::study::run_study;
+use bristle_study::study::{CaseResult, Study, run_study};
 use serde_json::Value;
 
 use crate::program::bristle;
@@ -49,7 +49,7 @@ fn every_reader_shows_every_metric() {
     let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     let all = keys(Metrics::COLUMNS);
-    assert_eq!(all.len(), 14);
+    assert_eq!(all.len(), 24);
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study);
@@ -70,7 +70,11 @@ fn every_reader_shows_every_metric() {
     let data: Value = serde_json::from_str(data).expect("JSON");
     let quantities = data["quantities"].as_array().expect("quantities");
     let mut prominent: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
-    prominent.sort_by_key(|column| column.display.prominence);
+    // Those of the tool are together.
+    prominent.sort_by_key(|column| match column.display.scope {
+        Scope::Tool => Prominence::Headline,
+        Scope::Filament => column.display.prominence,
+    });
     assert_eq!(quantities.len(), all.len());
     for (quantity, column) in quantities.iter().zip(prominent) {
         let said = ["key", "symbol", "unit", "name", "meaning"].map(|part| quantity[part].as_str().expect(part));
@@ -79,20 +83,38 @@ fn every_reader_shows_every_metric() {
     }
 
     // A map for each metric of the figures, a table for each headline.
-    let pictures = study_figures(&study, &results, &[]).pictures;
+    assert_eq!(shown(&study, &results), (8, 4));
+
+    // With friction on an edge there are all of them.
+    let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
+    let study = Document::parse(&FILE.replace("[process]", edge), "case.toml").and_then(|document| document.study());
+    let study = study.expect("a study");
+    let results = run_study(&study, None, || {}).expect("threads");
+    let optional = |column: &&Column<Metrics>| column.display.optional;
+    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 3);
+    assert_eq!(shown(&study, &results), (11, 5));
+}
+
+/// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.
+fn shown(study: &Study, results: &[CaseResult]) -> (usize, usize) {
+    let is_shown = |column: &&'static Column<Metrics>| {
+        let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
+        !column.display.optional || values.into_iter().any(|value| value != 0.0)
+    };
+    let pictures = study_figures(study, results, &[]).pictures;
     let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
-    let drawn: Vec<&str> = at_least(Prominence::Figure).map(|column| column.display.file_name).collect();
+    let drawn: Vec<&str> =
+        at_least(Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();
     assert_eq!(maps, drawn);
-    assert_eq!(drawn.len(), 6);
-    let tables = study_tables(&study, &results);
+    let tables = study_tables(study, results);
     let titles: Vec<&str> = tables
         .lines()
         .filter(|line| line.starts_with(char::is_alphabetic))
         .map(|title| title.split_once(": ").map_or(title, |(_, name)| name))
         .collect();
-    let headlines: Vec<&str> = at_least(Prominence::Headline).map(|column| column.name).collect();
+    let headlines: Vec<&str> = at_least(Prominence::Headline).filter(is_shown).map(|column| column.name).collect();
     assert_eq!(titles, headlines);
-    assert_eq!(headlines.len(), 4);
+    (drawn.len(), headlines.len())
 }
 
 #[test]

@@ -17,6 +17,7 @@ use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, equation, offset_slices, process_slices, telling_slices};
 use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
+use bristle_study::text::quantity::shown_metrics;
 
 mod force;
 mod profile;
@@ -75,7 +76,7 @@ enum Family {
     OverY,
 }
 
-/// The metrics that are drawn: the paper's figures 4a, 4b, 5, 6a and 6b.
+/// The metrics of which there can be figures: among them the paper's figures 4a, 4b, 5, 6a and 6b.
 fn drawn() -> impl Iterator<Item = &'static Column<Metrics>> {
     Metrics::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
 }
@@ -139,7 +140,8 @@ fn axis_of(metric: &Column<Metrics>, linear: impl FnOnce(String) -> Axis) -> Axi
 ///
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
-/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`; for other studies, each metric over the setting that
+/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`, and map and curves over the velocity of each other
+/// metric that is drawn, without optional ones that are zero in all cases; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have figures for each
 /// of their values, at most four, with the value at the end of the name.
@@ -149,7 +151,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     for slice in &slices.chosen {
         let view = View { study, results, slice };
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
-        for metric in drawn() {
+        for metric in shown_metrics(Prominence::Figure, results) {
             if is_map {
                 pictures.push(view.map(metric, "map"));
             }

@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::Selection;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, sample_side_by_side};
-use bristle::workpiece::{Profile, Workpiece, reach, unit_normal};
+use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
 use bristle_study::study::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
@@ -159,7 +159,7 @@ impl Work {
         let last = profile.iter().rposition(has_work).map_or(0, |last| last + 1);
         let (shown, cells) = (&profile[first..last], pass.profile().unwrap_or_default().cells);
         let cells = cells.get(first..last).unwrap_or_default();
-        let profile = Profile { cells: cells.to_vec(), period: None };
+        let profile = ProfileCells { cells: cells.to_vec(), period: None };
         let [along, above] = placed(&profile.points());
         let pack = |value: fn(&ProfileCell) -> f64| Packed::new(&shown.iter().map(value).collect::<Vec<_>>());
         Self {

@@ -1,7 +1,7 @@
 // Numbers, units and symbols as a reader expects them, and the elements that show them.
 
 /** Units that take prefixes, as in mm or kN. */
-const PREFIXED = new Set(["m", "s", "N", "N s", "J", "Pa"]);
+const PREFIXED = new Set(["m", "s", "N", "N s", "N m", "N m s", "J", "W", "Pa"]);
 const PREFIXES = [
   ["G", 1e9],
   ["M", 1e6],

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use bristle::equations;
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
-use bristle::model::record::{Column, Record, Scale};
+use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
@@ -143,7 +143,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
     let mut metrics: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
-    metrics.sort_by_key(|column| column.display.prominence);
+    metrics.sort_by_key(|column| place_on_page(column));
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =
         ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
@@ -179,6 +179,14 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         "errors": errors,
         "courses": courses,
     })
+}
+
+/// The order of metrics on the page: the most prominent first, with all those of the tool together.
+fn place_on_page(column: &Column<Metrics>) -> Prominence {
+    match column.display.scope {
+        Scope::Tool => Prominence::Headline,
+        Scope::Filament => column.display.prominence,
+    }
 }
 
 /// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f ω/(2π)`.

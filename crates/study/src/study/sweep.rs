@@ -8,6 +8,8 @@ use thiserror::Error;
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
 /// Path of the setting that changes next.
 pub const DEPTH: &str = "process.penetration_depth_m";
+/// Path of the setting that moves forces more than any other unknown.
+pub const FRICTION: &str = "contact.friction_coefficient";
 
 /// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];

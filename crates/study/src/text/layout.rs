@@ -18,7 +18,7 @@ pub fn wrap(text: &mut String, beginning: &str, words: &str) {
 }
 
 /// Like [`wrap`], in lines of `width` columns.
-pub fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
+fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
     let indent = beginning.chars().count();
     text.push_str(beginning);
     let mut column = indent;
@@ -35,6 +35,27 @@ pub fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
         column += letters;
     }
     text.push('\n');
+}
+
+/// Width of the terminal, in columns, for which warnings are made.
+const WARNING_WIDTH: usize = 80;
+
+/// A warning for a terminal 80 columns wide, without a line end.
+pub fn warning(statement: &str) -> String {
+    of_warning("warning: ", statement)
+}
+
+/// What to do about a warning, on the lines below it: a statement, and a line to add to the input file.
+pub fn help(statement: &str, line: &str) -> String {
+    const HELP: &str = "   = help: ";
+    format!("{}\n{:indent$}{line}", of_warning(HELP, statement), "", indent = HELP.len())
+}
+
+fn of_warning(beginning: &str, statement: &str) -> String {
+    let mut text = String::new();
+    wrap_at(WARNING_WIDTH, &mut text, beginning, statement);
+    text.truncate(text.trim_end().len());
+    text
 }
 
 #[cfg(test)]

@@ -55,10 +55,9 @@ impl Parts {
 }
 
 impl Quantity {
-    /// The metrics that tables show, in the order used in files.
-    pub fn headlines() -> impl Iterator<Item = Self> {
-        let shown = |column: &&Column<Metrics>| column.display.prominence == Prominence::Headline;
-        Metrics::COLUMNS.iter().filter(shown).map(Self::metric)
+    /// The metrics that tables of these results show, in the order used in files.
+    pub fn headlines(results: &[CaseResult]) -> impl Iterator<Item = Self> {
+        shown_metrics(Prominence::Headline, results).map(Self::metric)
     }
 
     /// The band of the tool force, where filaments scatter.
@@ -78,6 +77,13 @@ impl Quantity {
         let &Column { symbol, name, unit, display, .. } = column;
         Self { symbol, name, qualifier: "", unit, scale: display.scale, parts: Parts::Metric(column) }
     }
+}
+
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results.
+pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
+    let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
+    let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
+    Metrics::COLUMNS.iter().filter(shown).filter(move |column| !column.display.optional || varies(column))
 }
 
 /// A quantity in all cases, scaled to a readable unit.
@@ -104,7 +110,8 @@ impl Readable {
         let value = |result: &CaseResult, part| quantity.parts.get(result.as_ref().ok()?, part);
         let values = |part| results.iter().map(|result| value(result, part)).collect();
         let mut parts: Vec<Vec<Option<f64>>> = (0..quantity.parts.count()).map(values).collect();
-        let largest = parts.iter().flatten().flatten().copied().fold(0.0, f64::max);
+        let largest =
+            parts.iter().flatten().flatten().copied().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let (prefix, factor) = PREFIXES
             .into_iter()
             .filter(|(prefix, _)| prefix.is_empty() || !quantity.unit.is_empty())

@@ -1,8 +1,9 @@
 //! The tool force where filaments are not known exactly: sampled tools, the band of their forces, and its origin.
 //!
 //! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is simulated like any case, and
-//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus and damping ratio of the
-//! filaments are normally distributed about the settings, and so is the number of filaments. All filaments of a tool are alike:
+//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus, damping ratio and waviness of the
+//! filaments are normally distributed about the settings, and so is the number of filaments. The coefficient of friction has a
+//! normal distribution that is cut at zero. All filaments of a tool are alike:
 //! the result is how far the force of one tool may be from that of another. If instead the filaments of one tool differ, they
 //! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments scatters.
 //!
@@ -10,7 +11,7 @@
 //! therefore as smooth over the process as the forces are.
 
 use serde::{Deserialize, Serialize};
-use spec_math::cephes64::ndtri;
+use spec_math::cephes64::{ndtr, ndtri};
 
 use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
@@ -20,9 +21,9 @@ use bristle::workpiece;
 mod indices;
 
 /// Number of inputs.
-pub const INPUT_COUNT: usize = 5;
+pub const INPUT_COUNT: usize = 8;
 /// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
-pub const MOVING: usize = 4;
+pub const MOVING: usize = 7;
 
 /// Ends of the band, as shares of the tools.
 const BAND: [f64; 2] = [0.025, 0.975];
@@ -38,26 +39,53 @@ pub struct Input {
     pub mean: &'static str,
     /// Path of its standard deviation.
     pub std: &'static str,
+    /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the samples of the others.
+    dimension: u32,
+    /// How it is distributed.
+    distribution: Distribution,
+}
+
+/// The distribution of an input, by its mean `m` and its standard deviation `s`.
+#[derive(Clone, Copy, Debug)]
+enum Distribution {
+    /// The normal distribution.
+    Normal,
+    /// The normal distribution without its part below zero, whose share goes to the rest in proportion. Its own mean is
+    /// therefore above `m`, and its standard deviation below `s`, unless `s` is small against `m`.
+    CutAtZero,
+}
+
+impl Distribution {
+    /// The value whose quantile is that of `z` in the standard normal distribution `Φ`.
+    fn value(self, mean: f64, std: f64, z: f64) -> f64 {
+        match self {
+            Self::Normal => mean + z * std,
+            _ if std == 0.0 => mean,
+            // The share of the values above it is Φ(−z) of those above zero, whose share is Φ(m/s).
+            Self::CutAtZero => (mean - std * ndtri(ndtr(-z) * ndtr(mean / std))).max(0.0),
+        }
+    }
 }
 
 /// All inputs, in the order of [`ForceScatter::sobol_indices`].
 pub const INPUTS: [Input; INPUT_COUNT] = [
-    Input { symbol: "l_f", name: "length", mean: "filament.length_m", std: "uncertainty.length_std_m" },
-    Input { symbol: "d", name: "diameter", mean: "filament.diameter_m", std: "uncertainty.diameter_std_m" },
+    input(0, ["l_f", "length", "filament.length_m", "uncertainty.length_std_m"]),
+    input(1, ["d", "diameter", "filament.diameter_m", "uncertainty.diameter_std_m"]),
+    input(2, ["E", "Young’s modulus", "filament.youngs_modulus_pa", "uncertainty.youngs_modulus_std_pa"]),
+    input(3, ["ζ", "damping ratio", "filament.damping_ratio", "uncertainty.damping_ratio_std"]),
+    input(5, ["A", "waviness", "filament.waviness_amplitude_m", "uncertainty.waviness_amplitude_std_m"]),
+    input(6, ["ψ", "phase of the waviness", "filament.waviness_phase_rad", "uncertainty.waviness_phase_std_rad"]),
     Input {
-        symbol: "E",
-        name: "Young’s modulus",
-        mean: "filament.youngs_modulus_pa",
-        std: "uncertainty.youngs_modulus_std_pa",
+        distribution: Distribution::CutAtZero,
+        ..input(7, ["µ", "friction", "contact.friction_coefficient", "uncertainty.friction_coefficient_std"])
     },
-    Input { symbol: "ζ", name: "damping ratio", mean: "filament.damping_ratio", std: "uncertainty.damping_ratio_std" },
-    Input {
-        symbol: "N_f",
-        name: "number of filaments",
-        mean: "tool.filament_count",
-        std: "tool.filament_count_uncertainty",
-    },
+    input(4, ["N_f", "number of filaments", "tool.filament_count", "tool.filament_count_uncertainty"]),
 ];
+
+/// A normally distributed input with its symbol, its name, and the paths of its mean and its standard deviation.
+const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> Input {
+    Input { symbol, name, mean, std, dimension, distribution: Distribution::Normal }
+}
 
 impl Input {
     /// Whether its standard deviation is above zero.
@@ -102,6 +130,12 @@ bristle::record! {
             ["", "", "share of Young’s modulus", "first-order Sobol index of E in the variance of F_n,w"],
         sobol_damping_ratio: f64 =
             ["", "", "share of the damping ratio", "first-order Sobol index of ζ in the variance of F_n,w"],
+        sobol_waviness_amplitude: f64 =
+            ["", "", "share of the waviness", "first-order Sobol index of A in the variance of F_n,w"],
+        sobol_waviness_phase: f64 =
+            ["", "", "share of the phase of the waviness", "first-order Sobol index of ψ in the variance of F_n,w"],
+        sobol_friction_coefficient: f64 =
+            ["", "", "share of friction", "first-order Sobol index of µ in the variance of F_n,w"],
         sobol_filament_count: f64 =
             ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
         failed_samples: usize =
@@ -124,6 +158,9 @@ impl ForceScatter {
             self.sobol_diameter,
             self.sobol_youngs_modulus,
             self.sobol_damping_ratio,
+            self.sobol_waviness_amplitude,
+            self.sobol_waviness_phase,
+            self.sobol_friction_coefficient,
             self.sobol_filament_count,
         ]
     }
@@ -148,8 +185,8 @@ impl Scatter {
         if !scatters(settings) {
             return None;
         }
-        let point =
-            |index| std::array::from_fn(|input| standard_normal(index, input as u32, settings.uncertainty.seed));
+        let seed = settings.uncertainty.seed;
+        let point = |index| INPUTS.map(|input| standard_normal(index, input.dimension, seed));
         Some(Self {
             settings: settings.clone(),
             inputs: INPUTS.map(|input| parameter(input.mean)),
@@ -177,6 +214,10 @@ impl Scatter {
         for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
             self.inputs[input].set(&mut settings, self.value(tool, input));
         }
+        // A thicker filament has the same taper.
+        let nominal = &self.settings.filament;
+        settings.filament.tip_diameter_m =
+            nominal.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
         if settings.uncertainty.hold == Hold::Machine {
             let [nominal, here] = [&self.settings, &settings].map(Settings::tool_radius_m);
             settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * here;
@@ -226,7 +267,7 @@ impl Scatter {
 
     /// An input of a tool.
     fn value(&self, tool: usize, input: usize) -> f64 {
-        self.means[input] + self.points[tool][input] * self.stds[input]
+        INPUTS[input].distribution.value(self.means[input], self.stds[input], self.points[tool][input])
     }
 
     /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the tool force. The impulse of a
@@ -265,7 +306,16 @@ impl Scatter {
             }
             shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
         }
-        let [sobol_length, sobol_diameter, sobol_youngs_modulus, sobol_damping_ratio, sobol_filament_count] = shares;
+        let [
+            sobol_length,
+            sobol_diameter,
+            sobol_youngs_modulus,
+            sobol_damping_ratio,
+            sobol_waviness_amplitude,
+            sobol_waviness_phase,
+            sobol_friction_coefficient,
+            sobol_filament_count,
+        ] = shares;
         Some(ForceScatter {
             tool_force_mean_n: mean * count,
             tool_force_std_n: variance_of_force.sqrt(),
@@ -275,6 +325,9 @@ impl Scatter {
             sobol_diameter,
             sobol_youngs_modulus,
             sobol_damping_ratio,
+            sobol_waviness_amplitude,
+            sobol_waviness_phase,
+            sobol_friction_coefficient,
             sobol_filament_count,
             failed_samples: self.count() - known.len(),
         })
@@ -287,12 +340,19 @@ impl Scatter {
     }
 }
 
-/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`.
+/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Of waves, which may have any sign, and of a
+/// mean of zero there is no per cent: `µ ± 0.1`.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
-        let percent = 100.0 * get(input.std, settings) / get(input.mean, settings);
-        input.scatters(settings).then(|| format!("{} ± {} %", input.symbol, two_digits(percent)))
+        let (mean, std) = (get(input.mean, settings), get(input.std, settings));
+        let spread = || {
+            if mean == 0.0 || parameter(input.mean).range.contains(-1.0) {
+                return format!("{} {}", two_digits(std), parameter(input.mean).unit).trim_end().to_owned();
+            }
+            format!("{} %", two_digits(100.0 * std / mean))
+        };
+        input.scatters(settings).then(|| format!("{} ± {}", input.symbol, spread()))
     };
     INPUTS.iter().filter_map(input).collect::<Vec<_>>().join(", ")
 }
@@ -357,13 +417,13 @@ mod tests {
 
     #[test]
     fn inputs_have_their_means_and_deviations_and_are_independent() {
-        let stds =
-            "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n";
+        let stds = "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n\
+                    waviness_amplitude_std_m = 2e-4\nwaviness_phase_std_rad = 0.5\n";
         let scatter = Scatter::of(&settings(&format!("{stds}samples = 4096\nseed = 9"))).expect("tools");
         let tools: Vec<Settings> = (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool")).collect();
         let column = |input: &Input| tools.iter().map(|tool| get(input.mean, tool)).collect::<Vec<_>>();
         let columns: Vec<Vec<f64>> = INPUTS[..MOVING].iter().map(column).collect();
-        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3)];
+        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3), (0.0, 2e-4), (0.0, 0.5)];
         for (values, (mean, std)) in columns.iter().zip(expected) {
             let (found_mean, variance) = mean_and_variance(values);
             assert!((found_mean - mean).abs() < 0.002 * std, "{found_mean}");
@@ -378,6 +438,48 @@ mod tests {
         }
         // Settings that are not sampled keep their values.
         assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
+    }
+
+    /// The moments of a normal distribution without its part below zero are known (Johnson, Kotz and Balakrishnan 1994).
+    #[test]
+    fn friction_is_cut_at_zero() {
+        for (mean, std) in [(0.3_f64, 0.05), (0.1, 0.1), (0.0, 0.2)] {
+            let text =
+                format!("friction_coefficient_std = {std}\nsamples = 16384\n[contact]\nfriction_coefficient = {mean}");
+            let scatter = Scatter::of(&settings(&text)).expect("tools");
+            let tools =
+                (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool").contact.friction_coefficient);
+            let values: Vec<f64> = tools.collect();
+            assert!(values.iter().all(|&value| value >= 0.0));
+            let ratio = mean / std;
+            let hazard = (-0.5 * ratio * ratio).exp() / std::f64::consts::TAU.sqrt() / ndtr(ratio);
+            let (found, variance) = mean_and_variance(&values);
+            assert!((found - (mean + std * hazard)).abs() < 1e-3 * std, "{found}");
+            let expected = std * std * (1.0 - ratio * hazard - hazard * hazard);
+            assert!((variance / expected - 1.0).abs() < 2e-3, "{variance}, not {expected}");
+        }
+        let text =
+            |contact: &str| scatter_text(&settings(&format!("friction_coefficient_std = 0.1\n[contact]\n{contact}")));
+        assert!(
+            text("friction_coefficient = 0.4").starts_with("µ ± 25 %, N_f"),
+            "{}",
+            text("friction_coefficient = 0.4")
+        );
+        assert!(text("").starts_with("µ ± 0.1, N_f"), "{}", text(""));
+    }
+
+    #[test]
+    fn a_sampled_filament_keeps_its_taper() {
+        let mut settings = settings("diameter_std_m = 2e-5");
+        settings.filament.tip_diameter_m = Some(0.6e-3);
+        let scatter = Scatter::of(&settings).expect("tools");
+        for tool in 0..scatter.count() {
+            let filament = scatter.settings(tool).expect("a tool").filament;
+            assert!((filament.tip_diameter_m() / filament.diameter_m - 0.6).abs() < 1e-15);
+        }
+        assert_eq!(scatter_text(&settings), "d ± 2 %, N_f ± 5 %");
+        settings.uncertainty.waviness_amplitude_std_m = 2e-4;
+        assert_eq!(scatter_text(&settings), "d ± 2 %, A ± 0.0002 m, N_f ± 5 %");
     }
 
     #[test]

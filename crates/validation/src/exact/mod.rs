@@ -5,6 +5,7 @@ pub mod elastica;
 pub mod impact;
 pub mod pendulum;
 pub mod rotating_beam;
+pub mod taper;
 
 /// A zero of `f` between `low` and `high`, to rounding; NaN if `f` has the same sign at both.
 fn zero(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {

@@ -1,0 +1,95 @@
+//! Friction and edges as users see them: what documents say of friction, the scatter of its coefficient, and warnings.
+
+use std::fs;
+
+use bristle::model::settings::Settings;
+use bristle::simulation::simulate;
+use bristle_study::document::Document;
+use bristle_study::study::run_study;
+
+use crate::program::bristle;
+
+const HEAD: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+
+[filament]
+segments = 8
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-4
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+";
+
+#[test]
+fn documents_and_advice_say_what_friction_does() {
+    let force = |friction: f64| {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.contact.friction_coefficient = friction;
+        simulate(&settings).expect("a pass").metrics.tool_contact_normal_force_n
+    };
+    let [none, little, usual, much] = [0.0, 0.1, 0.3, 0.5].map(|friction| format!("{:.0}", force(friction)));
+    let told = format!("{none}, {little}, {usual} and {much} N");
+    for page in [include_str!("../../../../README.md"), include_str!("../../../../docs/input.md")] {
+        assert!(page.contains(&told), "{told}");
+    }
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n";
+    fs::write(directory.path().join("case.toml"), format!("{HEAD}{sweeps}")).expect("the file can be written");
+    bristle(directory.path(), "study case.toml --out results").assert().success();
+    let output = bristle(directory.path(), "advise results").assert().success().get_output().clone();
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let words: Vec<&str> = text.split_whitespace().collect();
+    assert!(words.join(" ").contains(&told), "{text}");
+}
+
+/// Much of the scatter of the force comes from friction that is known to a third.
+#[test]
+fn friction_scatters() {
+    let text = format!(
+        "{HEAD}[contact]\nfriction_coefficient = 0.3\n[uncertainty]\nfriction_coefficient_std = 0.1\ndiameter_std_m = 1e-5\n\
+         samples = 64\n[study]\nbrushing_velocity_m_s = [5.0]\n"
+    );
+    let study = Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study");
+    let results = run_study(&study, None, || {}).expect("threads");
+    let scatter = results[0].as_ref().expect("a pass").scatter.clone().expect("friction scatters");
+    assert!(scatter.sobol_friction_coefficient > 0.5, "{scatter:?}");
+    let metrics = &results[0].as_ref().expect("a pass").metrics;
+    let force = metrics.tool_contact_normal_force_n;
+    assert!(scatter.tool_force_lower_95_n < force && force < scatter.tool_force_upper_95_n, "{scatter:?}");
+    // It slides all the time, but for moments: the tangential force is µ times the normal force, and its work is done in sliding.
+    assert!((metrics.tool_tangential_force_n / (0.3 * force) - 1.0).abs() < 0.2, "{metrics:?}");
+    assert!(
+        metrics.friction_work_j > 0.0 && metrics.tool_torque_n_m > 0.0 && metrics.tool_power_w > 0.0,
+        "{metrics:?}"
+    );
+}
+
+#[test]
+fn deep_edges_and_missed_workpieces_have_warnings() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let warnings = |command: &str, workpiece: &str| {
+        let text =
+            format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
+        fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+        let arguments = format!("{command} case.toml --out {command}");
+        let output = bristle(directory.path(), &arguments).assert().success().get_output().clone();
+        let text = String::from_utf8(output.stderr).expect("UTF-8");
+        let start = text.find("warning: ").unwrap_or(text.len());
+        assert!(text[start..].lines().all(|line| line.chars().count() <= 80), "{text}");
+        text[start..].to_owned()
+    };
+    let soft = "edge_radius_m = 0.05e-3\n[contact]\nstiffness_n_m = 1e3";
+    for command in ["simulate", "study"] {
+        assert!(warnings(command, soft).contains("penetrates an edge by"), "{command}");
+        assert_eq!(warnings(command, "edge_radius_m = 0.5e-3"), "", "{command}");
+        let missed = warnings(command, "edge_radius_m = 0.5e-3\noffset_m = -0.1");
+        assert!(missed.contains("never touch the workpiece"), "{command}: {missed}");
+    }
+}

@@ -1,0 +1,359 @@
+//! Is it right, is it physics: workpieces with edges and curved faces.
+
+use bristle::contact::ContactLaw;
+use bristle::equations::LaneSet;
+use bristle::equations::linear::{add, dot, scale, sub};
+use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, StepWeights};
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, simulate_side_by_side};
+use bristle::workpiece::{Edge, Part, Workpiece};
+use fastrand::Rng;
+
+use crate::common::{case, tolerance};
+
+/// A case of the paper on an edge with the radius 0.2 mm.
+fn edge(velocity: f64, depth: f64, side: Side, offset: f64) -> Settings {
+    let mut settings = case(10, velocity, depth);
+    settings.workpiece.kind = WorkpieceKind::Edge;
+    settings.workpiece.edge_radius_m = 0.2e-3;
+    settings.workpiece.side = side;
+    settings.workpiece.offset_m = offset;
+    settings
+}
+
+/// Passes that meet edges inside segments and at the tip, and curved faces.
+fn passes() -> Vec<Settings> {
+    let mut cases = vec![
+        edge(10.0, 1e-3, Side::Leaving, 0.0),
+        edge(5.0, 2e-3, Side::Leaving, 4e-3),
+        edge(10.0, 1e-3, Side::Entering, -3e-3),
+        edge(20.0, 2e-3, Side::Entering, -1e-3),
+    ];
+    let mut chamfer = edge(8.0, 1.5e-3, Side::Leaving, 2e-3);
+    chamfer.workpiece.kind = WorkpieceKind::Chamfer;
+    chamfer.workpiece.chamfer_width_m = 1e-3;
+    for (kind, radius) in [(WorkpieceKind::Cylinder, 0.05), (WorkpieceKind::Bore, 0.3), (WorkpieceKind::Cylinder, 2e-3)]
+    {
+        let mut settings = case(10, 10.0, 1e-3);
+        settings.workpiece.kind = kind;
+        settings.workpiece.radius_m = radius;
+        cases.push(settings);
+    }
+    let mut profile = case(10, 10.0, 1e-3);
+    profile.workpiece.kind = WorkpieceKind::Profile;
+    profile.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)]).collect();
+    cases.extend([chamfer, profile]);
+    let frictional = cases.clone().into_iter().map(|mut settings| {
+        settings.contact.friction_coefficient = 0.3;
+        settings
+    });
+    cases.clone().into_iter().chain(frictional).collect()
+}
+
+fn deviation(a: &Metrics, b: &Metrics) -> f64 {
+    let pairs = [
+        (a.contact_normal_impulse_n_s, b.contact_normal_impulse_n_s),
+        (a.contact_impulse_x_n_s, b.contact_impulse_x_n_s),
+        (a.edge_contact_normal_impulse_n_s, b.edge_contact_normal_impulse_n_s),
+        (10.0 * a.contact_angular_impulse_n_m_s, 10.0 * b.contact_angular_impulse_n_m_s),
+    ];
+    pairs.into_iter().map(|(x, y)| (x - y).abs() / a.contact_normal_impulse_n_s).fold(0.0, f64::max)
+}
+
+/// A bent chain in the plane above an edge that it touches at `fraction` of a segment, or at a node.
+fn touching(rng: &mut Rng, segments: usize, at: f64) -> (crate::common::RandomState, Edge) {
+    let mut state = crate::common::random_state(rng, segments);
+    for q in &mut state.q {
+        q[0] = std::f64::consts::FRAC_PI_2;
+    }
+    // The matrix neglects terms with the rates.
+    state.v.fill([0.0; 2]);
+    state.clamp.velocity = [0.3, -0.2, 0.0];
+    state.clamp.direction_rate = [0.0; 3];
+    let mut dynamics = Dynamics::new(state.chain.clone());
+    dynamics.place(&state.clamp, &state.q, &state.v);
+    let nodes = dynamics.positions();
+    let (inner, outer) = (nodes[segments - 2], nodes[segments - 1]);
+    let along = sub(outer, inner);
+    let normal = scale(1.0 / dot(along, along).sqrt(), [-along[1], along[0], 0.0]);
+    let [x, y, _] = add(add(inner, scale(at, along)), scale(-0.9e-3, normal));
+    (state, Edge::arc([x, y], 1e-3, None, [0.1, 0.05, 0.0]))
+}
+
+/// A workpiece of one edge.
+#[derive(Clone)]
+struct Wire(Edge);
+
+impl Workpiece for Wire {
+    fn surface(&self, _: [f64; 3], _: f64) -> bristle::workpiece::Surface {
+        bristle::workpiece::Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], [0.0; 3])
+    }
+
+    fn edges(&self) -> &[Edge] {
+        std::slice::from_ref(&self.0)
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn the_step_matrix_of_an_edge_contact_matches_differences() {
+    let law =
+        ContactLaw { stiffness: 3e6, exponent: 1.5, damping: 0.3, radius: 1e-4, friction: 0.4, regularisation: 0.05 };
+    let mut rng = Rng::with_seed(21);
+    for (segments, at) in [(2, 0.3), (5, 0.7), (9, 0.5)] {
+        let (state, edge) = touching(&mut rng, segments, at);
+        let motion = bristle::tool::FixedClamp { direction: [1.0, 0.0, 0.0] };
+        let mut system = bristle::simulation::FilamentSystem::new(state.chain.clone(), motion, law, Wire(edge), false);
+        system.set_closed(0, segments, true);
+        system.set_start(0, segments, segments - 1);
+        // So do they with the accelerations.
+        let accelerations = vec![[0.0; 2]; segments];
+        let loads = system.loads(0.0);
+        assert!(loads.loads_points());
+        crate::agreement::check_solve(&state, &accelerations, &loads, &mut rng);
+        // In the plane.
+        let mut dynamics = PlanarDynamics::new(state.chain.clone());
+        let in_plane = |blocks: &[[f64; 2]]| blocks.iter().map(|block| [0.0, block[1]]).collect::<Vec<_>>();
+        let (q, v, accelerations) = (in_plane(&state.q), in_plane(&state.v), in_plane(&accelerations));
+        let weights = StepWeights { coordinates: 1e-9, rates: 3e-5 };
+        let direction = in_plane(&crate::common::random_pairs(&mut rng, segments, 1.0));
+        let size = 10.0;
+        let mut at = |size: f64| {
+            let moved = |values: &[[f64; 2]], weight: f64| {
+                let pairs = values.iter().zip(&direction);
+                pairs.map(|(value, delta)| add(*value, scale(weight * size, *delta))).collect::<Vec<_>>()
+            };
+            let mut residual = vec![[0.0; 2]; segments];
+            let (q, v, a) = (moved(&q, weights.coordinates), moved(&v, weights.rates), moved(&accelerations, 1.0));
+            dynamics.residual(&state.clamp, &q, &v, &a, &loads, &mut residual);
+            residual
+        };
+        let (above, below) = (at(size), at(-size));
+        let mut solution: Vec<[f64; 2]> =
+            above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
+        at(0.0);
+        dynamics.factorise(&state.clamp, &q, &v, &accelerations, &loads, weights, LaneSet::first(1));
+        dynamics.solve(&mut solution);
+        for (solution, expected) in solution.iter().zip(&direction) {
+            let error = (solution[1] - expected[1]).abs();
+            assert!(error < tolerance::DIFFERENCES, "n = {segments}: {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn passes_side_by_side_are_those_alone() {
+    let cases = passes();
+    let mut jobs: Vec<Job> = cases.iter().enumerate().map(|(number, settings)| Job::new(number, settings)).collect();
+    let take = |kind: Option<Kind>| {
+        let position = jobs.iter().rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
+        Some(jobs.swap_remove(position))
+    };
+    let mut count = 0;
+    simulate_side_by_side(take, |number, result| {
+        let alone = simulate(&cases[number]);
+        assert!(result == alone, "case {number}: {result:?} {alone:?}");
+        count += 1;
+    });
+    assert_eq!(count, cases.len());
+}
+
+#[test]
+fn energy_is_conserved_over_edges_and_curved_faces() {
+    for settings in passes() {
+        let pass = Pass::new(&settings);
+        let mut system = pass.system(true);
+        let start = pass.start(&mut system);
+        let before = system.energies(&start);
+        let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
+        let after = system.energies(&end);
+        let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring) + system.contact_energy(&end);
+        let work = end.integrals[integral::WORK];
+        let taken = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
+        let error = (work - taken - rise).abs() / (work.abs() + taken);
+        assert!(error < tolerance::ENERGY_BALANCE, "{error:e}: {settings:?}");
+    }
+}
+
+#[test]
+fn passes_over_edges_are_the_same_in_space() {
+    for mut settings in passes() {
+        settings.solver.relative_tolerance = 1e-8;
+        let pass = Pass::new(&settings);
+        assert_eq!(pass.form(), Form::Planar);
+        let [planar, spatial] = [pass.clone(), pass.in_space()]
+            .map(|pass| pass.simulate(Sampling::default()).expect("the pass ends").metrics);
+        let error = deviation(&planar, &spatial);
+        assert!(error < 1e-5, "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}");
+    }
+}
+
+#[test]
+fn a_straight_profile_is_a_plane() {
+    for degree in [1, 3, 10] {
+        let mut settings = case(10, 15.0, 1e-3);
+        settings.contact.friction_coefficient = 0.2;
+        let plane = simulate(&settings).expect("the pass ends").metrics;
+        settings.workpiece.kind = WorkpieceKind::Profile;
+        settings.workpiece.degree = degree;
+        settings.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect();
+        let profile = simulate(&settings).expect("the pass ends").metrics;
+        assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
+        assert!((plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12);
+    }
+}
+
+/// The control points of a circle of a closed cubic spline, whose radius is `radius` (m) where its points are `count`.
+fn circle(count: usize, radius: f64) -> Vec<[f64; 2]> {
+    // The mean of three neighbours, with the weights 1, 4, 1.
+    let control = radius * 6.0 / (4.0 + 2.0 * (std::f64::consts::TAU / count as f64).cos());
+    (0..count)
+        .map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();
+            [control * sin, control * cos - radius]
+        })
+        .collect()
+}
+
+#[test]
+fn a_round_profile_is_a_cylinder() {
+    // As a face, and as an edge that goes all the way round.
+    for radius in [0.05, 2e-3] {
+        for friction in [0.0, 0.3] {
+            let mut settings = case(10, 10.0, 1e-3);
+            settings.contact.friction_coefficient = friction;
+            settings.workpiece.kind = WorkpieceKind::Cylinder;
+            settings.workpiece.radius_m = radius;
+            let cylinder = simulate(&settings).expect("the pass ends").metrics;
+            settings.workpiece.kind = WorkpieceKind::Profile;
+            settings.workpiece.radius_m = 0.0;
+            settings.workpiece.control_points_m = circle(120, radius);
+            settings.workpiece.closed = true;
+            let profile = simulate(&settings).expect("the pass ends").metrics;
+            assert!(deviation(&cylinder, &profile) < 2e-5, "{radius} {friction}:\n{cylinder:?}\n{profile:?}");
+        }
+    }
+}
+
+#[test]
+fn a_moving_edge_is_a_moved_one_seen_from_another_frame() {
+    // The edge comes to the filament by 0.2 mm until it is met.
+    let mut settings = edge(10.0, 1e-3, Side::Entering, -3e-3);
+    let fixed = simulate(&settings).expect("the pass ends").metrics;
+    settings.workpiece.feed_velocity_m_s = 1e-3;
+    let slow = simulate(&settings).expect("the pass ends").metrics;
+    assert!(deviation(&fixed, &slow) < 0.01 && deviation(&fixed, &slow) > 1e-6);
+}
+
+#[test]
+fn results_converge_with_segments_at_order_2_over_an_edge() {
+    let impulse = |segments: usize| {
+        let mut settings = edge(10.0, 1e-3, Side::Entering, -3e-3);
+        settings.filament.segments = segments;
+        settings.solver.relative_tolerance = 1e-8;
+        simulate(&settings).expect("the pass ends").metrics.contact_normal_impulse_n_s
+    };
+    let [coarse, middle, fine] = [25, 50, 100].map(impulse);
+    let order = ((coarse - middle) / (middle - fine)).abs().log2();
+    assert!((1.5..2.6).contains(&order), "{coarse} {middle} {fine}: order {order}");
+}
+
+#[test]
+fn nominal_contact_is_that_of_the_undeformed_filament() {
+    // An edge below the axis: the filament touches during the first half of the pass over the plane, or during the second.
+    let plane = Pass::new(&case(10, 10.0, 1e-3)).nominal().contact_angle;
+    for side in [Side::Leaving, Side::Entering] {
+        let mut settings = edge(10.0, 1e-3, side, 0.0);
+        settings.workpiece.edge_radius_m = 1e-6;
+        let pass = Pass::new(&settings);
+        assert!((pass.nominal().contact_angle / plane - 0.5).abs() < 1e-4, "{side:?}");
+        assert!((pass.nominal().window.angle - plane).abs() < 1e-12);
+    }
+    // Two circles: that of the tips and the cylinder.
+    let mut settings = case(10, 10.0, 1e-3);
+    settings.workpiece.kind = WorkpieceKind::Cylinder;
+    settings.workpiece.radius_m = 0.05;
+    let (tips, radius, distance) = (0.18_f64, 0.05_f64, 0.18 - 1e-3 + 0.05_f64);
+    let half = ((tips * tips + distance * distance - radius * radius) / (2.0 * tips * distance)).acos();
+    let found = Pass::new(&settings).nominal().contact_angle;
+    assert!((found / (2.0 * half) - 1.0).abs() < 1e-9, "{found} {half}");
+    // Out of reach.
+    settings.workpiece.offset_m = 0.2;
+    let metrics = simulate(&settings).expect("the pass ends").metrics;
+    assert_eq!((metrics.nominal_contact_time_s, metrics.contact_time_ratio, metrics.contact_count), (0.0, 0.0, 0));
+}
+
+#[test]
+fn numbers_that_do_not_fit_together_are_refused() {
+    let refused = |change: &dyn Fn(&mut Settings)| {
+        let mut settings = case(10, 10.0, 1e-3);
+        change(&mut settings);
+        settings.check().expect_err("it does not fit").path
+    };
+    let kind = |kind: WorkpieceKind| move |settings: &mut Settings| settings.workpiece.kind = kind;
+    assert_eq!(refused(&kind(WorkpieceKind::Edge)), "workpiece.edge_radius_m");
+    assert_eq!(refused(&kind(WorkpieceKind::Cylinder)), "workpiece.radius_m");
+    assert_eq!(refused(&kind(WorkpieceKind::Profile)), "workpiece.control_points_m");
+    let bore = |radius: f64| {
+        move |settings: &mut Settings| {
+            settings.workpiece.kind = WorkpieceKind::Bore;
+            settings.workpiece.radius_m = radius;
+        }
+    };
+    for radius in [0.1, 0.179, 0.1792] {
+        assert_eq!(refused(&bore(radius)), "workpiece.radius_m", "{radius}");
+    }
+    assert_eq!(refused(&|settings| settings.workpiece.radius_m = 0.1), "workpiece.radius_m");
+    assert_eq!(
+        refused(&|settings| {
+            *settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
+            settings.workpiece.normal = [0.1, 1.0, 0.0];
+        }),
+        "workpiece.normal"
+    );
+    let chamfer = |width: f64, angle: f64| {
+        move |settings: &mut Settings| {
+            *settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
+            settings.workpiece.kind = WorkpieceKind::Chamfer;
+            settings.workpiece.chamfer_width_m = width;
+            settings.workpiece.chamfer_angle_rad = angle;
+        }
+    };
+    assert_eq!(refused(&chamfer(1e-4, 0.7)), "workpiece.edge_radius_m");
+    assert_eq!(refused(&chamfer(1e-3, 1.6)), "workpiece.chamfer_angle_rad");
+    let profile = |points: Vec<[f64; 2]>| {
+        move |settings: &mut Settings| {
+            settings.workpiece.kind = WorkpieceKind::Profile;
+            settings.workpiece.degree = 1;
+            settings.workpiece.control_points_m.clone_from(&points);
+        }
+    };
+    for points in [
+        vec![[0.0, 0.0]],
+        vec![[0.1, 0.0], [-0.1, 0.0]],
+        vec![[-0.1, -0.1], [0.0, 0.0], [0.1, -0.1]],
+        vec![[-0.1, 0.0], [0.1, 0.0], [0.0, 0.1], [0.0, -0.1]],
+        vec![[f64::NAN, 0.0], [0.1, 0.0]],
+    ] {
+        assert_eq!(refused(&profile(points)), "workpiece.control_points_m");
+    }
+}
+
+#[test]
+fn parts_have_the_edges_of_their_kind() {
+    let count = |settings: &Settings| Part::of(settings).expect("the settings fit").0.edges().len();
+    assert_eq!(count(&case(10, 10.0, 1e-3)), 0);
+    let mut settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
+    assert_eq!(count(&settings), 1);
+    // Five segments of 4 mm.
+    settings.workpiece.edge_radius_m = 21e-3;
+    assert_eq!(count(&settings), 0);
+    settings.workpiece.edge_radius_m = 0.2e-3;
+    settings.workpiece.kind = WorkpieceKind::Chamfer;
+    settings.workpiece.chamfer_width_m = 1e-3;
+    assert_eq!(count(&settings), 2);
+}
