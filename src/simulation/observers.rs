@@ -313,7 +313,13 @@ struct Dissipated {
 
 impl Sampler {
     /// A sampler of a pass over a workpiece with this `profile`, before its first step.
-    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: f64, profile: Option<ProfileCells>) -> Self {
+    pub fn new(
+        form: Form,
+        chain: Chain<f64>,
+        sampling: Sampling,
+        end_time: f64,
+        profile: Option<ProfileCells>,
+    ) -> Self {
         let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments() } else { 0 }];
         Self {
             equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),

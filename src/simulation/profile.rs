@@ -120,7 +120,10 @@ impl Ledger {
         }
         self.parts.clear();
         let place = |touch: &Touch, time: f64| {
-            filament.workpiece.arc_length(touch.position, time).expect("a workpiece with a profile knows the arc length")
+            filament
+                .workpiece
+                .arc_length(touch.position, time)
+                .expect("a workpiece with a profile knows the arc length")
         };
         let weigh = |touch: &Touch| {
             let force = filament.law.pressing_force(&touch.approach);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::outline::{passage, touches};
 use super::cells::CELLS_OF_ARC;
+use super::outline::{passage, touches};
 use super::{ContactArc, Edge, Foot, Passage, ProfileCells, Spline, Surface, Workpiece, bisect};
 use crate::equations::linear::{add, dot, scale, sub};
 
@@ -125,19 +125,18 @@ impl Profile {
             let point = add(self.origin, self.spline.at(along).0);
             dot(point, point).sqrt()
         };
-        let range = if self.spline.is_closed() {
-            [0.0, length]
-        } else {
-            [-reach - away(0.0), length + reach + away(length)]
-        };
+        let range =
+            if self.spline.is_closed() { [0.0, length] } else { [-reach - away(0.0), length + reach + away(length)] };
         let place = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / POINTS as f64;
         let inside = |i: &usize| away(place(*i)) < reach;
         let (first, last) = ((0..=POINTS).find(inside)?, (0..=POINTS).rfind(inside)?);
         if self.spline.is_closed() {
             return Some(range);
         }
-        let start = if first == 0 { range[0] } else { bisect(|along| away(along) < reach, place(first - 1), place(first)) };
-        let end = if last == POINTS { range[1] } else { bisect(|along| away(along) >= reach, place(last), place(last + 1)) };
+        let start =
+            if first == 0 { range[0] } else { bisect(|along| away(along) < reach, place(first - 1), place(first)) };
+        let end =
+            if last == POINTS { range[1] } else { bisect(|along| away(along) >= reach, place(last), place(last + 1)) };
         Some([start, end])
     }
 }

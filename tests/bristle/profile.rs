@@ -19,14 +19,20 @@ fn settings(kind: WorkpieceKind, friction: f64) -> Settings {
         }
         WorkpieceKind::Cylinder => settings.workpiece.radius_m = 0.1,
         WorkpieceKind::Bore => settings.workpiece.radius_m = 0.4,
-        WorkpieceKind::Plane | WorkpieceKind::Profile => (),
+        // A corner, rounded by a spline.
+        WorkpieceKind::Profile => {
+            settings.workpiece.degree = 2;
+            settings.workpiece.control_points_m =
+                vec![[-0.06, 0.0], [-0.003, 0.0], [0.0, 0.0], [0.0, -0.003], [0.0, -0.06]];
+        }
+        WorkpieceKind::Plane => (),
     }
     settings
 }
 
 fn all() -> impl Iterator<Item = Settings> {
-    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane};
-    let kinds = [Plane, Edge, Chamfer, Cylinder, Bore];
+    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane, Profile};
+    let kinds = [Plane, Edge, Chamfer, Cylinder, Bore, Profile];
     let mut all: Vec<Settings> =
         kinds.into_iter().flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind, friction))).collect();
     let mut entering = settings(Edge, 0.3);

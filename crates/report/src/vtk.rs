@@ -64,8 +64,7 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     let contact_radius = settings.contact.radius_m;
     let nodes = &shape.nodes_m;
     let arc: Vec<f64> = (0..nodes.len()).map(|k| k as f64 * segment).collect();
-    let gaps: Vec<f64> =
-        nodes.iter().map(|&node| gap(pass.workpiece(), node, shape.time_s) - contact_radius).collect();
+    let gaps: Vec<f64> = nodes.iter().map(|&node| gap(pass.workpiece(), node, shape.time_s) - contact_radius).collect();
     let normal_forces: Vec<f64> = shape.forces.iter().map(|load| load.normal).collect();
     let forces: Vec<[f64; 3]> = shape.forces.iter().map(|load| load.force).collect();
     // The joint at the root connects to the clamp. The tip has no joint.
@@ -179,8 +178,10 @@ mod tests {
         settings.workpiece.normal = [1.0, 2.0, 0.5];
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
-        let simulation =
-            simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true, profile: false, alongside: false });
+        let simulation = simulate_with(
+            &settings,
+            Sampling { samples: SHAPES, shapes: SHAPES, loads: true, profile: false, alongside: false },
+        );
         (settings, simulation.expect("the pass ends"))
     }
 

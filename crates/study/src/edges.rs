@@ -73,11 +73,9 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
     let within = |(case, metrics): &(usize, &Metrics)| {
         limits.allow(study.settings(*case).process.brushing_velocity_m_s, metrics.contact_time_ratio)
     };
-    let cases: Vec<(usize, &Metrics)> =
-        known.filter(|(_, metrics)| metrics.edge_share > 0.0).filter(within).collect();
-    let best = |value: &dyn Fn(&Metrics) -> f64| {
-        cases.iter().rev().max_by(|a, b| value(a.1).total_cmp(&value(b.1))).copied()
-    };
+    let cases: Vec<(usize, &Metrics)> = known.filter(|(_, metrics)| metrics.edge_share > 0.0).filter(within).collect();
+    let best =
+        |value: &dyn Fn(&Metrics) -> f64| cases.iter().rev().max_by(|a, b| value(a.1).total_cmp(&value(b.1))).copied();
     let force = best(&edge_force)?;
     let enough = |metrics: &Metrics| edge_force(metrics) >= LEAST_PART * edge_force(force.1);
     let even = |metrics: &Metrics| if enough(metrics) { metrics.edge_evenness } else { f64::NEG_INFINITY };

@@ -84,13 +84,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let mut progress = PassProgress::begin();
     // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
     let every = LEAST_SHAPES.div_ceil(shapes.max(2) - 1);
-    let sampling = Sampling {
-        samples,
-        shapes: every * (shapes.max(2) - 1) + 1,
-        loads: true,
-        profile: true,
-        alongside: false,
-    };
+    let sampling =
+        Sampling { samples, shapes: every * (shapes.max(2) - 1) + 1, loads: true, profile: true, alongside: false };
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let mut simulation = simulation?;

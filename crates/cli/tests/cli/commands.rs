@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 31] = [
+const RESULTS: [&str; 33] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -60,6 +60,8 @@ const RESULTS: [&str; 31] = [
     "contact_impulse_y_n_s",
     "contact_impulse_z_n_s",
     "edge_contact_normal_impulse_n_s",
+    "edge_share",
+    "edge_evenness",
     "max_edge_penetration_m",
     "friction_work_j",
     "contact_angular_impulse_n_m_s",
@@ -361,10 +363,7 @@ fn profiles_add_up_to_the_metrics() {
         workspace.write("case.toml", file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")));
         workspace.bristle("simulate case.toml --out one").assert().success();
         let rows = workspace.read_rows("one/profile.csv");
-        assert_eq!(
-            rows[0].join(","),
-            "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m"
-        );
+        assert_eq!(rows[0].join(","), "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m");
         let number = |row: &Vec<String>, column: usize| row[column].parse::<f64>().expect("a number");
         let sum = |column: usize| rows[1..].iter().map(|row| number(row, 3) * number(row, column)).sum::<f64>();
         let metrics: Value = serde_json::from_str(&workspace.read("one/metrics.json")).expect("JSON");

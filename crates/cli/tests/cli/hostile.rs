@@ -294,7 +294,8 @@ fn results_of_two_cases_are_not_drawn_as_one() {
     workspace.runs("simulate case.toml --out one --vtk=2");
     workspace.write("other.toml", SECTIONS.concat().replace("10.0", "11.0"));
     workspace.runs("simulate other.toml --out two --vtk=2");
-    for name in ["history.csv", "profile.csv", "shapes.csv", "metrics.json", "vtk/contact.pvd", "vtk/filament_0001.vtp"] {
+    for name in ["history.csv", "profile.csv", "shapes.csv", "metrics.json", "vtk/contact.pvd", "vtk/filament_0001.vtp"]
+    {
         let [one, two] = ["one", "two"].map(|directory| format!("{directory}/{name}"));
         let own = workspace.read(&one);
         workspace.write(&one, workspace.read(&two));

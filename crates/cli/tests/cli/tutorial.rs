@@ -123,3 +123,34 @@ fn the_tutorial_does_what_it_says() {
     ];
     has_metrics(&directory.path().join("contact/metrics.json"), &told);
 }
+
+#[test]
+fn deburring_does_what_it_says() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let (commands, compared) = follow(DEBURRING, directory.path());
+    assert_eq!((commands, compared), (5, 1), "the numbers of commands and outputs on the page have changed");
+    for name in [
+        "leaving/figures/profile_drawn.png",
+        "entering/figures/profile_unrolled.png",
+        "entering/profile.csv",
+        "results/report.html",
+        "results/runs.csv",
+        "results/figures/edge_share_over_offset_and_depth_brushing_velocity_m_s_10.png",
+        "results/figures/edge_evenness_over_offset_and_depth_brushing_velocity_m_s_10.png",
+    ] {
+        assert!(directory.path().join(name).is_file(), "{name}");
+    }
+    let drawn = fs::read_to_string(directory.path().join("entering/figures/profile_drawn.svg")).expect("a figure");
+    assert!(drawn == include_str!("../../../../docs/deburring.svg"), "docs/deburring.svg is another figure");
+    for (name, impulse, share, torque) in
+        [("leaving", 1.07e-3, 0.001, 6.08), ("entering", 0.61e-3, 0.336, 5.28), ("chamfer", 0.60e-3, 0.303, 5.21)]
+    {
+        let told = [
+            ("contact_normal_impulse_n_s", impulse, 0.01e-3),
+            ("edge_share", share, 0.001),
+            ("tool_torque_n_m", torque, 0.01),
+        ];
+        has_metrics(&directory.path().join(name).join("metrics.json"), &told);
+    }
+    has_metrics(&directory.path().join("entering/metrics.json"), &[("edge_evenness", 0.14, 0.01)]);
+}

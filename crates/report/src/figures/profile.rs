@@ -1,6 +1,6 @@
 //! Figures of where on the workpiece the work of a contact is done.
 
-use super::{Picture, PROFILE_DRAWN, PROFILE_UNROLLED, contact_title};
+use super::{PROFILE_DRAWN, PROFILE_UNROLLED, Picture, contact_title};
 use crate::drawing::clip::{clip_line, clip_polygon};
 use crate::drawing::diagram::{Frame, draw_axes, heading, left_of};
 use crate::drawing::scale::{Axis, Scale};
@@ -50,9 +50,9 @@ pub fn drawn_shapes(shapes: &[Shape]) -> Vec<Shape> {
 fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
     let worked = hull(profile.iter().filter(|cell| cell.normal_impulse_n_s_m > 0.0))?;
     let near = (worked[1] - worked[0]) / 4.0;
-    let edges = profile.iter().filter(|cell| {
-        cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near
-    });
+    let edges = profile
+        .iter()
+        .filter(|cell| cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near);
     Some(hull(edges).map_or(worked, |edges| [worked[0].min(edges[0]), worked[1].max(edges[1])]))
 }
 
@@ -85,16 +85,10 @@ struct Quantity {
     value: fn(&ProfileCell) -> f64,
 }
 
-const IMPULSE: Quantity = Quantity {
-    label: "normal impulse in N s/m",
-    color: BLUE,
-    value: |cell| cell.normal_impulse_n_s_m,
-};
-const WORK: Quantity = Quantity {
-    label: "friction work in mJ/mm",
-    color: VERMILION,
-    value: |cell| cell.friction_work_j_m,
-};
+const IMPULSE: Quantity =
+    Quantity { label: "normal impulse in N s/m", color: BLUE, value: |cell| cell.normal_impulse_n_s_m };
+const WORK: Quantity =
+    Quantity { label: "friction work in mJ/mm", color: VERMILION, value: |cell| cell.friction_work_j_m };
 
 /// Impulse and friction work per length over the arc length of the profile; a second column shows edges on a larger scale. None if
 /// the filament touches nothing.
@@ -216,7 +210,8 @@ fn scale_bar(canvas: &mut Canvas, view: &View) {
     let [_, _, right, bottom] = view.frame;
     let longest = 1e3 * f64::from(view.frame[2] - view.frame[0]) / 4.0 / view.scale;
     let power = 10_f64.powf(longest.log10().floor());
-    let length = [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length| *length <= longest).unwrap_or(power);
+    let length =
+        [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length| *length <= longest).unwrap_or(power);
     let (end, level) = (fine(right), fine(bottom + 22));
     let start = end - (length * view.scale / 1e3 * f64::from(fine(1))).round() as i32;
     let up = level - fine(4);

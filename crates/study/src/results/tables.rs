@@ -164,7 +164,8 @@ pub fn write_profile(out: impl Write, profile: &[ProfileCell]) -> io::Result<()>
 /// Writes `shapes.csv`: a heading, then one row per node of each shape.
 pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
     let rows = shapes.iter().flat_map(|shape| {
-        let row = |(node, &[x_m, y_m, z_m]): (usize, &[f64; 3])| ShapeNode { time_s: shape.time_s, node, x_m, y_m, z_m };
+        let row =
+            |(node, &[x_m, y_m, z_m]): (usize, &[f64; 3])| ShapeNode { time_s: shape.time_s, node, x_m, y_m, z_m };
         shape.nodes_m.iter().enumerate().map(row)
     });
     write_records(out, &rows.collect::<Vec<_>>())
