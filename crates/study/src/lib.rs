@@ -15,6 +15,7 @@ pub mod advice;
 pub mod control_points;
 pub mod digest;
 pub mod document;
+pub mod edges;
 pub mod input_error;
 pub mod journal;
 pub mod limited_work;

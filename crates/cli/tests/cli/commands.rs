@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 31] = [
+const RESULTS: [&str; 33] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -60,6 +60,8 @@ const RESULTS: [&str; 31] = [
     "contact_impulse_y_n_s",
     "contact_impulse_z_n_s",
     "edge_contact_normal_impulse_n_s",
+    "edge_share",
+    "edge_evenness",
     "max_edge_penetration_m",
     "friction_work_j",
     "contact_angular_impulse_n_m_s",
@@ -334,11 +336,46 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
 fn simulate_draws_the_contact_over_time() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
-    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
     let drawn = files(&workspace.path("one/figures"));
-    assert_eq!(drawn.keys().collect::<Vec<_>>(), ["history.png", "history.svg"]);
+    let names = ["history", "profile_drawn", "profile_unrolled"];
+    assert!(drawn.keys().eq(&names.map(|name| [format!("{name}.png"), format!("{name}.svg")]).concat()));
     workspace.bristle("plot one --out again").assert().success();
     assert_eq!(files(&workspace.path("again/figures")), drawn);
+
+    // A filament that touches nothing does no work, and pictures of an earlier contact that did are removed.
+    let far = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.1\n";
+    workspace.write("case.toml", FILE.replace("[workpiece]\n", far));
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    assert_eq!(files(&workspace.path("one/figures")).len(), 2);
+    workspace.bristle("plot one --out again").assert().success();
+    assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("one/figures")));
+}
+
+/// Where along the profile the work is done adds up to the metrics, for every kind of workpiece.
+#[test]
+fn profiles_add_up_to_the_metrics() {
+    let workspace = Workspace::new();
+    let file = FILE.replace("[contact]\n", "[contact]\nfriction_coefficient = 0.3\n");
+    for piece in [
+        "kind = \"plane\"",
+        "kind = \"edge\"\nedge_radius_m = 1e-3",
+        "kind = \"chamfer\"\nedge_radius_m = 1e-4\nchamfer_width_m = 1e-3",
+        "kind = \"cylinder\"\nradius_m = 0.1",
+        "kind = \"bore\"\nradius_m = 0.5",
+    ] {
+        workspace.write("case.toml", file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")));
+        workspace.bristle("simulate case.toml --out one").assert().success();
+        let rows = workspace.read_rows("one/profile.csv");
+        assert_eq!(rows[0].join(","), "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m");
+        let number = |row: &Vec<String>, column: usize| row[column].parse::<f64>().expect("a number");
+        let sum = |column: usize| rows[1..].iter().map(|row| number(row, 3) * number(row, column)).sum::<f64>();
+        let metrics: Value = serde_json::from_str(&workspace.read("one/metrics.json")).expect("JSON");
+        for (column, key) in [(5, "contact_normal_impulse_n_s"), (6, "friction_work_j")] {
+            let expected = metrics[key].as_f64().expect(key);
+            assert!((sum(column) / expected - 1.0).abs() < 1e-12, "{piece}: {key}");
+        }
+    }
 }
 
 #[test]
