@@ -12,8 +12,8 @@ How it is done:
 2. The dampers enter as loads, not by the dissipation function: between segments, which turn with
    ω_k = e_k × ė_k, acts the torque −d_k (ω_k − ω_{k−1}) and its reaction. That −∂D/∂q̇ gives the
    same is thereby tested, too.
-3. The bending angle is α = acos(e·e'), with the inner side e turned about z by the relaxed angle. Its derivatives are singular where the joint is straight,
-   so these files are of no use there.
+3. The bending angle is α = acos(e·e'), with the inner side e turned about z by the relaxed angle.
+   Its derivatives are singular where the joint is relaxed, so these files are of no use there.
 4. Nothing is simplified but what SymPy does by itself. acos(x) is written π/2 − asin(x).
 
 SI units, angles in radians. For the notation see `segment_chain.py`.

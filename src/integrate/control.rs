@@ -62,13 +62,23 @@ pub struct StepControl {
     allowed_error: f64,
     effort: Option<Effort>,
     work: Work,
+    /// The work before the effort began to count.
+    earlier: Work,
 }
 
 impl StepControl {
     /// Starts with `step` (s).
     pub fn new(tableau: &Tableau, step: f64) -> Self {
         let order = f64::from(tableau.order);
-        Self { order, step, previous_error: 1.0, allowed_error: 1.0, effort: None, work: Work::default() }
+        Self {
+            order,
+            step,
+            previous_error: 1.0,
+            allowed_error: 1.0,
+            effort: None,
+            work: Work::default(),
+            earlier: Work::default(),
+        }
     }
 
     /// Limits the work to about `effort`: steps of less than a certain length are accepted whatever their error.
@@ -80,12 +90,24 @@ impl StepControl {
         Self { effort: Some(effort), ..self }
     }
 
+    /// Limits the work from here on to about `effort`, whatever was spent before; see [`StepControl::within`].
+    pub fn renew(&mut self, effort: Effort) {
+        self.effort = Some(effort);
+        self.earlier = self.work;
+    }
+
+    /// The Newton iterations since the effort began to count.
+    fn iterations(&self) -> usize {
+        self.work.newton_iterations - self.earlier.newton_iterations
+    }
+
     /// The length in s of a step that is accepted whatever its error.
     fn floor(&self, remaining: f64) -> f64 {
-        let (Some(Effort { iterations, duration }), 1..) = (self.effort, self.work.steps) else { return 0.0 };
-        let spent = self.work.newton_iterations as f64 / iterations as f64;
+        let steps = self.work.steps - self.earlier.steps;
+        let (Some(Effort { iterations, duration }), 1..) = (self.effort, steps) else { return 0.0 };
+        let spent = self.iterations() as f64 / iterations as f64;
         let share = FREE_SHARE + (1.0 - FREE_SHARE) * (1.0 - remaining / duration);
-        duration * spent / self.work.steps as f64 * (spent / share).min(HIGHEST_OVERDRAFT).powi(FLOOR_POWER)
+        duration * spent / steps as f64 * (spent / share).min(HIGHEST_OVERDRAFT).powi(FLOOR_POWER)
     }
 
     /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more where work is limited.
@@ -130,7 +152,7 @@ impl StepControl {
 
     /// True if the work has exceeded its limit by so much that longer steps cannot help.
     pub fn is_exhausted(&self) -> bool {
-        self.effort.is_some_and(|effort| self.work.newton_iterations as f64 > EXHAUSTION * effort.iterations as f64)
+        self.effort.is_some_and(|effort| self.iterations() as f64 > EXHAUSTION * effort.iterations as f64)
     }
 
     /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is accepted.

@@ -109,6 +109,12 @@ crate::record! {
         ] => headline(largest(over_decades(figure("lateral_amplification", "", 1.0)))),
         laterally_unstable: bool = ["", "", "laterally unstable", "1 if the lateral amplification is above 100, else 0"]
             => largest(Display::DETAIL),
+        turns: usize = ["", "", "turns", "turns of the tool that were simulated; all metrics are those of the last one"]
+            => largest(Display::DETAIL),
+        unsteady_turns: bool = [
+            "", "", "unsteady turns",
+            "1 if p_n still changes from turn to turn after 50 turns with turns = \"steady\", else 0"
+        ] => largest(Display::DETAIL),
     }
 }
 
@@ -143,6 +149,10 @@ impl NominalContact {
 /// The observations of a contact during an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactRecord {
+    /// The number of the turn that was observed last, from 1. Everything else is of this turn.
+    pub turn: usize,
+    /// Whether the turns should have become steady, but have not.
+    pub is_unsteady: bool,
     /// Total time with `F_n > 0` in s.
     pub time: f64,
     /// Part of it between nominal entry and exit, in s.
@@ -209,6 +219,8 @@ impl Metrics {
             tool_power_w: torque * nominal.rate(),
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
+            turns: record.turn,
+            unsteady_turns: record.is_unsteady,
         }
     }
 

@@ -9,7 +9,7 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::model::filament;
 use crate::model::record::Scalar;
-use crate::model::settings::Settings;
+use crate::model::settings::{Settings, Turns};
 use crate::workpiece::{self, Part, unit_normal};
 
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
@@ -20,6 +20,9 @@ pub const MAX_SEGMENTS: usize = 400;
 
 /// Largest ratio of the diameters at the ends of a filament.
 const MAX_TAPER: f64 = 1e3;
+
+/// The largest number of turns of a pass.
+pub const MAX_TURNS: usize = 50;
 
 /// Smallest number of sampled tools of a case: a few per coefficient of the sensitivity indices.
 pub const MIN_SAMPLES: usize = 64;
@@ -39,6 +42,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// The allowed values.
     pub range: Range,
+    /// What may stand in the place of a number; empty if nothing.
+    pub word: &'static str,
     /// True if the setting has no default.
     pub required: bool,
     get: fn(&Settings) -> f64,
@@ -84,6 +89,12 @@ impl Parameter {
     /// The allowed values, in words and with their unit.
     #[must_use]
     pub fn allowed(&self) -> String {
+        let numbers = self.numbers();
+        if self.word.is_empty() { numbers } else { format!("{numbers} or \"{}\"", self.word) }
+    }
+
+    /// The allowed numbers, in words and with their unit.
+    fn numbers(&self) -> String {
         if self.unit.is_empty() { self.range.to_string() } else { format!("{}, in {}", self.range, self.unit) }
     }
 
@@ -92,12 +103,17 @@ impl Parameter {
         if self.range.contains(value) {
             Ok(())
         } else {
-            Err(Violation { path: self.path, value: self.format(value), allowed: self.allowed() })
+            Err(Violation { path: self.path, value: self.format(value), allowed: self.numbers() })
         }
     }
 
     const fn required(mut self) -> Self {
         self.required = true;
+        self
+    }
+
+    const fn or(mut self, word: &'static str) -> Self {
+        self.word = word;
         self
     }
 }
@@ -200,6 +216,7 @@ macro_rules! parameter {
             symbol: $symbol,
             name: $name,
             range: $range,
+            word: "",
             required: false,
             get: |settings| Scalar::into_f64(settings.$section.$key),
             set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
@@ -213,6 +230,7 @@ macro_rules! parameter {
             symbol: $symbol,
             name: $name,
             range: $range,
+            word: "",
             required: false,
             get: |settings| settings.$section.$key(),
             set: |settings, value| settings.$section.$key = Some(value),
@@ -268,6 +286,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
+    parameter!(process.turns, "", Range::whole(1.0, MAX_TURNS as f64), "", "turns of the tool").or(Turns::STEADY),
     parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance"),
     parameter!(solver.samples, "", Range::whole(2.0, 1e6), "", "samples of a written history"),
     parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE, "Δl_f", "standard deviation of the length"),

@@ -5,6 +5,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use crate::model::parameters::MAX_TURNS;
+use crate::model::record::Scalar;
+
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
@@ -280,6 +283,118 @@ pub struct ProcessSettings {
     /// Angle past nominal exit at which the simulation ends, in rad.
     #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
     pub tail_angle_rad: f64,
+    /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50. The metrics are those of the
+    /// last turn. A single turn ends at the tail angle, several are whole.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub turns: Turns,
+}
+
+/// For how many turns of the tool a filament is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turns {
+    /// This number.
+    Count(usize),
+    /// Until the contact normal impulses of two successive turns differ by less than 0.1 %, but for at most [`MAX_TURNS`].
+    Steady,
+}
+
+impl Turns {
+    /// The word for [`Turns::Steady`] in files.
+    pub const STEADY: &'static str = "steady";
+
+    /// The largest number of turns that this can be.
+    #[must_use]
+    pub fn at_most(self) -> usize {
+        match self {
+            Self::Count(count) => count,
+            Self::Steady => MAX_TURNS,
+        }
+    }
+}
+
+/// A single pass.
+impl Default for Turns {
+    fn default() -> Self {
+        Self::Count(1)
+    }
+}
+
+/// The largest number of turns. Numbers of turns are counts.
+impl Scalar for Turns {
+    const WHOLE: bool = true;
+
+    fn into_f64(self) -> f64 {
+        self.at_most() as f64
+    }
+
+    fn from_f64(value: f64) -> Self {
+        Self::Count(value as usize)
+    }
+}
+
+/// A number, or the word.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Turns {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Count(count) => serializer.serialize_u64(*count as u64),
+            Self::Steady => serializer.serialize_str(Self::STEADY),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for Turns {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(TurnsVisitor)
+    }
+}
+
+#[cfg(feature = "serde")]
+struct TurnsVisitor;
+
+#[cfg(feature = "serde")]
+impl serde::de::Visitor<'_> for TurnsVisitor {
+    type Value = Turns;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "a whole number from 1 to {MAX_TURNS} or \"{}\"", Turns::STEADY)
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, count: u64) -> Result<Turns, E> {
+        let found = serde::de::Unexpected::Unsigned(count);
+        let count = usize::try_from(count).ok().filter(|count| (1..=MAX_TURNS).contains(count));
+        count.map(Turns::Count).ok_or_else(|| E::invalid_value(found, &self))
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, count: i64) -> Result<Turns, E> {
+        match u64::try_from(count) {
+            Ok(count) => self.visit_u64(count),
+            Err(_) => Err(E::invalid_value(serde::de::Unexpected::Signed(count), &self)),
+        }
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Turns, E> {
+        let is_known = word == Turns::STEADY;
+        is_known.then_some(Turns::Steady).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(word), &self))
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Turns {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Turns".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [{ "type": "integer", "minimum": 1, "maximum": MAX_TURNS }, { "const": Self::STEADY }],
+        })
+    }
 }
 
 /// The numerical solution and its output.
@@ -415,6 +530,7 @@ impl ProcessSettings {
             gravity_m_s2: [0.0; 3],
             lead_angle_rad: default_lead_angle_rad(),
             tail_angle_rad: default_tail_angle_rad(),
+            turns: Turns::default(),
         }
     }
 }

@@ -4,15 +4,17 @@
 //! the settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] simulates many passes in
 //! the lanes of the machine's vector units.
 
+use std::f64::consts::TAU;
+
 use crate::contact::ContactLaw;
 use crate::equations::linear::{add, scale};
 use crate::equations::{Chain, Clamp, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
-use crate::integrate::{Tolerances, Work};
+use crate::integrate::{Stepper, Tolerances, Work};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
-use crate::model::settings::Settings;
+use crate::model::settings::{Settings, Turns};
 use crate::tool::{RoundTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Workpiece};
 
@@ -24,6 +26,7 @@ mod search;
 mod side_by_side;
 mod system;
 mod trajectory;
+mod turns;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use form::Form;
@@ -35,6 +38,7 @@ pub use trajectory::{Step, Trajectory, integrate};
 
 use observers::Sampler;
 use profile::Ledger;
+use turns::Itinerary;
 
 /// The method of every pass (docs/integrators.md).
 const METHOD: &Tableau = &ESDIRK54;
@@ -45,9 +49,13 @@ pub const SOLVER_FINGERPRINT: &str = env!("BRISTLE_SOLVER");
 /// The result of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// The metrics of the contact.
+    /// The metrics of the contact in the last turn.
     pub metrics: Metrics,
-    /// Work done.
+    /// The contact normal impulse `p_n` of each turn in N s.
+    pub turn_contact_normal_impulses_n_s: Vec<f64>,
+    /// The time at which the last turn ended, in s.
+    pub end_time_s: f64,
+    /// Work done in all turns.
     pub statistics: Statistics,
     /// Equally spaced samples, if requested.
     pub history: Vec<Sample>,
@@ -152,7 +160,9 @@ fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
 /// One pass of a filament over a workpiece, as integrated by [`simulate`].
 ///
 /// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
-/// tail angle after nominal exit. Both angles are larger by as much as a wavy filament reaches ahead of a straight one or behind it.
+/// tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does. Both angles are larger by
+/// as much as a wavy filament reaches ahead of a straight one or behind it. With several [`Turns`] it goes on to the end of the last one:
+/// after each contact, the filament turns on, vibrates freely, and comes back as it is.
 ///
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
 /// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
@@ -168,6 +178,7 @@ pub struct Pass<T = RoundTool, W = Part> {
     tolerances: Tolerances,
     lead_angle: f64,
     tail_angle: f64,
+    turns: Turns,
 }
 
 impl Pass {
@@ -231,6 +242,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             },
             lead_angle,
             tail_angle,
+            turns: process.turns,
         }
     }
 
@@ -300,13 +312,27 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         system.state(0.0, relaxed.collect(), vec![v; n])
     }
 
-    /// The time in s at which the pass ends, unless the filament still touches the workpiece.
+    /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it
+    /// becomes steady, and later if the filament of a single turn still touches the workpiece.
     pub fn end_time(&self) -> f64 {
+        match self.turns.at_most() {
+            0 | 1 => self.pass_time(),
+            turns => turns::start_of_turn(turns, self.turn_time()),
+        }
+    }
+
+    /// The time of a whole turn of the tool in s.
+    pub fn turn_time(&self) -> f64 {
+        TAU / self.filament.motion.rate
+    }
+
+    /// The time in s from the beginning of a turn to its tail angle.
+    fn pass_time(&self) -> f64 {
         (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
     }
 
-    /// The times of nominal entry and nominal exit in s: between them lie all [touches](Pass::touches). Without any they are those at
-    /// which the tips pass the plane `y = 0`.
+    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all [touches](Pass::touches). Without
+    /// any they are those at which the tips pass the plane `y = 0`.
     pub fn nominal_times(&self) -> [f64; 2] {
         match (self.touches.first(), self.touches.last()) {
             (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
@@ -314,12 +340,15 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The times in s between which the undeformed filament touches the workpiece.
+    /// The times in s between which the undeformed filament touches the workpiece in the first turn. Those of later turns are a
+    /// whole number of turns later, also where the workpiece has moved on.
     pub fn touches(&self) -> &[[f64; 2]] {
         &self.touches
     }
 
-    /// Integrates the pass in `system` from `start` to its end; see [`integrate`].
+    /// Integrates all turns of the pass in `system` from `start`; see [`integrate`].
+    ///
+    /// Steps end where turns do.
     ///
     /// # Errors
     /// If a step cannot be taken.
@@ -329,12 +358,37 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         start: FilamentState,
         observe: impl FnMut(&Step<'_>),
     ) -> Result<(FilamentState, Statistics), IntegrationError> {
-        integrate(system, start, self.end_time(), METHOD, self.tolerances, observe)
+        let (trajectory, _) = self.follow(system, start, observe)?;
+        Ok(trajectory.into_end())
     }
 
-    /// An observer that reduces the steps of this pass to the data for its metrics.
+    /// [`Pass::integrate`], with the course through the turns.
+    fn follow(
+        &self,
+        system: &mut FilamentSystem<Turning<T>, W>,
+        start: FilamentState,
+        mut observe: impl FnMut(&Step<'_>),
+    ) -> Result<(Trajectory, Itinerary), IntegrationError> {
+        let mut trajectory = Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances);
+        let mut stepper = Stepper::new(METHOD, self.filament.stage_solution(), self.filament.chain.segments());
+        stepper.set_tolerances(0, self.tolerances);
+        let mut itinerary = self.itinerary();
+        loop {
+            trajectory.finish(system, &mut stepper, &mut observe)?;
+            if !itinerary.proceed(&mut trajectory) {
+                return Ok((trajectory, itinerary));
+            }
+        }
+    }
+
+    fn itinerary(&self) -> Itinerary {
+        Itinerary::new(self.turns, self.turn_time(), self.pass_time())
+    }
+
+    /// An observer that reduces the steps of the last turn of this pass to the data for its metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
         ContactObserver::new(self.filament.clone(), self.form, self.filament_length, self.touches.clone())
+            .by_turns(self.turn_time())
     }
 
     /// The metrics from the record of this pass's observer.
@@ -350,7 +404,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.simulate_telling(sampling, |_| ())
     }
 
-    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1.
+    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1. Turns that are followed until
+    /// they are steady count as many; if they are sampled, they are first followed to find out when they end.
     ///
     /// # Errors
     /// As for [`Pass::simulate`].
@@ -359,17 +414,26 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampling: Sampling,
         mut tell: impl FnMut(f64),
     ) -> Result<Simulation, SimulationError> {
-        let end_time = self.end_time();
-        let mut system = self.system_for(sampling);
-        let start = self.start(&mut system);
-        let mut observer = self.observer();
-        let mut sampler = self.sampler(sampling);
-        let (_, statistics) = self.integrate(&mut system, start, |step| {
-            observer.observe(step);
-            sampler.observe(step, &observer);
-            tell(step.end.time / end_time);
-        })?;
-        self.conclude(observer.record(), statistics, sampler)
+        let (mut end_time, mut share) = (self.expected_end(), 0.0_f64);
+        loop {
+            let mut system = self.system_for(sampling);
+            let start = self.start(&mut system);
+            let mut observer = self.observer();
+            let mut sampler = self.sampler(sampling, end_time);
+            let duration = end_time.unwrap_or(self.end_time());
+            let (trajectory, itinerary) = self.follow(&mut system, start, |step| {
+                observer.observe(step);
+                sampler.observe(step, &observer);
+                share = share.max((step.end.time / duration).min(1.0));
+                tell(share);
+            })?;
+            let ended = trajectory.start().time;
+            if sampler.covers(ended) {
+                return self.conclude(*observer.record(), &trajectory, itinerary, sampler);
+            }
+            // The same again, now that its end is known.
+            end_time = Some(ended);
+        }
     }
 
     /// The part of the profile of the workpiece that the filament can touch during the pass; none if the workpiece has no profile.
@@ -379,24 +443,31 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))
     }
 
-    fn sampler(&self, sampling: Sampling) -> Sampler {
-        let profile = sampling.profile.then(|| self.profile()).flatten();
-        Sampler::new(self.form, self.filament.chain.clone(), sampling, self.end_time(), profile)
+    /// The time in s at which the pass will end, if that is likely to be known. Samples are taken at equal distances up to there.
+    fn expected_end(&self) -> Option<f64> {
+        (self.turns != Turns::Steady).then(|| self.end_time())
     }
 
-    /// The trajectory of the pass in `system`, at its start.
+    fn sampler(&self, sampling: Sampling, end_time: Option<f64>) -> Sampler {
+        let profile = sampling.profile.then(|| self.profile()).flatten();
+        Sampler::new(self.form, self.filament.chain.clone(), sampling, end_time, profile)
+    }
+
+    /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first turn.
     pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
-        Trajectory::new(system, start, self.end_time(), METHOD, self.tolerances)
+        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances)
     }
 
+    /// The results of a pass whose last turn has ended.
     fn conclude(
         &self,
-        record: &ContactRecord,
-        statistics: Statistics,
+        record: ContactRecord,
+        trajectory: &Trajectory,
+        itinerary: Itinerary,
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
-        let metrics = self.metrics(record);
+        let metrics = self.metrics(&ContactRecord { is_unsteady: itinerary.is_unsteady(), ..record });
         let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
         let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
         let finite = history.iter().all(Sample::is_finite)
@@ -410,6 +481,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             shapes.clear();
             profile.clear();
         }
-        Ok(Simulation { metrics, statistics, history, shapes, profile })
+        Ok(Simulation {
+            metrics,
+            turn_contact_normal_impulses_n_s: itinerary.into_impulses(),
+            end_time_s: trajectory.start().time,
+            statistics: trajectory.statistics(),
+            history,
+            shapes,
+            profile,
+        })
     }
 }

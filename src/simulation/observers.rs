@@ -5,6 +5,7 @@ use super::profile::{EdgeWork, Ledger};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
+use super::turns::start_of_turn;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
@@ -19,8 +20,13 @@ pub struct ContactObserver<M, W> {
     filament: Filament<M, W>,
     form: Form,
     filament_length: f64,
-    /// The times between which the undeformed filament touches the workpiece.
+    /// The times between which the undeformed filament touches the workpiece in the first turn.
     touches: Vec<[f64; 2]>,
+    turn_time: f64,
+    /// The time of the turns before this one.
+    turned: f64,
+    /// The integrals when the turn began.
+    earlier: [f64; integral::COUNT],
     record: ContactRecord,
     edge_work: EdgeWork,
     was_closed: bool,
@@ -39,7 +45,7 @@ struct Tip {
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// An observer of `filament` with the free length `filament_length` (m), whose states have the given form, before any
-    /// step. The undeformed filament touches the workpiece between the times in `touches` (s).
+    /// step. The undeformed filament touches the workpiece between the times in `touches` (s). The record is of a single turn.
     pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, touches: Vec<[f64; 2]>) -> Self {
         let edge_work = EdgeWork::new(filament.workpiece.edges().len());
         Self {
@@ -48,30 +54,47 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             filament_length,
             touches,
             edge_work,
-            record: ContactRecord::default(),
+            turn_time: f64::INFINITY,
+            turned: 0.0,
+            earlier: [0.0; integral::COUNT],
+            record: ContactRecord { turn: 1, ..ContactRecord::default() },
             was_closed: false,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
         }
     }
 
-    /// The record of the steps so far.
+    /// The same observer for turns of `turn_time` (s) each: it begins a new record with each turn.
+    #[must_use]
+    pub fn by_turns(self, turn_time: f64) -> Self {
+        Self { turn_time, ..self }
+    }
+
+    /// The record of the steps so far: those of the last turn.
     pub fn record(&self) -> &ContactRecord {
         &self.record
     }
 
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
+        if step.start.time >= start_of_turn(self.record.turn, self.turn_time) {
+            self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+            self.turned = step.start.time;
+            self.earlier = step.start.integrals;
+            self.was_closed = false;
+            self.edge_work.clear();
+        }
         let closed = step.closed.contains(&true);
         if closed {
             self.record.time += step.length();
-            for &[entry, exit] in &self.touches {
+            for touch in &self.touches {
+                let [entry, exit] = touch.map(|time| time + self.turned);
                 self.record.nominal_time += (step.end.time.min(exit) - step.start.time.max(entry)).max(0.0);
             }
             self.record.count += usize::from(!self.was_closed);
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
         self.was_closed = closed;
-        let integrals = &step.end.integrals;
+        let integrals: [f64; integral::COUNT] = std::array::from_fn(|i| step.end.integrals[i] - self.earlier[i]);
         // The sum of a contact whose force underflows can be less than zero.
         self.record.impulse = integrals[integral::NORMAL_IMPULSE].max(0.0);
         self.record.vector_impulse = std::array::from_fn(|i| integrals[integral::IMPULSE + i]);
@@ -213,7 +236,7 @@ crate::record! {
             ["", "J", "dissipated energy", "taken so far by joint dampers, contact damping and friction"],
         contact_normal_impulse_n_s: f64 = [
             "", "N s", "contact normal impulse so far",
-            "∫ F_n dt; its rise over the time between two samples is the mean of F_n there"
+            "∫ F_n dt over all turns; its rise over the time between two samples is the mean of F_n there"
         ],
         peak_contact_normal_force_n: f64 = [
             "", "N", "largest contact normal force since the sample before",
@@ -289,6 +312,8 @@ pub(super) struct Sampler {
     equations: Option<Equations<f64>>,
     pub sampling: Sampling,
     end_time: f64,
+    /// Whether samples are requested that need another end.
+    is_blind: bool,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,
     /// None if it is not asked for, or the workpiece has no profile within reach.
@@ -312,19 +337,23 @@ struct Dissipated {
 }
 
 impl Sampler {
-    /// A sampler of a pass over a workpiece with this `profile`, before its first step.
+    /// A sampler of a pass over a workpiece with this `profile` that ends at `end_time` (s). As long as that is not known, it takes
+    /// no samples.
     pub fn new(
         form: Form,
         chain: Chain<f64>,
         sampling: Sampling,
-        end_time: f64,
+        end_time: Option<f64>,
         profile: Option<ProfileCells>,
     ) -> Self {
+        let is_blind = end_time.is_none() && (sampling.samples > 0 || sampling.shapes > 0);
+        let sampling = if is_blind { Sampling { samples: 0, shapes: 0, ..sampling } } else { sampling };
         let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments() } else { 0 }];
         Self {
             equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
             sampling,
-            end_time,
+            end_time: end_time.unwrap_or(f64::INFINITY),
+            is_blind,
             history: Vec::with_capacity(sampling.samples),
             shapes: Vec::with_capacity(sampling.shapes),
             ledger: profile.and_then(Ledger::new),
@@ -335,10 +364,16 @@ impl Sampler {
         }
     }
 
+    /// Whether the samples are those of a pass that has ended at `end_time` (s), or none are requested.
+    pub fn covers(&self, end_time: f64) -> bool {
+        let takes_none = self.sampling.samples == 0 && self.sampling.shapes == 0;
+        !self.is_blind && (takes_none || self.end_time == end_time)
+    }
+
     pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
         if let Some(ledger) = &mut self.ledger {
-            ledger.observe(step, &observer.filament);
+            ledger.observe(step, &observer.filament, observer.record.turn);
         }
         if self.sampling.samples == 0 {
             return;

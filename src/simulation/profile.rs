@@ -1,4 +1,4 @@
-//! Where along the profile of the workpiece the work of a pass is done.
+//! Where along the profile of the workpiece the work of a pass is done, in its last turn.
 //!
 //! Within a step, the contact force is looked at where the contact is at some instants. What acts between two of them goes to the arc
 //! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
@@ -91,6 +91,7 @@ pub(super) struct Ledger {
     profile: ProfileCells,
     boundaries: Vec<f64>,
     finest: f64,
+    turn: usize,
     /// Normal impulse in N s and friction work in J, by cell.
     amounts: Vec<[f64; 2]>,
     /// The parts of the current step.
@@ -110,11 +111,16 @@ impl Ledger {
         let amounts = vec![[0.0; 2]; profile.cells.len()];
         let parts = Vec::with_capacity(INTERVALS[1] as usize);
         let last = [boundaries[0]; 2];
-        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; 2], last })
+        Some(Self { profile, boundaries, finest, turn: 1, amounts, parts, owed: [0.0; 2], last })
     }
 
-    /// Enters the work of the next step.
-    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
+    /// Enters the work of the next step, which belongs to the turn with this number. The ledger is of one turn.
+    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>, turn: usize) {
+        if turn != self.turn {
+            self.turn = turn;
+            self.amounts.fill([0.0; 2]);
+            self.owed = [0.0; 2];
+        }
         for (owed, integral) in self.owed.iter_mut().zip([integral::NORMAL_IMPULSE, integral::FRICTION_WORK]) {
             *owed += step.end.integrals[integral] - step.start.integrals[integral];
         }
@@ -209,6 +215,11 @@ impl EdgeWork {
     /// No work on `edges` edges.
     pub fn new(edges: usize) -> Self {
         Self { parts: vec![[0.0; PARTS_OF_EDGE]; edges] }
+    }
+
+    /// Begins again without work.
+    pub fn clear(&mut self) {
+        self.parts.fill([0.0; PARTS_OF_EDGE]);
     }
 
     /// Enters the work of the next step on edges.

@@ -4,6 +4,7 @@ use super::form::Form;
 use super::observers::{ContactObserver, Sampler, Sampling};
 use super::system::{COORDINATES, Filament, FilamentSystem};
 use super::trajectory::Trajectory;
+use super::turns::Itinerary;
 use super::{METHOD, Pass, Simulation, SimulationError};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
@@ -91,12 +92,19 @@ struct Run<T, W> {
     observer: ContactObserver<Turning<T>, W>,
     sampler: Sampler,
     trajectory: Trajectory,
+    itinerary: Itinerary,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
-    fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
-        let statistics = self.trajectory.statistics();
-        done(self.number, self.pass.conclude(self.observer.record(), statistics, self.sampler));
+    /// Reports a job whose pass has ended. If its samples need another end, the job is to be repeated with that one (s).
+    fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> Option<(Job<T, W>, f64)> {
+        let Self { number, pass, observer, sampler, trajectory, itinerary } = self;
+        let end_time = trajectory.start().time;
+        if !sampler.covers(end_time) {
+            return Some((Job { number, pass }, end_time));
+        }
+        done(number, pass.conclude(*observer.record(), &trajectory, itinerary, sampler));
+        None
     }
 }
 
@@ -131,7 +139,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {
                         Some(Job { number, pass }) if pass.kind() != kind => done(number, pass.simulate(self.sampling)),
-                        Some(job) => self.start(lane, job),
+                        Some(job) => {
+                            let end_time = job.pass.expected_end();
+                            self.start(lane, job, end_time);
+                        }
                         None => exhausted = true,
                     }
                 }
@@ -158,16 +169,16 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         }
     }
 
-    /// Starts a job in a free lane.
-    fn start(&mut self, lane: usize, job: Job<T, W>) {
+    /// Starts a job in a free lane. Samples are those of a pass that ends at `end_time` (s).
+    fn start(&mut self, lane: usize, job: Job<T, W>, end_time: Option<f64>) {
         let Job { number, pass } = job;
         let mut alone = pass.system_for(self.sampling);
         let trajectory = pass.trajectory(&mut alone);
         self.system.set_filament(lane, pass.filament().clone());
         trajectory.enter(lane, &mut self.system);
         self.stepper.set_tolerances(lane, trajectory.tolerances());
-        let (observer, sampler) = (pass.observer(), pass.sampler(self.sampling));
-        self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory });
+        let (observer, sampler, itinerary) = (pass.observer(), pass.sampler(self.sampling, end_time), pass.itinerary());
+        self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory, itinerary });
     }
 
     /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just ended.
@@ -179,18 +190,26 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             self.finish_alone(run, done);
             return false;
         }
-        let result = match run.trajectory.next_step(&self.system) {
-            Ok(Some(step)) => {
-                self.steps.set_lane(lane, step);
-                run.trajectory.prepare(lane, &mut self.stepper);
-                return true;
+        let result = loop {
+            match run.trajectory.next_step(&self.system) {
+                Ok(Some(step)) => {
+                    self.steps.set_lane(lane, step);
+                    run.trajectory.prepare(lane, &mut self.stepper);
+                    return true;
+                }
+                Ok(None) if run.itinerary.proceed(&mut run.trajectory) => {}
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(error),
             }
-            Ok(None) => Ok(()),
-            Err(error) => Err(error),
         };
         let run = self.runs[lane].take().expect("the lane has a job");
         match result {
-            Ok(()) => run.report(done),
+            Ok(()) => {
+                if let Some((job, end_time)) = run.report(done) {
+                    self.start(lane, job, Some(end_time));
+                    return self.prepare(lane, done);
+                }
+            }
             Err(error) => done(run.number, Err(error.into())),
         }
         false
@@ -201,13 +220,23 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
         let mut stepper = Stepper::new(METHOD, solution, self.system.blocks());
+        stepper.set_tolerances(0, run.trajectory.tolerances());
         let (observer, sampler) = (&mut run.observer, &mut run.sampler);
-        let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {
-            observer.observe(step);
-            sampler.observe(step, observer);
-        });
+        let finished = loop {
+            let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {
+                observer.observe(step);
+                sampler.observe(step, observer);
+            });
+            if finished.is_err() || !run.itinerary.proceed(&mut run.trajectory) {
+                break finished;
+            }
+        };
         match finished {
-            Ok(()) => run.report(done),
+            Ok(()) => {
+                if let Some((Job { number, pass }, _)) = run.report(done) {
+                    done(number, pass.simulate(self.sampling));
+                }
+            }
             Err(error) => done(run.number, Err(error.into())),
         }
     }

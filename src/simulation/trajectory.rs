@@ -89,13 +89,19 @@ impl Step<'_> {
     }
 }
 
+/// How much work `segments` segments may take to advance by `duration` (s).
+fn effort(segments: usize, duration: f64) -> Effort {
+    let iterations = EFFORT / (segments + SEGMENTS_OF_OVERHEAD) as f64;
+    Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration }
+}
+
 /// Position and velocity of the root at `time`.
 fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2] {
     let Clamp { position, velocity, .. } = filament.motion.at(time);
     [position, velocity]
 }
 
-/// The work that a pass may spend, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
+/// The work that a pass may spend, and the free flight after it, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
 /// a hundredth of it (docs/integrators.md).
 const EFFORT: f64 = 4e7;
 /// The overhead of an iteration, expressed in segments.
@@ -130,6 +136,7 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
 ) -> Result<(FilamentState, Statistics), IntegrationError> {
     let mut trajectory = Trajectory::new(system, start, end_time, tableau, tolerances);
     let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.blocks());
+    stepper.set_tolerances(0, tolerances);
     trajectory.finish(system, &mut stepper, &mut observe)?;
     Ok(trajectory.into_end())
 }
@@ -140,7 +147,11 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
 /// outcome.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
+    /// The times in s between which it is followed for now.
+    begin_time: f64,
     end_time: f64,
+    /// Whether it ends earlier: as soon as no contact is closed.
+    while_touching: bool,
     tolerances: Tolerances,
     /// How deep a node may be past its event at the end of a step, in m.
     location: f64,
@@ -222,9 +233,7 @@ impl Trajectory {
     ) -> Self {
         let (n, contacts) = (system.blocks(), system.filament(0).contacts());
         let duration = end_time - start.time;
-        let iterations = EFFORT / (n + SEGMENTS_OF_OVERHEAD) as f64;
-        let effort = Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration };
-        let control = StepControl::new(tableau, 1e-3 * duration).within(effort);
+        let control = StepControl::new(tableau, 1e-3 * duration).within(effort(n, duration));
         let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
         let mut start_nodes = Nodes::new(vec![none; n], contacts);
@@ -232,7 +241,9 @@ impl Trajectory {
         start_nodes.bound_speed(system.filament(0), start.time);
         let location = system.filament(0).event_tolerance(tolerances.relative, start.time);
         let mut trajectory = Self {
+            begin_time: start.time,
             end_time,
+            while_touching: false,
             tolerances,
             location,
             coarse_location: system.filament(0).coarse_event_tolerance(tolerances.relative).max(location),
@@ -250,6 +261,22 @@ impl Trajectory {
         };
         trajectory.locate(system.filament(0));
         trajectory
+    }
+
+    /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is limited anew.
+    pub fn go_on(&mut self, end_time: f64, while_touching: bool) {
+        self.begin_time = self.start.time;
+        self.end_time = end_time;
+        self.while_touching = while_touching;
+        let duration = end_time - self.start.time;
+        if duration > 0.0 {
+            self.control.renew(effort(self.start_nodes.knots.len(), duration));
+        }
+    }
+
+    /// Whether a contact is closed.
+    pub fn is_touching(&self) -> bool {
+        self.closed.contains(&true)
     }
 
     /// Finds the segments that touch edges at the start.
@@ -312,12 +339,12 @@ impl Trajectory {
             return Ok(Some(landing.length));
         }
         let time = self.start.time;
-        if time >= self.end_time {
+        if time >= self.end_time || (self.while_touching && !self.is_touching()) {
             return Ok(None);
         }
         if self.control.is_exhausted() {
             let steps = self.control.work().steps;
-            let share = time / self.end_time;
+            let share = (time - self.begin_time) / (self.end_time - self.begin_time);
             return Err(IntegrationError::TooManySteps { steps, share, step: self.control.step() });
         }
         self.start.check(system)?;
@@ -441,7 +468,7 @@ impl Trajectory {
         excess(self.closed[contact], pressing, self.location)
     }
 
-    /// Integrates alone to the end.
+    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it. `stepper` has its [tolerances](Self::tolerances).
     ///
     /// # Errors
     /// If a step cannot be taken.
@@ -451,7 +478,6 @@ impl Trajectory {
         stepper: &mut Stepper<f64, COORDINATES, COUNT>,
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(), IntegrationError> {
-        stepper.set_tolerances(0, self.tolerances);
         while let Some(step) = self.next_step(system)? {
             system.set_charts(&self.start.charts);
             self.prepare(0, stepper);

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::fs;
+use std::path::Path;
 
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
@@ -18,6 +20,12 @@ pub mod tolerance {
     pub const DIFFERENCES: f64 = 1e-6;
     /// At the default tolerance of 1e-6 per step, over some 400 steps, relative to the work done.
     pub const ENERGY_BALANCE: f64 = 1e-5;
+}
+
+/// The text of a file of reference data.
+pub fn data(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// The paper's filament with `segments` segments.

@@ -33,7 +33,7 @@ fn cases() -> [(&'static str, Settings); 14] {
         ("contact radius", with(5.0, 3e-3, |settings| settings.contact.radius_m = 0.5e-3)),
         (
             "wavy and tapered",
-            with(5.0, 3e-3, |settings| {
+            with(10.0, 1e-3, |settings| {
                 settings.filament.waviness_amplitude_m = 0.5e-3;
                 settings.filament.tip_diameter_m = Some(1e-3);
             }),

@@ -1,17 +1,9 @@
 //! Is it right? Values from independent codes. `derivations/README.md` lists the codes, and how to regenerate the values.
 
-use std::fs;
-use std::path::Path;
-
 use bristle::model::settings::FilamentSettings;
 use bristle_inspect::evaluation::{ChainState, Evaluation, evaluate};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-
-fn data(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
 
 fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
     #[derive(Deserialize)]
@@ -19,7 +11,7 @@ fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
         states: Vec<T>,
     }
 
-    let file: States<T> = serde_json::from_str(&data(name)).expect("the file is JSON");
+    let file: States<T> = serde_json::from_str(&crate::common::data(name)).expect("the file is JSON");
     file.states
 }
 

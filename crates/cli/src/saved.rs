@@ -8,6 +8,7 @@ use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_report::vtk::is_file_name;
 use bristle_study::results::{
     DataError, SavedCase, SavedStudy, read_case, read_history, read_profile, read_runs, read_shapes, read_study,
+    read_turn_impulses,
 };
 use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
@@ -79,6 +80,8 @@ pub struct Contact {
     pub profile: Vec<ProfileCell>,
     /// The shapes that are drawn.
     pub shapes: Vec<Shape>,
+    /// The contact normal impulse of each turn in N s.
+    pub impulses: Vec<f64>,
 }
 
 /// The contact in a directory; `None` if there is none.
@@ -91,13 +94,16 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
     let history = table(directory, &case, HISTORY, read_history)?;
     let profile = table(directory, &case, PROFILE, read_profile)?;
     let shapes = table(directory, &case, SHAPES, read_shapes)?;
+    let (text, name) = read(directory, METRICS)?;
+    let impulses = read_turn_impulses(&text, &name)?;
+    case.check(METRICS, &text, &name)?;
     // The other files are not needed, but must not be those of another run.
-    let is_ours = |file: &&str| *file == METRICS || vtk_name(file).is_some_and(is_file_name);
+    let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
     for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
         let (text, name) = read(directory, file)?;
         case.check(file, &text, &name)?;
     }
-    Ok(Some(Contact { settings: case.settings, history, profile, shapes }))
+    Ok(Some(Contact { settings: case.settings, history, profile, shapes, impulses }))
 }
 
 /// Reads the table in a `file` of a contact.

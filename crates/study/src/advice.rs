@@ -17,6 +17,7 @@ use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::{labels, short, spanning};
 use crate::text::quantity::Readable;
+use crate::turns::vibrating_note;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
 const TIER: f64 = 0.5;
@@ -173,6 +174,8 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let cells = cells(study, results, &slice);
         let (advice, mut notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
         notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
+        let cases = cells.iter().flatten().flatten().map(|cell| cell.row - 1);
+        notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
         let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
         Section { settings, advice, notes, slice }
     };
@@ -552,7 +555,12 @@ mod tests {
                 contact_time_ratio: ratio,
                 ..Metrics::new(&nominal, &ContactRecord::default(), 1.0)
             };
-            Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None })
+            Ok(CaseSummary {
+                metrics,
+                turn_contact_normal_impulses_n_s: Vec::new(),
+                statistics: Statistics::default(),
+                scatter: None,
+            })
         };
         assert_eq!(cases.len(), study.case_count());
         cases.iter().map(result).collect()
@@ -699,10 +707,10 @@ mod tests {
         let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         assert_eq!(
-            note(&sections[0]),
+            note(&sections[1]),
             "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
         );
-        assert!(note(&sections[1]).starts_with("These forces are without friction"), "{:?}", sections[1].notes);
+        assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! others is a case, numbered from 1:
 //!
 //! ```json
-//! {"case":7,"metrics":{"contact_time_s":0.001,…},"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
+//! {"case":7,"metrics":{"contact_time_s":0.001,…},"turn_contact_normal_impulses_n_s":[0.002],"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
@@ -140,6 +140,7 @@ struct Entry {
 enum Outcome {
     Simulated {
         metrics: Metrics,
+        turn_contact_normal_impulses_n_s: Vec<f64>,
         statistics: Statistics,
         /// The only number of [`Statistics`] that is in no other file.
         chart_changes: usize,
@@ -180,8 +181,9 @@ impl Journal {
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(CaseSummary { metrics, statistics, scatter }) => Outcome::Simulated {
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter }) => Outcome::Simulated {
                 metrics: metrics.clone(),
+                turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
                 statistics: *statistics,
                 chart_changes: statistics.chart_changes,
                 scatter: scatter.clone().map(Box::new),
@@ -238,11 +240,14 @@ impl Journal {
         let Entry { case, outcome } = unsealed(&self.seed, line)?;
         let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
         let result = match outcome {
-            Outcome::Simulated { metrics, statistics, chart_changes, scatter } => Ok(CaseSummary {
-                metrics,
-                statistics: Statistics { chart_changes, ..statistics },
-                scatter: scatter.map(|scatter| *scatter),
-            }),
+            Outcome::Simulated { metrics, turn_contact_normal_impulses_n_s, statistics, chart_changes, scatter } => {
+                Ok(CaseSummary {
+                    metrics,
+                    turn_contact_normal_impulses_n_s,
+                    statistics: Statistics { chart_changes, ..statistics },
+                    scatter: scatter.map(|scatter| *scatter),
+                })
+            }
             Outcome::Failed { error } => Err(error),
         };
         Some((case, result))

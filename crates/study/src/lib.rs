@@ -2,7 +2,7 @@
 //!
 //! The modules, in the order of the data flow:
 //!
-//! 1. [`document`], [`schema`], [`input_error`]: an input file, read and checked;
+//! 1. [`document`], [`schema`], [`control_points`], [`input_error`]: an input file, read and checked;
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
 //! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
@@ -12,6 +12,7 @@
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
+pub mod control_points;
 pub mod digest;
 pub mod document;
 pub mod edges;
@@ -28,6 +29,7 @@ pub mod study;
 mod testing;
 pub mod text;
 pub mod touch;
+pub mod turns;
 pub mod uncertainty;
 
 /// Compiles the code examples of the library's page.

@@ -71,7 +71,7 @@ fn help_with(settings: &Settings, how: &str, line: &str) -> String {
 }
 
 /// Velocity and depth of a case.
-fn place(settings: &Settings) -> String {
+pub(crate) fn place(settings: &Settings) -> String {
     let shown = |path| Parameter::find(path).map(|parameter| equation(parameter, parameter.get(settings)));
     [VELOCITY, DEPTH].into_iter().filter_map(shown).collect::<Vec<_>>().join(", ")
 }

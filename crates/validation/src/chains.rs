@@ -7,7 +7,7 @@ use bristle::equations::linear::{add, scale, sub};
 use bristle::equations::{Chain, UniformChain};
 use bristle::model::filament::chain;
 use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
-use bristle::simulation::{FilamentState, FilamentSystem};
+use bristle::simulation::{FilamentState, FilamentSystem, Sample, simulate_with_history};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::{Plane, Workpiece};
 use bristle_study::document::Document;
@@ -98,6 +98,18 @@ pub fn mechanical_energy<M: ClampMotion, W: Workpiece>(
 ) -> f64 {
     let energies = system.energies(state);
     energies.kinetic + energies.spring + energies.gravity + system.contact_energy(state)
+}
+
+/// Contact force in N in a slow pass, when the tool is at `angle` (rad).
+pub fn force_at(settings: &Settings, angle: f64) -> Result<f64, Failure> {
+    let history = simulate_with_history(settings, 10_001)?.history;
+    let before = |sample: &Sample| sample.base_angle_rad < angle;
+    let after = history.partition_point(before);
+    let missing = || Failure::Reference("the pass does not reach the angle".to_owned());
+    let sample = |index: Option<usize>| index.and_then(|index| history.get(index)).ok_or_else(missing);
+    let [a, b] = [sample(after.checked_sub(1))?, sample(Some(after))?]
+        .map(|sample| (sample.base_angle_rad, sample.contact_normal_force_n));
+    Ok(a.1 + (b.1 - a.1) * (angle - a.0) / (b.0 - a.0))
 }
 
 /// The component along `z` of a vector product.

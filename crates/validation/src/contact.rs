@@ -9,7 +9,7 @@ use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::hermite::Knot;
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{ContactSettings, Settings};
-use bristle::simulation::{Pass, Sample, integral, simulate, simulate_with_history};
+use bristle::simulation::{FilamentState, Pass, Sample, integral, simulate, simulate_with_history};
 use bristle::tool::ClampMotion;
 use bristle_study::study::run_study;
 use serde::Deserialize;
@@ -55,15 +55,7 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
     }
     let mut checks = Vec::new();
     for (subject, settings) in passes {
-        let pass = Pass::new(&settings);
-        let mut system = pass.system(true);
-        let start = pass.start(&mut system);
-        let before = mechanical_energy(&mut system, &start);
-        let (end, _) = pass.integrate(&mut system, start, |_| ())?;
-        let stored = mechanical_energy(&mut system, &end) - before;
-        let work = end.integrals[integral::WORK];
-        let dissipated = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
-        let imbalance = (work - stored - dissipated).abs() / work.abs();
+        let (imbalance, _) = imbalance(&settings)?;
         checks.push(Check::value(subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY));
     }
     let history = simulate_with_history(&paper_case(25, 10.0, 1e-3)?, 601)?.history;
@@ -95,6 +87,19 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
         checks,
         figures: vec![figure],
     })
+}
+
+/// What is missing in the energy balance of a pass, over the work, and the end of the pass.
+pub fn imbalance(settings: &Settings) -> Result<(f64, FilamentState), Failure> {
+    let pass = Pass::new(settings);
+    let mut system = pass.system(true);
+    let start = pass.start(&mut system);
+    let before = mechanical_energy(&mut system, &start);
+    let (end, _) = pass.integrate(&mut system, start, |_| ())?;
+    let stored = mechanical_energy(&mut system, &end) - before;
+    let work = end.integrals[integral::WORK];
+    let dissipated = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
+    Ok(((work - stored - dissipated).abs() / work.abs(), end))
 }
 
 /// The balance of the momentum of a filament in a pass.

@@ -6,6 +6,7 @@
 
 mod chains;
 mod contact;
+mod edges;
 mod equilibrium;
 mod exact;
 mod impact;
@@ -73,7 +74,7 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 9] = [
+pub static GROUPS: [Group; 10] = [
     statics::GROUP,
     vibration::GROUP,
     shape::GROUP,
@@ -81,6 +82,7 @@ pub static GROUPS: [Group; 9] = [
     invariants::GROUP,
     impact::GROUP,
     contact::GROUP,
+    edges::GROUP,
     peers::GROUP,
     paper::GROUP,
 ];

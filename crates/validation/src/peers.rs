@@ -20,9 +20,11 @@ pub const GROUP: Group = Group {
 
 /// An instant of another code's trajectory.
 #[derive(Deserialize)]
-struct Row {
-    time_s: f64,
-    contact_normal_force_n: f64,
+pub struct Row {
+    /// In s.
+    pub time_s: f64,
+    /// In N.
+    pub contact_normal_force_n: f64,
     tip_x_m: f64,
     tip_y_m: f64,
     tip_deflection_m: f64,
@@ -48,7 +50,7 @@ fn pass(segments: usize) -> Result<Simulation, Failure> {
 
 /// Largest distance of the tips over l_f, largest difference of the tip deflections over the largest deflection, and root
 /// mean square of the force difference over that of the force.
-fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
+pub fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
     let (mut tip, mut deflection, mut largest, mut force, mut difference) = (0.0, 0.0, 0.0_f64, 0.0, 0.0);
     for (sample, row) in history.iter().zip(rows) {
         tip = worse((sample.tip_x_m - row.tip_x_m).hypot(sample.tip_y_m - row.tip_y_m), tip);

@@ -33,6 +33,11 @@ sources! {
         Quarterly of Applied Mathematics 11 (1953) 337–338, for the equation; the series is our own";
     TIMOSHENKO = "Timoshenko 1961": "S. P. Timoshenko and J. M. Gere, Theory of elastic stability, 2nd edition, McGraw-Hill \
         1961, section 2.7";
+    EDGE_ELASTICA = "elastica": "The elastica with a force at one point, by elliptic integrals, as stated with the case \
+        (crates/validation/src/exact/held.rs)";
+    HEINRICH = "Heinrich 1991": "S. M. Heinrich, R. J. Stango and C. Y. Shia, Effect of workpart curvature on the stiffness \
+        properties of circular filamentary brushes, Journal of Engineering for Industry 113 (1991) 276–282, for the problem; the \
+        solution is our own";
     BEAM = "Euler, Bernoulli": "The beam of Euler and Bernoulli, as in S. Timoshenko, Vibration problems in engineering, \
         2nd edition, Van Nostrand 1937";
     NAGULESWARAN = "Naguleswaran 1994": "S. Naguleswaran, A direct solution for the transverse vibration of Euler-Bernoulli wedge and \
@@ -57,6 +62,8 @@ sources! {
     CONTROL = "step control": "Errors proportional to the tolerance, the aim of a step control";
     PENALTY = "penalty": "The depth F_n/k_c of a steady tip in a linear contact of stiffness k_c";
     CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
+    CVODES_EDGES = "CasADi, CVODES, edges": "derivations/trajectories/edge_leaving_cvodes.csv and edge_entering_cvodes.csv, by \
+        derivations/reference_edges.py";
     MUJOCO = "MuJoCo 4.0": "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
     EXUDYN = "Exudyn 1.13": "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
     DAMPED_BEAM = "damped beam": "The end of a beam with damping proportional to its stiffness, as stated with the case";

@@ -4,10 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use bristle::equations::Chain;
 use bristle::model::filament::bending_stiffness;
-use bristle::model::settings::Settings;
-use bristle::simulation::{Sample, simulate_with_history};
 
-use super::chains::{error_figure, extrapolated, order, paper_case, unit_chain};
+use super::chains::{error_figure, extrapolated, force_at, order, paper_case, unit_chain};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::elastica::{TipLoad, arc, buckled_force, hanging_tip};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
@@ -209,7 +207,7 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
         let at = |segments: usize, velocity: f64| {
             let mut settings = paper_case(segments, velocity, depth)?;
             settings.solver.relative_tolerance = tolerance;
-            mid_contact_force(&settings)
+            force_at(&settings, -FRAC_PI_2)
         };
         let slow = |segments: usize| -> Result<f64, Failure> {
             // The dampers' share is proportional to the velocity.
@@ -247,16 +245,4 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
         checks,
         figures: vec![figure],
     })
-}
-
-/// Contact force in N when the clamp points at the workpiece.
-fn mid_contact_force(settings: &Settings) -> Result<f64, Failure> {
-    let history = simulate_with_history(settings, 10_001)?.history;
-    let before = |sample: &Sample| sample.base_angle_rad < -FRAC_PI_2;
-    let after = history.partition_point(before);
-    let missing = || Failure::Reference("the pass does not reach its middle".to_owned());
-    let sample = |index: Option<usize>| index.and_then(|index| history.get(index)).ok_or_else(missing);
-    let [a, b] = [sample(after.checked_sub(1))?, sample(Some(after))?]
-        .map(|sample| (sample.base_angle_rad, sample.contact_normal_force_n));
-    Ok(a.1 + (b.1 - a.1) * (-FRAC_PI_2 - a.0) / (b.0 - a.0))
 }

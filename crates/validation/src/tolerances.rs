@@ -92,6 +92,20 @@ tolerances! {
     PROPORTIONAL = Absolute 3.0, "proportional": "Errors over the tolerance. The tolerance applies to one step; contact times add up \
         the errors of the events.";
     REFERENCES = Absolute 2e-9, "references": "CVODES at a tolerance of 1e-11 and Radau at 1e-9.";
+    EDGE = Relative 1e-6, "edge": "Extrapolation from three n leaves a term of order n⁻⁴, and what the mean over four edges leaves \
+        of the terms that depend on where nodes lie.";
+    EDGE_ANGLE = Relative 3e-5, "angle at the edge": "The angle is that of the segment in contact, which touches anywhere between \
+        its ends: its error of order n⁻² depends on where.";
+    EDGE_SHIFT = Absolute 1e-5, "shifted edge": "A term of order n⁻³ depends on where nodes lie: 7e-6 at n = 100, an eighth of \
+        that at n = 200.";
+    EDGE_FRICTION = Relative 1e-5, "edge with friction": "Extrapolated in n, with one edge, and in the speed.";
+    RELEASE = Absolute 1e-7, "release": "Extrapolated in n and in the speed.";
+    SLIPPED = Absolute 0.0, "slipped": "Bounds stated in the case.";
+    CURVES = Relative 2e-5, "curves": "As for quasi-statics on a plane. On a cylinder the force changes by a quarter in 0.01 rad, so \
+        that small errors of the tip show.";
+    EDGE_TIP = Absolute 1e-7, "edge, tip": "The error of CVODES at 1e-10: 2e-10 m of l_f or of s_n,max, and as much in the start of \
+        each contact.";
+    EDGE_FORCE = Absolute 3e-6, "edge, force": "The error of CVODES is 1e-5 N of 12 N.";
     CVODES_TIP = Absolute 1e-8, "CVODES, tip": "The error of CVODES is 4e-11 m, which is 5e-9 of s_n,max.";
     CVODES_FORCE = Absolute 2e-8, "CVODES, force": "The error of CVODES is 1e-7 N of 6 N.";
     CVODES_METRICS = Relative 3e-9, "CVODES, metrics": "The error of CVODES is 1e-9 in the contact time.";

@@ -12,8 +12,8 @@ use crate::pictures::{draw_saved, say_drawn};
 ///
 /// DIR is a directory that `bristle study` or `bristle simulate` has written to. The figures of a study are maps and curves
 /// of tip deflection, contact time, contact time ratio, impulse and tool force over the swept settings, and a comparison of
-/// the tool force with measured forces. The figure of one contact shows force and tip deflection over time. Each figure is
-/// drawn as SVG and PNG, with the same bytes as by the command that made the results.
+/// the tool force with measured forces. The figures of one contact show force and tip deflection over time, and the impulse
+/// of each turn if there are several. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the results.
 #[derive(Args)]
 pub struct PlotArgs {
     /// Directory with results

@@ -11,17 +11,17 @@ use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
-use bristle_study::document::Document;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
 use bristle_study::touch::study_touch_warnings;
+use bristle_study::turns::study_turns_warnings;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, occupy, prepare_directory, read_input, relative_to, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, relative_to, remove};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
 use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::Progress;
@@ -72,7 +72,8 @@ const LONGEST_FAILURE: usize = 400;
 ///   youngs_modulus_std_pa = 0.3e9
 ///
 /// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
-/// filament does in them. The tables mark them with !.
+/// filament does in them. The tables mark them with !. If filaments come back still vibrating,
+/// a warning says how to simulate turn after turn.
 ///
 /// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
 /// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
@@ -118,7 +119,7 @@ impl StudyArgs {
 pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let document = Document::parse(&text, &name)?;
+    let document = read_document(&arguments.file, &text, &name)?;
     let study = document.study()?;
     let measured =
         document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
@@ -159,6 +160,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     study_work_warning(&results).iter().for_each(say);
     study_touch_warnings(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
+    study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }

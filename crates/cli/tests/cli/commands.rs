@@ -224,7 +224,7 @@ fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
         .bristle("study case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("segments").and(contains("friction_coefficient")));
+        .stderr(contains("segments").and(contains("µ")));
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows[0][2..4], ["segments", "contact.friction_coefficient"]);
     let segments: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
@@ -290,7 +290,7 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// The figures of a study of velocity and depth.
-const FIGURES: [&str; 13] = [
+const FIGURES: [&str; 17] = [
     "contact_time_map",
     "contact_time_over_velocity",
     "contact_time_ratio_map",
@@ -304,13 +304,17 @@ const FIGURES: [&str; 13] = [
     "tool_force_map",
     "tool_force_over_depth",
     "tool_force_over_velocity",
+    "tool_power_map",
+    "tool_power_over_velocity",
+    "tool_torque_map",
+    "tool_torque_over_velocity",
 ];
 
 #[test]
 fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
-    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 13 figures"));
+    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 17 figures"));
     let drawn = files(&workspace.path("results/figures"));
     let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
     let expected: Vec<String> =
@@ -321,7 +325,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
         assert!(bytes.starts_with(start), "{name}");
     }
 
-    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 13 figures"));
+    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 17 figures"));
     assert_eq!(files(&workspace.path("again/figures")), drawn);
     fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
     workspace.bristle("plot results").assert().success();
@@ -386,16 +390,16 @@ fn figures_fit_what_is_swept() {
     };
     // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
-    assert_eq!(names.len(), 6);
+    assert_eq!(names.len(), 8);
     assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
     let (names, _) = study("\"filament.segments\" = [4, 3]");
-    assert!(names.len() == 6 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    assert!(names.len() == 8 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
     let (names, message) = study("\"filament.segments\" = [4]");
     assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
     assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
-    assert!(names.len() == 52 && message.contains("4 of 5 values"), "{message}");
+    assert!(names.len() == 68 && message.contains("4 of 5 values"), "{message}");
 }
 
 #[test]
@@ -403,7 +407,7 @@ fn a_failed_case_is_a_gap_in_the_figures() {
     let workspace = Workspace::new();
     let sweep = format!("\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n");
     workspace.write("case.toml", format!("{FILE}{sweep}"));
-    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 26 figures"));
+    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 34 figures"));
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
     assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"));
     assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
@@ -469,7 +473,7 @@ fn measured_forces_are_compared_and_drawn() {
         .bristle("study inputs/case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("wrote 15 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("wrote 19 figures").and(contains("3 of 4 points compared: bias")))
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");

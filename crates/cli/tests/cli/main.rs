@@ -10,6 +10,7 @@ mod hostile;
 mod metrics;
 mod resume;
 mod stability;
+mod turns;
 mod tutorial;
 mod uncertainty;
 mod validation;

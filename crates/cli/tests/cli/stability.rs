@@ -62,11 +62,11 @@ fn an_unstable_contact_has_a_warning_that_helps() {
     assert!(metrics["lateral_amplification"].as_f64().is_some_and(|value| value > 1.0), "{metrics}");
 
     // A stable contact has none.
-    write(directory.path(), &HEAD.replace("2.5", "20.0"));
+    write(directory.path(), &HEAD.replace("2.5", "15.0"));
     assert_eq!(warning(&output(directory.path(), "simulate case.toml --out one").0), "");
 }
 
-const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [2.5, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
+const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [2.5, 15.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
 #[test]
 fn a_study_counts_its_unstable_cases_and_marks_them() {

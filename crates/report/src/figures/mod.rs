@@ -8,7 +8,7 @@ use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
-use bristle::model::parameters::Parameter;
+use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
@@ -385,7 +385,16 @@ const CONTACT: Color = Color(225, 232, 240);
 /// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper).
 fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
-    let [entry, exit] = Pass::new(settings).nominal_times().map(milliseconds);
+    let pass = Pass::new(settings);
+    let [entry, exit] = pass.nominal_times();
+    let last_time = history.last().map_or(0.0, |sample| sample.time_s);
+    let begun = (0..MAX_TURNS).map(|turn| turn as f64 * pass.turn_time()).take_while(|&begun| begun < last_time);
+    let nominal: Vec<(f64, &str)> = begun
+        .flat_map(|begun| [(begun + entry, "entry"), (begun + exit, "exit")])
+        .map(|(time, name)| (milliseconds(time), name))
+        .collect();
+    // Those of several turns would hide each other.
+    let are_named = nominal.len() == 2;
     let times = || history.iter().map(|sample| milliseconds(sample.time_s));
     let x = Scale::exact(Axis::linear("time t in ms"), times());
     let forces: Vec<(f64, f64)> = times().zip(history.iter().map(|sample| sample.contact_normal_force_n)).collect();
@@ -411,12 +420,12 @@ fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
             x.ticks.iter_mut().for_each(|(_, label)| label.clear());
         }
         draw_axes(&mut canvas, [&x, scale], frame);
-        for (time, name) in [(entry, "entry"), (exit, "exit")] {
+        for &(time, name) in &nominal {
             if (0.0..=1.0).contains(&x.part(time)) {
                 let at = x.place(time, left, right);
                 let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
                 line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + PANEL))]);
-                if row == 0 {
+                if row == 0 && are_named {
                     canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
                 }
             }
@@ -427,6 +436,29 @@ fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
         canvas.line(line, stroke(*color, 14));
     }
     Picture { name: HISTORY_FIGURE.to_owned(), canvas }
+}
+
+/// Name of the figure of the turns of one contact.
+pub const TURNS_FIGURE: &str = "turns";
+
+/// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
+/// turn.
+pub fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
+    if impulses.len() < 2 {
+        return None;
+    }
+    let points = (1..).zip(impulses).map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
+    let process = &settings.process;
+    let shown = [(VELOCITY, process.brushing_velocity_m_s), (DEPTH, process.penetration_depth_m)]
+        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
+    let diagram = Diagram {
+        title: "Contact normal impulse turn by turn".to_owned(),
+        subtitle: shown.join(", "),
+        x: Axis::linear("turn"),
+        y: Axis::from_zero("p_n in mN s"),
+        curves: vec![Curve::new("", Look::Joined, points.collect())],
+    };
+    Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw() })
 }
 
 /// Shades the times in contact.
@@ -538,7 +570,7 @@ mod tests {
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[]);
-        assert_eq!(pictures.pictures.len(), 13);
+        assert_eq!(pictures.pictures.len(), 17);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()
@@ -564,5 +596,18 @@ mod tests {
             assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
         }
         assert!(history_figure(&settings, &[]).canvas.svg().contains("One contact"));
+    }
+
+    #[test]
+    fn several_turns_are_drawn() {
+        let (study, _) = study("brushing_velocity_m_s = [30.0]\n\"process.turns\" = [3]");
+        let settings = study.settings(0);
+        let simulation = simulate_with_history(&settings, 300).expect("a pass");
+        let svg = history_figure(&settings, &simulation.history).canvas.svg();
+        assert!(!svg.contains(">entry<") && !svg.contains("NaN"));
+        let turns = turns_figure(&settings, &simulation.turn_contact_normal_impulses_n_s).expect("three turns");
+        assert!(turns.name == TURNS_FIGURE && turns.canvas.svg().contains("turn by turn"));
+        assert_eq!(turns_figure(&settings, &[1e-3]), None);
+        assert!(turns_figure(&settings, &[0.0, 0.0]).is_some_and(|picture| !picture.canvas.svg().contains("NaN")));
     }
 }

@@ -188,7 +188,9 @@ function createCaseView(study, grid) {
     drawScene();
     const worked = WORKS.filter(({ key }) => Math.max(0, ...course.work[key]) > 0);
     diagrams = [...DIAGRAMS.map(drawDiagram), ...worked.map(drawWork)];
-    byId("curves").replaceChildren(...diagrams.map(({ figure }) => figure));
+    const turns = course.turn_impulses.length > 1 ? [drawTurns()] : [];
+    byId("curves").replaceChildren(...[...diagrams, ...turns].map(({ figure }) => figure));
+    for (const bars of turns) bars.layOut();
     // Sizes are known once the figures are in the page.
     for (const diagram of diagrams) diagram.layOut();
     update();
@@ -366,16 +368,21 @@ function createCaseView(study, grid) {
         );
       }
       content.push(svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"));
-      for (const [label, time] of [
-        ["nominal entry", course.entry],
-        ["nominal exit", course.exit],
-      ]) {
-        const at = { x1: x(time), x2: x(time), y1: top - 4, y2: height - bottom };
-        content.push(
-          svgElement("line", { class: "nominal", ...at }),
-          svgText({ class: "quiet", x: x(time) + 4, y: top - 5 }, label),
-        );
-      }
+      course.turn_impulses.forEach((_, turn) => {
+        for (const [label, ofFirst] of [
+          ["nominal entry", course.entry],
+          ["nominal exit", course.exit],
+        ]) {
+          const time = ofFirst + turn * course.turn;
+          const at = { x1: x(time), x2: x(time), y1: top - 4, y2: height - bottom };
+          content.push(svgElement("line", { class: "nominal", ...at }));
+          // The labels of several turns would hide each other.
+          if (course.turn_impulses.length === 1)
+            content.push(svgText({ class: "quiet", x: x(time) + 4, y: top - 5 }, label));
+        }
+        if (course.turn_impulses.length > 1 && x(course.turn) - x(0) > 60)
+          content.push(svgText({ class: "quiet", x: x(turn * course.turn) + 4, y: top - 5 }, `turn ${turn + 1}`));
+      });
       for (const curve of curves) {
         const line = points(curve.values);
         content.push(
@@ -415,6 +422,44 @@ function createCaseView(study, grid) {
         );
       },
     };
+  }
+
+  /** The impulse of each turn, as bars. */
+  function drawTurns() {
+    const values = course.turn_impulses;
+    const largest = Math.max(...values);
+    const scale = scaleFor("N s", largest);
+    const title = element("figcaption", {}, "Contact normal impulse turn by turn ", symbol("p_n"), ` in ${scale.unit}`);
+    const drawing = svgElement("svg", { role: "img", "aria-label": "contact normal impulse of each turn" });
+    const figure = element("figure", { class: "curve", id: "turns" }, title, drawing);
+    function layOut() {
+      const width = figure.clientWidth;
+      const [left, right, top, bottom, height] = [44, 10, 16, 34, 170];
+      const slot = (width - left - right) / values.length;
+      const y = (value) => height - bottom - (value / (largest || 1)) * (height - bottom - top);
+      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      drawing.setAttribute("height", height);
+      const levels = ticks(0, (largest || 1) * scale.factor, 4).flatMap((value) => {
+        const level = y(value / scale.factor);
+        return [
+          svgElement("line", { class: "axis", x1: left, x2: width - right, y1: level, y2: level }),
+          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
+        ];
+      });
+      // As many labels as there is room for.
+      const every = Math.ceil(24 / slot);
+      const bars = values.flatMap((value, turn) => {
+        const bar = { x: left + (turn + 0.15) * slot, width: 0.7 * slot, y: y(value), height: y(0) - y(value) };
+        const tip = svgElement("title", {}, `turn ${turn + 1}: ${withUnit(value, scale, 4)}`);
+        const rectangle = svgElement("rect", { class: "series-area", ...bar }, tip);
+        if (turn % every !== 0) return [rectangle];
+        const place = { x: left + (turn + 0.5) * slot, y: height - bottom + 15, "text-anchor": "middle" };
+        return [rectangle, svgText(place, number(turn + 1))];
+      });
+      const name = svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, "turn");
+      drawing.replaceChildren(...levels, ...bars, name);
+    }
+    return { figure, layOut };
   }
 
   /** Updates all views to the current time. */

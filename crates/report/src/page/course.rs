@@ -21,8 +21,10 @@ use bristle_study::study::{CaseResult, Study, thread_count};
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
 
-/// How each pass is sampled: enough for curves 600 pixels wide and for smooth motion.
+/// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, profile: true, alongside: true };
+/// How several turns are sampled. Contacts are a small part of them; more samples would make the page too large.
+const SAMPLING_OF_TURNS: Sampling = Sampling { samples: 1201, shapes: 281, ..SAMPLING };
 /// How far from the axis the outline of the workpiece is drawn, in radii of the tool, and how far off the drawing may be, in m.
 const OUTLINE_REACH: f64 = 1.5;
 const OUTLINE_ERROR: f64 = 2e-6;
@@ -35,10 +37,13 @@ pub struct Course {
     /// Number of the case in its study, counted from 0.
     #[serde(skip)]
     case: usize,
-    /// Duration of the pass, and times of nominal entry and exit, in s.
+    /// Duration of the pass, and times of nominal entry and exit in the first turn, in s.
     end: f64,
     entry: f64,
     exit: f64,
+    /// Duration of a turn in s, and `p_n` of each turn in N s.
+    turn: f64,
+    turn_impulses: Vec<f64>,
     /// Radii `r_g` and `R` in m, and height of the tool's axis above the workpiece in m.
     body_radius: f64,
     tool_radius: f64,
@@ -101,7 +106,7 @@ impl Course {
 
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = Pass::new(settings);
-        let ([entry, exit], end) = (pass.nominal_times(), pass.end_time());
+        let [entry, exit] = pass.nominal_times();
         // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
         let [x, y, _] = unit_normal(&settings.workpiece);
         let across = x.hypot(y);
@@ -127,9 +132,11 @@ impl Course {
         let [outline_along, outline_above] = placed(&outline.simplified(OUTLINE_ERROR));
         Self {
             case,
-            end,
+            end: simulation.end_time_s,
             entry,
             exit,
+            turn: pass.turn_time(),
+            turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(super::rounded).collect(),
             body_radius: settings.tool.body_radius_m,
             tool_radius,
             axis_height,
@@ -226,7 +233,12 @@ impl<'a> Recorder<'a> {
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
-        if all { SAMPLING } else { Sampling::default() }
+        if all { self.sampling_of_courses() } else { Sampling::default() }
+    }
+
+    /// How the passes with courses are sampled.
+    fn sampling_of_courses(&self) -> Sampling {
+        if self.study.takes_turns() { SAMPLING_OF_TURNS } else { SAMPLING }
     }
 
     /// Records a case, counted from 0, if its pass was sampled.
@@ -275,7 +287,7 @@ impl<'a> Recorder<'a> {
                 let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
                 Some(Job::new(number, &study.settings(number)))
             };
-            sample_side_by_side(SAMPLING, take, |number, result| {
+            sample_side_by_side(self.sampling_of_courses(), take, |number, result| {
                 if let Ok(simulation) = result {
                     self.take(number, &simulation);
                 }

@@ -205,7 +205,12 @@ fn settings(study: &Study) -> Vec<Value> {
         .map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
-            let value = if swept { Value::Null } else { json!(parameter.get(&base)) };
+            let value = match path {
+                _ if swept => Value::Null,
+                // A number, or a word.
+                "process.turns" => json!(base.process.turns),
+                _ => json!(parameter.get(&base)),
+            };
             (path, entry([path, symbol, name, unit], value))
         })
         .collect();
@@ -215,6 +220,21 @@ fn settings(study: &Study) -> Vec<Value> {
         ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""], json!(base.tool.kind)),
         ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(base.workpiece.kind)),
         ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""], json!(base.workpiece.normal)),
+        (
+            "workpiece.chamfer_width_m",
+            ["workpiece.side", "", "how filaments meet an edge", ""],
+            json!(base.workpiece.side),
+        ),
+        (
+            "process.brushing_velocity_m_s",
+            ["workpiece.control_points_m", "", "control points of a profile", "m"],
+            json!(base.workpiece.control_points_m),
+        ),
+        (
+            "process.brushing_velocity_m_s",
+            ["workpiece.closed", "", "whether a profile is closed", ""],
+            json!(base.workpiece.closed),
+        ),
         (
             "process.lead_angle_rad",
             ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],

@@ -69,6 +69,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         tool_power_w: number(case),
         lateral_amplification: number(case),
         laterally_unstable: case % 7 == 0,
+        turns: 1,
+        unsteady_turns: false,
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {
@@ -87,7 +89,11 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         failed_samples: case % 7,
     };
     (0..count)
-        .map(|case| Ok(CaseSummary { metrics: metrics(case), statistics, scatter: Some(scatter(case)) }))
+        .map(|case| {
+            let turn_contact_normal_impulses_n_s = vec![number(case)];
+            let (metrics, scatter) = (metrics(case), Some(scatter(case)));
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter })
+        })
         .collect()
 }
 

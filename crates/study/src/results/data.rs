@@ -67,7 +67,7 @@ impl Source<'_> {
     }
 
     /// The error about text that is not JSON, or is JSON of something else.
-    fn json(&self, error: &serde_json::Error) -> DataError {
+    pub(super) fn json(&self, error: &serde_json::Error) -> DataError {
         let column = (error.column() > 0).then(|| error.column().to_string());
         self.error(error.line() as u64, column, error.to_string(), AGAIN)
     }

@@ -10,7 +10,7 @@ use bristle::model::record::{Column, Record};
 use bristle::simulation::Statistics;
 use bristle::simulation::{ProfileCell, Sample, Shape, Simulation};
 use bristle_text::shortened;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::data::{AGAIN, DataError, Source};
 use super::saved::SavedStudy;
@@ -21,6 +21,9 @@ use crate::uncertainty::ForceScatter;
 /// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
 pub const FIXED_COLUMNS: [(&str, &str); 3] =
     [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
+
+/// The key of the contact normal impulses of all turns. In a table they are one text, with spaces between them.
+const TURN_IMPULSES: &str = "turn_contact_normal_impulses_n_s";
 
 /// Status of a case that did not fail.
 pub const OK: &str = "ok";
@@ -71,7 +74,8 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
 /// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
 ///
 /// A case that failed has empty metrics and statistics, and the error's text as its status. If filaments scatter in some
-/// case, the distribution of the tool force comes between the metrics and the statistics.
+/// case, the distribution of the tool force comes between the metrics and the statistics. If some case has several turns, the
+/// impulses of all turns come before the status.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(run_columns(study))?;
@@ -93,13 +97,14 @@ pub fn run_columns(study: &Study) -> Vec<&'static str> {
     let names = setting_columns(study).into_iter().map(|(name, _)| name);
     let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
     let figures = [keys::<Metrics>(), scatter, keys::<Statistics>()].into_iter().flatten();
-    names.chain(figures).chain(["status"]).collect()
+    let turns = study.takes_turns().then_some(TURN_IMPULSES);
+    names.chain(figures).chain(turns).chain(["status"]).collect()
 }
 
 /// The rows of a study's table, for the columns [`run_columns`].
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
-    let scatters = study.scatters();
+    let (scatters, takes_turns) = (study.scatters(), study.takes_turns());
     results.iter().enumerate().map(move |(case, result)| {
         let settings = study.settings(case);
         let mut row: Vec<Cell> =
@@ -110,6 +115,11 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
             row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
         }
         row.extend(cells::<Statistics>(summary.map(|summary| &summary.statistics)));
+        if takes_turns {
+            let impulses = summary.map_or(&[][..], |summary| &summary.turn_contact_normal_impulses_n_s);
+            let impulses: Vec<String> = impulses.iter().map(|impulse| format!("{impulse:?}")).collect();
+            row.push(Cell::Text(impulses.join(" ")));
+        }
         row.push(Cell::Text(result.as_ref().err().map_or(OK, String::as_str).to_owned()));
         row
     })
@@ -121,7 +131,7 @@ fn further_parameters(study: &Study) -> impl Iterator<Item = &'static Parameter>
     swept.filter(|parameter| FIXED_COLUMNS.iter().all(|(_, path)| *path != parameter.path))
 }
 
-/// Writes `metrics.json`: one flat object, the metrics first, then the solver's statistics.
+/// Writes `metrics.json`: one flat object, the metrics first, then the solver's statistics, then the impulses of all turns.
 pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result<()> {
     #[derive(Serialize)]
     struct Flat<'a> {
@@ -129,10 +139,32 @@ pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result
         metrics: &'a Metrics,
         #[serde(flatten)]
         statistics: &'a Statistics,
+        turn_contact_normal_impulses_n_s: &'a [f64],
     }
-    let flat = Flat { metrics: &simulation.metrics, statistics: &simulation.statistics };
-    serde_json::to_writer_pretty(&mut out, &flat)?;
+    let Simulation { metrics, statistics, turn_contact_normal_impulses_n_s, .. } = simulation;
+    serde_json::to_writer_pretty(&mut out, &Flat { metrics, statistics, turn_contact_normal_impulses_n_s })?;
     out.write_all(b"\n")
+}
+
+/// Reads the contact normal impulses of all turns in N s from `metrics.json`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_metrics`] writes.
+pub fn read_turn_impulses(text: &str, name: &str) -> Result<Vec<f64>, DataError> {
+    #[derive(Deserialize)]
+    struct Turns {
+        turn_contact_normal_impulses_n_s: Vec<f64>,
+    }
+    let source = Source { name, text };
+    let Turns { turn_contact_normal_impulses_n_s } = serde_json::from_str(text).map_err(|error| source.json(&error))?;
+    Ok(turn_contact_normal_impulses_n_s)
+}
+
+/// The impulses of `count` turns from the text of their cell.
+fn read_turns(text: &str, count: usize) -> Option<Vec<f64>> {
+    let impulse = |text: &str| text.parse().ok().filter(|impulse: &f64| impulse.is_finite());
+    let impulses = text.split(' ').map(impulse).collect::<Option<Vec<f64>>>()?;
+    (impulses.len() == count).then_some(impulses)
 }
 
 /// Writes `history.csv`: a heading, then one row per sample.
@@ -198,6 +230,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     let metrics = table.columns(&keys::<Metrics>())?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
     let statistics = table.columns(&keys::<Statistics>())?;
+    let turns = if study.takes_turns() { Some(table.column(TURN_IMPULSES)?) } else { None };
     let status = table.column("status")?;
     if table.rows().len() != study.case_count() {
         let problem = format!("{} rows, but study.json has {} cases", table.rows().len(), study.case_count());
@@ -214,14 +247,24 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
             }
         }
         results.push(match row.get(status) {
-            Some(OK) => Ok(CaseSummary {
-                metrics: table.read::<Metrics>(row, &metrics)?,
-                statistics: table.read::<Statistics>(row, &statistics)?,
-                scatter: match &scatter {
-                    Some(columns) if row.get(columns[0]) != Some("") => Some(table.read::<ForceScatter>(row, columns)?),
-                    _ => None,
-                },
-            }),
+            Some(OK) => {
+                let metrics = table.read::<Metrics>(row, &metrics)?;
+                Ok(CaseSummary {
+                    turn_contact_normal_impulses_n_s: match turns {
+                        Some(column) => read_turns(row.get(column).unwrap_or_default(), metrics.turns)
+                            .ok_or_else(|| table.wrong(row, column, format!("not {} numbers", metrics.turns)))?,
+                        None => vec![metrics.contact_normal_impulse_n_s],
+                    },
+                    metrics,
+                    statistics: table.read::<Statistics>(row, &statistics)?,
+                    scatter: match &scatter {
+                        Some(columns) if row.get(columns[0]) != Some("") => {
+                            Some(table.read::<ForceScatter>(row, columns)?)
+                        }
+                        _ => None,
+                    },
+                })
+            }
             message => Err(message.unwrap_or_default().to_owned()),
         });
     }

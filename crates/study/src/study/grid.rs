@@ -7,7 +7,7 @@ use bristle::model::parameters::Violation;
 use bristle::model::settings::Settings;
 use thiserror::Error;
 
-use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText};
+use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText, TURNS};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The reasons why sweeps do not form a study.
@@ -116,6 +116,15 @@ impl Study {
             Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
             None => input.scatters(&self.base),
         })
+    }
+
+    /// Whether some case has more than one turn.
+    #[must_use]
+    pub fn takes_turns(&self) -> bool {
+        match self.sweeps.iter().find(|sweep| sweep.parameter().path == TURNS) {
+            Some(sweep) => sweep.values().iter().any(|&turns| turns > 1.0),
+            None => self.base.process.turns.at_most() > 1,
+        }
     }
 
     /// All settings of one case, counted from 0.

@@ -10,7 +10,7 @@ pub use grid::{Study, StudyError};
 pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
 pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, VELOCITY};
 
-pub(crate) use sweep::SweepText;
+pub(crate) use sweep::{SweepText, TURNS};
 
 #[cfg(test)]
 mod tests {
@@ -195,6 +195,8 @@ mod tests {
     fn simulation(contact_time_s: f64) -> Simulation {
         Simulation {
             metrics: Metrics { contact_time_s, ..Metrics::default() },
+            turn_contact_normal_impulses_n_s: vec![0.0],
+            end_time_s: 1.0,
             statistics: Statistics::default(),
             history: Vec::new(),
             shapes: Vec::new(),

@@ -21,8 +21,10 @@ use crate::uncertainty::{ForceScatter, Scatter};
 /// The part of a simulated case that is kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseSummary {
-    /// The contact metrics.
+    /// The contact metrics, those of the last turn.
     pub metrics: Metrics,
+    /// The contact normal impulse of each turn in N s.
+    pub turn_contact_normal_impulses_n_s: Vec<f64>,
     /// The solver's work.
     pub statistics: Statistics,
     /// The distribution of the tool force where filaments scatter. `None` if most of the sampled tools failed.
@@ -187,9 +189,10 @@ impl BegunCase {
             Run::Nominal => {
                 self.nominal = Some(
                     result
-                        .map(|Simulation { metrics, statistics, .. }| CaseSummary {
-                            metrics,
-                            statistics,
+                        .map(|simulation| CaseSummary {
+                            metrics: simulation.metrics,
+                            turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
+                            statistics: simulation.statistics,
                             scatter: None,
                         })
                         .map_err(|error| error.to_string()),

@@ -11,6 +11,9 @@ pub const DEPTH: &str = "process.penetration_depth_m";
 /// Path of the setting that moves forces more than any other unknown.
 pub const FRICTION: &str = "contact.friction_coefficient";
 
+/// Path of the number of turns.
+pub(crate) const TURNS: &str = "process.turns";
+
 /// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
 

@@ -2,6 +2,7 @@
 
 pub mod beam;
 pub mod elastica;
+pub mod held;
 pub mod impact;
 pub mod pendulum;
 pub mod rotating_beam;

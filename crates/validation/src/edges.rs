@@ -1,0 +1,499 @@
+//! Filaments on edges and on curved faces.
+
+use std::f64::consts::FRAC_PI_2;
+
+use bristle::contact::ContactLaw;
+use bristle::equations::Clamp;
+use bristle::integrate::Tolerances;
+use bristle::integrate::tableau::ESDIRK54;
+use bristle::model::filament::bending_stiffness;
+use bristle::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
+use bristle::simulation::{FilamentSystem, integral, integrate, simulate_with_history};
+use bristle::tool::ClampMotion;
+use bristle::workpiece::{Edge, Surface, Workpiece};
+
+use super::chains::{crossing, extrapolated, force_at, order, paper_case, trajectory_rows, unit_chain, worse};
+use super::contact::imbalance;
+use super::exact::held::{Circle, Held};
+use super::peers::{Row, distances};
+use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::{Extent, Failure, Group, sources, tolerances};
+
+/// The group.
+pub const GROUP: Group = Group {
+    title: "Edges and curves",
+    purpose: "Nodes meet faces, and the centreline meets edges at the point nearest to the centre of their arc. The first two cases \
+        check such a contact on a beam with `E I = ρ A = l_f = 1` that has come to rest over an edge; the others are passes.",
+    trials: &[over_edge, release, curves, passes, energy],
+};
+
+/// Radius of the edges of the unit beam, their stiffness, and the distance from the clamp at which they touch it.
+const RADIUS: f64 = 0.01;
+const STIFFNESS: f64 = 1e5;
+const REACH: f64 = 0.5;
+/// Joint damping over joint stiffness, in s: the beam creeps to its rest.
+const DAMPING_TIME: f64 = 0.2;
+/// Time in s after which it rests.
+const REST: f64 = 30.0;
+
+/// A single edge without faces.
+#[derive(Clone, Debug)]
+struct Lone([Edge; 1]);
+
+impl Workpiece for Lone {
+    fn surface(&self, _: [f64; 3], _: f64) -> Surface {
+        Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], [0.0; 3])
+    }
+
+    fn edges(&self) -> &[Edge] {
+        &self.0
+    }
+}
+
+/// A clamp along `x` that moves along `x` at a constant speed (m/s) and is at the origin at `origin` (s).
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    speed: f64,
+    origin: f64,
+}
+
+impl ClampMotion for Drawn {
+    fn at(&self, time: f64) -> Clamp<f64> {
+        Clamp {
+            position: [self.speed * (time - self.origin), 0.0, 0.0],
+            velocity: [self.speed, 0.0, 0.0],
+            acceleration: [0.0; 3],
+            direction: [1.0, 0.0, 0.0],
+            direction_rate: [0.0; 3],
+        }
+    }
+}
+
+/// The circle that touches a beam at `point` where a sharp, rigid edge would, and how the beam then lies. `friction` is friction
+/// over normal force, positive towards the root.
+fn touching(point: [f64; 2], friction: f64) -> (Circle, Held) {
+    let held = Held::over_edge(Circle { centre: point, radius: 0.0, stiffness: f64::INFINITY }, friction);
+    let depth = RADIUS - held.force / (1.0 + friction * friction).sqrt() / STIFFNESS;
+    let (sine, cosine) = held.angle.sin_cos();
+    let centre = [point[0] + depth * sine, point[1] - depth * cosine];
+    (Circle { centre, radius: RADIUS, stiffness: STIFFNESS }, held)
+}
+
+/// The unit beam of `segments` segments over an edge, clamped to `motion`, and its state at time zero: straight from the clamp,
+/// above the edge.
+fn system(segments: usize, circle: Circle, motion: Drawn, friction: f64) -> FilamentSystem<Drawn, Lone> {
+    let mut chain = unit_chain(segments);
+    for link in &mut chain.links {
+        link.damping = DAMPING_TIME * link.stiffness;
+    }
+    let law = ContactLaw {
+        stiffness: STIFFNESS,
+        exponent: 1.0,
+        damping: 0.0,
+        radius: 0.0,
+        friction,
+        regularisation: 1e-3 * motion.speed.abs().max(1e-3),
+    };
+    let edge = Edge::arc(circle.centre, circle.radius, None, [0.0; 3]);
+    FilamentSystem::new(chain, motion, law, Lone([edge]), false)
+}
+
+/// The contact of a beam with its edge.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// Angle of the segment in contact.
+    angle: f64,
+    /// Arc length from the root.
+    length: f64,
+    /// Normal force.
+    force: f64,
+    /// Times at which the contact reached the tip, and at which it last opened.
+    at_tip: f64,
+    opened: f64,
+}
+
+/// Lets a beam go above the edge, and observes it until `end`.
+fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f64) -> Result<Seen, Failure> {
+    let mut system = system(segments, circle, motion, friction);
+    let filament = system.filament(0).clone();
+    let [x, y] = circle.centre;
+    let [root, ..] = motion.at(0.0).position;
+    let above = (y + 3.0 * circle.radius).atan2(x - root);
+    let start = system.state(0.0, vec![[FRAC_PI_2, above]; segments], vec![[0.0; 2]; segments]);
+    let tolerances = Tolerances { relative: 1e-9, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let h = filament.chain.length;
+    let mut seen = Seen { angle: f64::NAN, length: f64::NAN, force: f64::NAN, at_tip: f64::NAN, opened: f64::NAN };
+    integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
+        if !step.closed[segments] {
+            return;
+        }
+        let place = |s: f64| {
+            let station = step.touch(&filament, segments, s).station;
+            station.segment as f64 + station.fraction
+        };
+        let touch = step.touch(&filament, segments, 1.0);
+        seen.length = place(1.0) * h;
+        seen.angle = step.end.q[touch.station.segment][1];
+        seen.force = filament.law.normal_force(&touch.approach);
+        seen.opened = step.end.time;
+        let at_tip = |s: f64| if place(s) < segments as f64 { -1.0 } else { 1.0 };
+        if seen.at_tip.is_nan() && at_tip(1.0) > 0.0 {
+            seen.at_tip = step.time(crossing(at_tip).unwrap_or(1.0));
+        }
+    })?;
+    Ok(seen)
+}
+
+/// The means of the errors of contact angle, arc length and force over four edges, each touching a quarter of a segment farther
+/// out than the one before, and the range of the force's errors. All are relative; the beam rests without friction.
+fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
+    const SHIFTS: usize = 4;
+    let still = Drawn { speed: 0.0, origin: 0.0 };
+    let (mut means, mut least, mut largest) = ([0.0; 3], f64::INFINITY, f64::NEG_INFINITY);
+    let length_over_reach = touching([1.0, ratio], 0.0).1.length;
+    for shift in 0..SHIFTS {
+        let x = REACH + shift as f64 / (SHIFTS * segments) as f64 / length_over_reach;
+        let (circle, held) = touching([x, ratio * x], 0.0);
+        let seen = settle(segments, circle, still, 0.0, REST)?;
+        let errors = [seen.angle / held.angle, seen.length / held.length, seen.force / held.force].map(|of| of - 1.0);
+        for (mean, error) in means.iter_mut().zip(errors) {
+            *mean += error / SHIFTS as f64;
+        }
+        (least, largest) = (least.min(errors[2]), worse(errors[2], largest));
+    }
+    Ok((means, largest - least))
+}
+
+fn over_edge(extent: Extent) -> Result<Trial, Failure> {
+    const QUANTITIES: [&str; 3] = ["θ_c in rad", "s_c/x", "R x²/(E I)"];
+    let coarse = match extent {
+        Extent::Quick => 50,
+        Extent::Full => 100,
+    };
+    let fine = 2 * coarse;
+    let (mut checks, mut forces) = (Vec::new(), Vec::new());
+    for ratio in [0.1, 0.25, 0.5, 1.0] {
+        let (_, held) = touching([1.0, ratio], 0.0);
+        let exact = [held.angle, held.length, held.force];
+        let (of_half, _) = errors(coarse / 2, ratio)?;
+        let ((of_coarse, _), (of_fine, range)) = (errors(coarse, ratio)?, errors(fine, ratio)?);
+        for i in 0..3 {
+            // The next term of the error is of order n⁻³.
+            let (first, second) = (extrapolated(of_half[i], of_coarse[i]), extrapolated(of_coarse[i], of_fine[i]));
+            let computed = exact[i] * (1.0 + second + (second - first) / 7.0);
+            let tolerance = if i == 0 { tolerances::EDGE_ANGLE } else { tolerances::EDGE };
+            let subject = format!("y/x = {ratio}, n → ∞");
+            checks.push(Check::value(subject, QUANTITIES[i], exact[i], sources::EDGE_ELASTICA, computed, tolerance));
+        }
+        let subject = format!("y/x = {ratio}, n = {coarse}, {fine}");
+        let order = order(of_coarse[2], of_fine[2], 0.0);
+        checks.push(Check::value(subject, "order of R", 2.0, sources::CHAIN, order, tolerances::ORDER));
+        let subject = format!("y/x = {ratio}, n = {fine}, edge shifted by quarters of a segment");
+        checks.push(Check::value(subject, "range of R/R", 0.0, sources::EXACT, range, tolerances::EDGE_SHIFT));
+        forces.push((ratio, exact[2] * (1.0 + of_coarse[2])));
+    }
+    for (name, friction) in [("outwards", 0.3), ("inwards", -0.3)] {
+        let point = [REACH, 0.25 * REACH];
+        let (circle, held) = touching(point, friction);
+        let at = |segments: usize, speed: f64| -> Result<f64, Failure> {
+            let motion = Drawn { speed: speed.copysign(friction), origin: REST };
+            Ok(settle(segments, circle, motion, friction.abs(), REST)?.force)
+        };
+        // The dampers' share is proportional to the speed.
+        let slow = |segments: usize| -> Result<f64, Failure> { Ok(2.0 * at(segments, 1e-4)? - at(segments, 2e-4)?) };
+        let normal = extrapolated(slow(coarse)?, slow(fine)?) * REACH * REACH;
+        let computed = normal * (1.0 + friction * friction).sqrt();
+        let (exact, tolerance) = (held.force * REACH * REACH, tolerances::EDGE_FRICTION);
+        let subject = format!("y/x = 0.25, µ = 0.3, sliding {name}, n → ∞");
+        checks.push(Check::value(subject, QUANTITIES[2], exact, sources::EDGE_ELASTICA, computed, tolerance));
+    }
+    let exact = (1..=110).map(|i| 0.01 * f64::from(i)).map(|ratio| (ratio, touching([1.0, ratio], 0.0).1.force));
+    let figure = Figure {
+        name: "validation_edge",
+        title: "Force of a fixed edge on a filament".to_owned(),
+        description: "Force over the height of the edge: it rises to a maximum of 1.15 at y/x = 0.7 and then falls; the chains lie on \
+            the curve."
+            .to_owned(),
+        x: Axis::linear("height over distance y/x"),
+        y: Axis::linear("R x²/(E I)"),
+        curves: vec![
+            Curve::new("elastica", Look::Reference, exact.collect()),
+            Curve::new(format!("chain, n = {coarse}"), Look::Markers, forces),
+        ],
+    };
+    Ok(Trial {
+        title: "Elastica over a fixed edge",
+        text: format!(
+            "A filament, clamped at the origin along x, rests over an edge at (x, y). The edge presses along the filament's normal, and \
+            the filament beyond is straight. With the angle θ_c at the edge and `φ = θ_c − θ`:\n\n\
+            ```text\n½ E I θ′² = R sin φ\n```\n\n\
+            With friction the force is inclined by arctan µ, towards the clamp if the filament slides outwards. The edge is an arc of \
+            radius {RADIUS} l_f, of the stiffness {STIFFNESS:e} E I/l_f³, placed so that it touches the filament at (x, y). \
+            The chain is let go above the edge and creeps to its rest. The edge is {REACH} l_f away, and so much farther that it touches the \
+            filament a quarter, a half and three quarters of a segment farther out. The means of the four are extrapolated to n → ∞ from three n. Friction needs a motion: the clamp is drawn at two speeds, \
+            and the force is extrapolated to rest."
+        ),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+fn release(extent: Extent) -> Result<Trial, Failure> {
+    const SPEED: f64 = 2e-3;
+    let coarse = match extent {
+        Extent::Quick => 25,
+        Extent::Full => 50,
+    };
+    let mut checks = Vec::new();
+    for height in [0.1, 0.225] {
+        let (circle, _) = touching([0.9, height], 0.0);
+        let [to_tip, slipped] = Held::release(circle, 1.0);
+        // How far the clamp has been drawn back when the contact reaches the tip and when it opens.
+        let at = |segments: usize, speed: f64| -> Result<[f64; 2], Failure> {
+            let end = REST + (slipped + RADIUS) / speed;
+            let seen = settle(segments, circle, Drawn { speed: -speed, origin: REST }, 0.0, end)?;
+            Ok([seen.at_tip, seen.opened].map(|time| speed * (time - REST)))
+        };
+        // The dampers' share is proportional to the speed.
+        let slow = |segments: usize| -> Result<[f64; 2], Failure> {
+            let ([slow, opened], [fast, _]) = (at(segments, SPEED / 2.0)?, at(segments, SPEED)?);
+            Ok([2.0 * slow - fast, opened])
+        };
+        let ([coarse, _], [fine, opened]) = (slow(coarse)?, slow(2 * coarse)?);
+        let subject = format!("y = {height} l_f, n → ∞, at rest");
+        let (quantity, computed) = ("Δx/l_f, s_c = l_f", extrapolated(coarse, fine));
+        checks.push(Check::value(subject, quantity, to_tip, sources::EDGE_ELASTICA, computed, tolerances::RELEASE));
+        let subject = format!("y = {height} l_f, slowly");
+        let bounds = [slipped, slipped + RADIUS / 20.0];
+        let quantity = "Δx/l_f, last contact";
+        checks.push(Check::between(subject, quantity, bounds, sources::EDGE_ELASTICA, opened, tolerances::SLIPPED));
+    }
+    Ok(Trial {
+        title: "A filament slips off an edge",
+        text: format!(
+            "The clamp of the same filament is drawn back from an edge 0.9 l_f away, so slowly that the filament is always in \
+            equilibrium. Its contact reaches the tip when the arc length of the elastica to the edge is l_f. The tip then slides \
+            around the arc, pressed on along the arc's normal, until there is no equilibrium farther away. As the \
+            equilibrium vanishes, the tip takes time to go: the last contact may be later by a twentieth of the edge's radius, \
+            {RADIUS} l_f."
+        ),
+        checks,
+        figures: vec![],
+    })
+}
+
+/// The paper's filament of `segments` segments that passes a cylinder or, with a negative radius, a bore of `radius` (m).
+fn curved(segments: usize, velocity: f64, depth: f64, radius: f64) -> Result<Settings, Failure> {
+    let mut settings = paper_case(segments, velocity, depth)?;
+    let kind = if radius > 0.0 { WorkpieceKind::Cylinder } else { WorkpieceKind::Bore };
+    settings.workpiece = WorkpieceSettings { kind, radius_m: radius.abs(), ..WorkpieceSettings::default() };
+    Ok(settings)
+}
+
+/// The elastica of such a filament with its tip on the workpiece, when the tool has turned by `turned` (rad) past straight
+/// downwards, in units of l_f and E I. `slopes` bounds the slope of the workpiece at the tip, relative to the plane `y = 0`.
+fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> Held {
+    let (length, body) = (settings.filament.length_m, settings.tool.body_radius_m);
+    let below = (body + length - settings.process.penetration_depth_m + radius) / length;
+    // As the clamp sees it; the filament trails, and is bent to the other side.
+    let centre = [below * turned.cos() - body / length, below * turned.sin()];
+    let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
+    let stiffness = settings.contact.stiffness_n_m * length.powi(3) / bending;
+    let circle = Circle { centre, radius: radius / length, stiffness };
+    Held::by_tip(circle, 1.0, slopes.map(|slope| FRAC_PI_2 + turned + slope))
+}
+
+fn curves(extent: Extent) -> Result<Trial, Failure> {
+    // Number of segments, velocity in m/s and tolerance of the coarse solution, as for the buckled elastica on a plane.
+    let (segments, velocity, tolerance) = match extent {
+        Extent::Quick => (25, 0.05, 1e-7),
+        Extent::Full => (50, 0.02, 1e-8),
+    };
+    let mut checks = Vec::new();
+    for (name, radius, depth, turned, slopes) in [
+        ("cylinder of 50 mm", 0.05, 1e-3, 0.0, [-0.2, 0.0]),
+        ("cylinder of 50 mm", 0.05, 2e-3, 0.0, [-0.2, 0.0]),
+        ("cylinder of 50 mm", 0.05, 2e-3, 0.05, [-0.2, 0.0]),
+        ("bore of 300 mm", -0.3, 1e-3, -0.05, [0.0, 0.1]),
+        ("bore of 300 mm", -0.3, 2e-3, 0.0, [0.0, 0.1]),
+        ("bore of 300 mm", -0.3, 2e-3, 0.1, [-0.05, 0.05]),
+    ] {
+        let critical = FRAC_PI_2 * FRAC_PI_2;
+        let settings = curved(segments, velocity, depth, radius)?;
+        let exact = on_curve(&settings, radius, turned, slopes).force / critical;
+        let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
+        let unit = critical * bending / settings.filament.length_m.powi(2);
+        let at = |segments: usize, velocity: f64| {
+            let mut settings = curved(segments, velocity, depth, radius)?;
+            settings.solver.relative_tolerance = tolerance;
+            Ok::<_, Failure>(force_at(&settings, turned - FRAC_PI_2)? / unit)
+        };
+        // The dampers' share is proportional to the velocity.
+        let slow = |segments: usize| Ok::<_, Failure>(2.0 * at(segments, velocity / 2.0)? - at(segments, velocity)?);
+        let computed = extrapolated(slow(segments)?, slow(2 * segments)?);
+        let subject = format!("{name}, a_e = {} mm, β = −π/2 + {turned}, n → ∞, v_b → 0", 1e3 * depth);
+        let tolerance = tolerances::CURVES;
+        checks.push(Check::value(subject, "F_n/P_cr", exact, sources::HEINRICH, computed, tolerance));
+    }
+    Ok(Trial {
+        title: "Elastica on a cylinder and in a bore",
+        text: "The paper's filament passes a cylinder and a bore so slowly that it is always in equilibrium. The workpiece presses on \
+            its tip along the normal of its curved surface. With the angle η between this force and the filament's normal at the tip:\n\n\
+            ```text\n½ E I θ′² = F_n [sin(φ + η) − sin η]\n```\n\n\
+            The tip's place on the surface, pressed in by F_n/k_c, gives η. `P_cr = π² E I/(4 L²)`. The passes are extrapolated from \
+            two velocities and two n, as those on a plane are."
+            .to_owned(),
+        checks,
+        figures: vec![],
+    })
+}
+
+/// The paper's filament at 10 m/s, passing an edge of 0.2 mm radius with friction `friction`.
+fn edge_pass(segments: usize, depth: f64, side: Side, offset: f64, friction: f64) -> Result<Settings, Failure> {
+    let mut settings = paper_case(segments, 10.0, depth)?;
+    settings.contact.friction_coefficient = friction;
+    settings.workpiece = WorkpieceSettings {
+        kind: WorkpieceKind::Edge,
+        offset_m: offset,
+        edge_radius_m: 0.2e-3,
+        side,
+        ..WorkpieceSettings::default()
+    };
+    Ok(settings)
+}
+
+fn passes(_: Extent) -> Result<Trial, Failure> {
+    const LEAVING: &str = include_str!("../../../derivations/trajectories/edge_leaving_cvodes.csv");
+    const ENTERING: &str = include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
+    let (mut checks, mut figures) = (Vec::new(), Vec::new());
+    for (subject, settings, text) in [
+        ("leaving, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?, LEAVING),
+        ("entering, 2 mm, no friction", edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?, ENTERING),
+    ] {
+        let mut settings = settings;
+        settings.solver.relative_tolerance = 1e-10;
+        let rows: Vec<Row> = trajectory_rows(text)?;
+        let history = simulate_with_history(&settings, rows.len())?.history;
+        if rows.iter().zip(&history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
+            return Err(Failure::Reference(format!("{subject}: other instants than those of the pass")));
+        }
+        let quantities = [
+            ("tip, over l_f", tolerances::EDGE_TIP),
+            ("s_n, over s_n,max", tolerances::EDGE_TIP),
+            ("F_n, rms over rms", tolerances::EDGE_FORCE),
+        ];
+        for ((quantity, tolerance), distance) in quantities.into_iter().zip(distances(&history, &rows)) {
+            let source = sources::CVODES_EDGES;
+            checks.push(Check::value(subject.to_owned(), quantity, 0.0, source, distance, tolerance));
+        }
+        if settings.workpiece.side == Side::Entering {
+            let computed = history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n));
+            let expected = rows.iter().map(|row| (1e3 * row.time_s, row.contact_normal_force_n));
+            figures.push(Figure {
+                name: "validation_entering",
+                title: "Contact normal force of a pass that enters at an edge".to_owned(),
+                description: "Force over time: a strike on the edge, then impacts on the face; the curves of both codes coincide."
+                    .to_owned(),
+                x: Axis::linear("time t in ms"),
+                y: Axis::linear("F_n in N"),
+                curves: vec![
+                    Curve::new("Bristle", Look::Line, computed.collect()),
+                    Curve::new("CasADi and CVODES", Look::Markers, expected.step_by(8).collect()),
+                ],
+            });
+        }
+    }
+    Ok(Trial {
+        title: "Passes over edges by CasADi and CVODES",
+        text: "The chain of 25 segments and its contact with faces and edges, stated again for the plane, differentiated by CasADi and \
+            integrated by CVODES at 1e-10. It starts again wherever a node or a segment begins or ceases to touch. The edge has a radius \
+            of 0.2 mm; v_b is 10 m/s. More of these passes are compared in the tests."
+            .to_owned(),
+        checks,
+        figures,
+    })
+}
+
+fn energy(_: Extent) -> Result<Trial, Failure> {
+    let mut checks = Vec::new();
+    for (subject, settings) in [
+        ("leaving, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?),
+        ("leaving 3 mm later, 2 mm, µ = 0.5", edge_pass(25, 2e-3, Side::Leaving, 3e-3, 0.5)?),
+        ("entering 3 mm before, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Entering, -3e-3, 0.3)?),
+        ("entering 3 mm before, 2 mm, µ = 0.3", edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.3)?),
+    ] {
+        let (imbalance, end) = imbalance(&settings)?;
+        let rubbed = end.integrals[integral::FRICTION_WORK] / end.integrals[integral::CONTACT_DISSIPATION];
+        let subject = subject.to_owned();
+        checks.push(Check::value(subject.clone(), "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY));
+        checks.push(Check::value(
+            subject,
+            "friction work / taken by the contact",
+            1.0,
+            sources::EXACT,
+            rubbed,
+            tolerances::ROUNDING,
+        ));
+    }
+    Ok(Trial {
+        title: "Energy balance over edges",
+        text: "As for passes over a plane, at the default tolerance of 1e-6. Without contact damping, friction takes all energy that \
+            the contact takes."
+            .to_owned(),
+        checks,
+        figures: vec![],
+    })
+}
+#[cfg(test)]
+mod temporary {
+    use super::*;
+    fn show(compute: super::super::Compute, extent: Extent) {
+        let start = std::time::Instant::now();
+        let trial = compute(extent).unwrap();
+        for c in &trial.checks {
+            println!(
+                "{} | {} | {:?} | {:e} err {:.2e} tol {:e} {}",
+                c.subject,
+                c.quantity,
+                c.expected,
+                c.computed,
+                c.error(),
+                c.tolerance.value,
+                c.passes()
+            );
+        }
+        println!("{} {:?}", trial.title, start.elapsed());
+    }
+    #[test]
+    fn t1() {
+        show(over_edge, Extent::Quick);
+    }
+    #[test]
+    fn t2() {
+        show(release, Extent::Quick);
+    }
+    #[test]
+    fn t3() {
+        show(curves, Extent::Quick);
+    }
+    #[test]
+    fn t4() {
+        show(passes, Extent::Quick);
+    }
+    #[test]
+    fn t5() {
+        show(energy, Extent::Quick);
+    }
+    #[test]
+    fn full1() {
+        show(over_edge, Extent::Full);
+    }
+    #[test]
+    fn full2() {
+        show(release, Extent::Full);
+    }
+    #[test]
+    fn full3() {
+        show(curves, Extent::Full);
+    }
+}

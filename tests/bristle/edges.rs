@@ -1,0 +1,158 @@
+//! Is it right? Passes over edges, cylinders and bores, turns, and wavy and tapered filaments, compared with an independent code: `derivations/reference_edges.py` states
+//! the chain in the plane again, and integrates it with CVODES.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
+use bristle::simulation::{Pass, Sample, simulate, simulate_with_history};
+use serde::Deserialize;
+
+use crate::common::{case, data};
+
+/// Largest difference of an impulse over `p_n`, and of the others relative to themselves. The reference has errors of up to 3e-6
+/// where it is stated; the solver runs at 1e-9.
+const TOLERANCE: f64 = 1e-5;
+
+/// A case of `tests/data/reference_edges.json`.
+#[derive(Deserialize)]
+struct Reference {
+    name: String,
+    filament: Filament,
+    workpiece: WorkpieceSettings,
+    brushing_velocity_m_s: f64,
+    penetration_depth_m: f64,
+    friction_coefficient: f64,
+    turns: usize,
+    start_angle_rad: f64,
+    end_s: f64,
+    contact_time_s: f64,
+    contact_normal_impulse_n_s: f64,
+    contact_impulse_x_n_s: f64,
+    contact_impulse_y_n_s: f64,
+    edge_contact_normal_impulse_n_s: f64,
+    friction_work_j: f64,
+    contact_angular_impulse_n_m_s: f64,
+    turn_contact_normal_impulses_n_s: Vec<f64>,
+    final_tip_m: [f64; 2],
+    largest_edge_penetration_m: f64,
+    own_error: f64,
+}
+
+#[derive(Deserialize)]
+struct Filament {
+    segments: usize,
+    tip_diameter_m: f64,
+    waviness_amplitude_m: f64,
+    waviness_length_m: Option<f64>,
+    #[serde(default)]
+    waviness_phase_rad: f64,
+}
+
+#[derive(Deserialize)]
+struct References {
+    cases: Vec<Reference>,
+}
+
+impl Reference {
+    fn settings(&self) -> Settings {
+        let Filament { segments, tip_diameter_m, waviness_amplitude_m, waviness_length_m, waviness_phase_rad } =
+            self.filament;
+        let mut settings = case(segments, self.brushing_velocity_m_s, self.penetration_depth_m);
+        settings.filament = FilamentSettings {
+            tip_diameter_m: Some(tip_diameter_m),
+            waviness_amplitude_m,
+            waviness_length_m,
+            waviness_phase_rad,
+            ..settings.filament
+        };
+        settings.contact.friction_coefficient = self.friction_coefficient;
+        settings.workpiece = self.workpiece.clone();
+        settings.process.turns = Turns::Count(self.turns);
+        settings.solver.relative_tolerance = 1e-9;
+        // The reference starts and ends at the angles of a straight filament.
+        let (pass, process) = (Pass::new(&settings), &mut settings.process);
+        process.lead_angle_rad -= self.start_angle_rad - pass.tool().angle(0.0);
+        let rate = settings.angular_velocity_rad_s();
+        if self.turns == 1 {
+            settings.process.tail_angle_rad -= rate * (Pass::new(&settings).end_time() - self.end_s);
+        }
+        settings
+    }
+
+    /// The differences of a pass from this, each over its scale.
+    fn differences(&self, metrics: &Metrics, end: &Sample) -> Vec<(&'static str, f64)> {
+        let (normal, radius) = (self.contact_normal_impulse_n_s, 0.18);
+        let work = self.friction_work_j.max(1e-6);
+        let [x, y] = self.final_tip_m;
+        let numbers = [
+            ("end_s", end.time_s, self.end_s, self.end_s),
+            ("contact_time_s", metrics.contact_time_s, self.contact_time_s, self.contact_time_s),
+            ("contact_normal_impulse_n_s", metrics.contact_normal_impulse_n_s, normal, normal),
+            ("contact_impulse_x_n_s", metrics.contact_impulse_x_n_s, self.contact_impulse_x_n_s, normal),
+            ("contact_impulse_y_n_s", metrics.contact_impulse_y_n_s, self.contact_impulse_y_n_s, normal),
+            (
+                "edge_contact_normal_impulse_n_s",
+                metrics.edge_contact_normal_impulse_n_s,
+                self.edge_contact_normal_impulse_n_s,
+                normal,
+            ),
+            ("friction_work_j", metrics.friction_work_j, self.friction_work_j, work),
+            (
+                "contact_angular_impulse_n_m_s",
+                metrics.contact_angular_impulse_n_m_s,
+                self.contact_angular_impulse_n_m_s,
+                normal * radius,
+            ),
+            ("tip_x_m", end.tip_x_m, x, 0.04),
+            ("tip_y_m", end.tip_y_m, y, 0.04),
+        ];
+        numbers.into_iter().map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale)).collect()
+    }
+}
+
+/// The cases whose number of turns is one, or of which there are several.
+fn references(several: bool) -> Vec<Reference> {
+    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
+    cases.into_iter().filter(|case| (case.turns > 1) == several).collect()
+}
+
+#[test]
+fn passes_agree_with_casadi_and_cvodes() {
+    let cases = references(false);
+    assert!(cases.len() > 100, "{}", cases.len());
+    let mut failures = Vec::new();
+    for case in cases {
+        let pass = simulate_with_history(&case.settings(), 2).expect("the settings are valid");
+        let end = pass.history.last().expect("there are two samples");
+        let mut differences = case.differences(&pass.metrics, end);
+        if case.largest_edge_penetration_m > 0.0 {
+            // The reference looks at it every microsecond, in which an impact changes by some per cent.
+            let ratio = pass.metrics.max_edge_penetration_m / case.largest_edge_penetration_m;
+            differences.push(("max_edge_penetration_m", TOLERANCE / 0.03 * (ratio - 1.0).abs()));
+        }
+        for (name, difference) in differences {
+            if difference.is_nan() || difference > TOLERANCE + 10.0 * case.own_error {
+                failures.push(format!(
+                    "{}, {} m/s, {} m, µ = {}: {name} {difference:.1e}",
+                    case.name, case.brushing_velocity_m_s, case.penetration_depth_m, case.friction_coefficient
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The last turn of the reference ends at the tail angle, so that a contact before the next nominal entry is missing in it.
+#[test]
+fn turns_agree_with_casadi_and_cvodes() {
+    let cases = references(true);
+    assert!(cases.iter().any(|case| case.turns == 4), "{}", cases.len());
+    for case in cases {
+        let impulses = simulate(&case.settings()).expect("the settings are valid").turn_contact_normal_impulses_n_s;
+        let expected = &case.turn_contact_normal_impulses_n_s;
+        assert_eq!(impulses.len(), expected.len());
+        for (turn, (impulse, expected)) in impulses.iter().zip(expected).take(case.turns - 1).enumerate() {
+            let difference = (impulse / expected - 1.0).abs();
+            assert!(difference < TOLERANCE + 10.0 * case.own_error, "{}, turn {turn}: {difference:.1e}", case.name);
+        }
+    }
+}
