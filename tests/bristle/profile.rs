@@ -1,6 +1,6 @@
 //! Where along the profile of the workpiece the work of a pass is done.
 
-use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::model::settings::{Settings, Side, Turns, WorkpieceKind};
 use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 
@@ -42,7 +42,10 @@ fn all() -> impl Iterator<Item = Settings> {
     // An edge so thin that it is a whole circle, which the filament sweeps over.
     let mut wire = settings(Cylinder, 0.3);
     wire.workpiece.radius_m = 0.002;
-    all.extend([entering, moving, wire]);
+    // The work is that of the last turn.
+    let mut turning = settings(Edge, 0.3);
+    (turning.process.turns, turning.process.brushing_velocity_m_s) = (Turns::Count(2), 20.0);
+    all.extend([entering, moving, wire, turning]);
     all.into_iter()
 }
 
