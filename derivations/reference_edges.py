@@ -745,54 +745,42 @@ def cases() -> list[Case]:
     leaving, shifted = Workpiece("edge"), Workpiece("edge", offset_m=3e-3)
     entering = Workpiece("edge", offset_m=-3e-3, side="entering")
     cylinder, bore = Workpiece("cylinder", radius_m=0.05), Workpiece("bore", radius_m=0.30)
-    plane = Workpiece("plane")
-    found = []
-
-    def add(name: str, filament: Filament, piece: Workpiece, *process: float) -> None:
-        found.append(Case(f"{name}, n = {filament.segments}", filament, piece, *process))
-
-    coarse, paper = Filament(10), Filament(25)
-    named = [
+    plane, coarse = Workpiece("plane"), Filament(10)
+    # First those that take longest.
+    found = [*shown().values(), Case("plane", Filament(25), plane, 10.0, 1e-3)]
+    for turns in (2, 4):
+        found.append(Case(f"{turns} turns", coarse, plane, 30.0, 1e-3, turns=turns))
+    found.append(Case("2 turns, leaving", coarse, leaving, 20.0, 1e-3, 0.3, 2))
+    for name, piece in (
         ("leaving", leaving),
         ("leaving, 3 mm", shifted),
         ("entering, -3 mm", entering),
         ("cylinder", cylinder),
         ("bore", bore),
-    ]
-    for filament in (coarse, paper):
-        for name, piece in named:
-            for velocity in (5.0, 10.0, 20.0):
-                for depth in (1e-3, 2e-3):
-                    # Two processes are enough for curved faces at n = 25.
-                    chosen = (velocity, depth) in ((10.0, 1e-3), (20.0, 2e-3))
-                    if filament == coarse or piece.kind == "edge" or chosen:
-                        for friction in (0.0, 0.3):
-                            add(name, filament, piece, velocity, depth, friction)
+    ):
+        for velocity in (5.0, 10.0, 20.0):
+            for depth in (1e-3, 2e-3):
+                for friction in (0.0, 0.3):
+                    found.append(Case(name, coarse, piece, velocity, depth, friction))
     for angle_deg in (60, 120):
         for side, offset in (("leaving", 2e-3), ("entering", -4e-3)):
             piece = Workpiece("edge", offset, math.radians(angle_deg), 0.5e-3, side)
             for friction in (0.0, 0.3):
-                add(f"{side}, {angle_deg} degrees", coarse, piece, 10.0, 1.5e-3, friction)
-    for velocity, depth in ((10.0, 1e-3), (20.0, 3e-3)):
-        add("plane", paper, plane, velocity, depth)
-    for turns in (2, 4):
-        add(f"{turns} turns", paper, plane, 30.0, 1e-3, 0.0, turns)
-    add("2 turns, leaving", coarse, leaving, 20.0, 1e-3, 0.3, 2)
-    for segments in (10, 25):
-        wavy = Filament(segments, waviness_amplitude_m=0.5e-3, waviness_phase_rad=0.3)
-        tapered = Filament(segments, tip_diameter_m=0.6e-3)
-        for friction in (0.0, 0.3):
-            add("wavy", wavy, plane, 10.0, 1e-3, friction)
-            add("tapered", tapered, plane, 10.0, 1e-3, friction)
-    both = Filament(10, 0.6e-3, 0.5e-3, waviness_phase_rad=0.3)
-    add("wavy and tapered, leaving", both, leaving, 10.0, 1e-3, 0.3)
+                name = f"{side}, {angle_deg} degrees"
+                found.append(Case(name, coarse, piece, 10.0, 1.5e-3, friction))
+    wavy = Filament(10, waviness_amplitude_m=0.5e-3, waviness_phase_rad=0.3)
+    tapered = Filament(10, tip_diameter_m=0.6e-3)
+    for friction in (0.0, 0.3):
+        found.append(Case("wavy", wavy, plane, 10.0, 1e-3, friction))
+        found.append(Case("tapered", tapered, plane, 10.0, 1e-3, friction))
+    both = replace(tapered, waviness_amplitude_m=0.5e-3, waviness_phase_rad=0.3)
+    found.append(Case("wavy and tapered, leaving", both, leaving, 10.0, 1e-3, 0.3))
     return found
 
 
 def shown() -> dict[str, Case]:
     """The cases whose trajectories are written, and the names of their files."""
-    leaving = Workpiece("edge")
-    entering = Workpiece("edge", offset_m=-3e-3, side="entering")
+    leaving, entering = Workpiece("edge"), Workpiece("edge", offset_m=-3e-3, side="entering")
     return {
         "edge_leaving_cvodes.csv": Case("leaving", Filament(25), leaving, 10.0, 1e-3, 0.3),
         "edge_entering_cvodes.csv": Case("entering", Filament(25), entering, 10.0, 2e-3),

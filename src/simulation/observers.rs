@@ -53,10 +53,10 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             form,
             filament_length,
             touches,
-            edge_work,
             turn_time: f64::INFINITY,
             turned: 0.0,
             earlier: [0.0; integral::COUNT],
+            edge_work,
             record: ContactRecord { turn: 1, ..ContactRecord::default() },
             was_closed: false,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -318,6 +318,8 @@ pub(super) struct Sampler {
     pub shapes: Vec<Shape>,
     /// None if it is not asked for, or the workpiece has no profile within reach.
     pub ledger: Option<Ledger>,
+    /// The turn of which the ledger is.
+    turn: usize,
     q: Vec<[f64; 2]>,
     v: Vec<[f64; 2]>,
     /// The largest contact normal force since the last sample, in N.
@@ -337,8 +339,8 @@ struct Dissipated {
 }
 
 impl Sampler {
-    /// A sampler of a pass over a workpiece with this `profile` that ends at `end_time` (s). As long as that is not known, it takes
-    /// no samples.
+    /// A sampler of a pass over a workpiece with this `profile`, which ends at `end_time` (s). As long as that is not known, it takes no
+    /// samples.
     pub fn new(
         form: Form,
         chain: Chain<f64>,
@@ -357,6 +359,7 @@ impl Sampler {
             history: Vec::with_capacity(sampling.samples),
             shapes: Vec::with_capacity(sampling.shapes),
             ledger: profile.and_then(Ledger::new),
+            turn: 1,
             q: zeros.clone(),
             v: zeros,
             peak_force: 0.0,
@@ -373,7 +376,12 @@ impl Sampler {
     pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
         if let Some(ledger) = &mut self.ledger {
-            ledger.observe(step, &observer.filament, observer.record.turn);
+            let turn = observer.record.turn;
+            if turn != self.turn {
+                ledger.clear();
+            }
+            self.turn = turn;
+            ledger.observe(step, &observer.filament);
         }
         if self.sampling.samples == 0 {
             return;

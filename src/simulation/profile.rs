@@ -91,7 +91,6 @@ pub(super) struct Ledger {
     profile: ProfileCells,
     boundaries: Vec<f64>,
     finest: f64,
-    turn: usize,
     /// Normal impulse in N s and friction work in J, by cell.
     amounts: Vec<[f64; 2]>,
     /// The parts of the current step.
@@ -111,16 +110,11 @@ impl Ledger {
         let amounts = vec![[0.0; 2]; profile.cells.len()];
         let parts = Vec::with_capacity(INTERVALS[1] as usize);
         let last = [boundaries[0]; 2];
-        Some(Self { profile, boundaries, finest, turn: 1, amounts, parts, owed: [0.0; 2], last })
+        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; 2], last })
     }
 
-    /// Enters the work of the next step, which belongs to the turn with this number. The ledger is of one turn.
-    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>, turn: usize) {
-        if turn != self.turn {
-            self.turn = turn;
-            self.amounts.fill([0.0; 2]);
-            self.owed = [0.0; 2];
-        }
+    /// Enters the work of the next step.
+    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
         for (owed, integral) in self.owed.iter_mut().zip([integral::NORMAL_IMPULSE, integral::FRICTION_WORK]) {
             *owed += step.end.integrals[integral] - step.start.integrals[integral];
         }
@@ -178,6 +172,12 @@ impl Ledger {
             }
             _ => enter([from, to], amount),
         }
+    }
+
+    /// Forgets all work.
+    pub fn clear(&mut self) {
+        self.amounts.fill([0.0; 2]);
+        self.owed = [0.0; 2];
     }
 
     /// The cells with their work.

@@ -1,5 +1,5 @@
-//! Is it right? Passes over edges, cylinders and bores, turns, and wavy and tapered filaments, compared with an independent code: `derivations/reference_edges.py` states
-//! the chain in the plane again, and integrates it with CVODES.
+//! Is it right? Passes over edges, cylinders and bores, turns, and wavy and tapered filaments, compared with an independent code:
+//! `derivations/reference_edges.py` states the chain in the plane again, and integrates it with CVODES.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};

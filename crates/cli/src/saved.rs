@@ -77,11 +77,11 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
 pub struct Contact {
     pub settings: Settings,
     pub history: Vec<Sample>,
+    /// The contact normal impulse of each turn in N s.
+    pub impulses: Vec<f64>,
     pub profile: Vec<ProfileCell>,
     /// The shapes that are drawn.
     pub shapes: Vec<Shape>,
-    /// The contact normal impulse of each turn in N s.
-    pub impulses: Vec<f64>,
 }
 
 /// The contact in a directory; `None` if there is none.
@@ -94,16 +94,14 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
     let history = table(directory, &case, HISTORY, read_history)?;
     let profile = table(directory, &case, PROFILE, read_profile)?;
     let shapes = table(directory, &case, SHAPES, read_shapes)?;
-    let (text, name) = read(directory, METRICS)?;
-    let impulses = read_turn_impulses(&text, &name)?;
-    case.check(METRICS, &text, &name)?;
+    let impulses = table(directory, &case, METRICS, read_turn_impulses)?;
     // The other files are not needed, but must not be those of another run.
     let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
     for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
         let (text, name) = read(directory, file)?;
         case.check(file, &text, &name)?;
     }
-    Ok(Some(Contact { settings: case.settings, history, profile, shapes, impulses }))
+    Ok(Some(Contact { settings: case.settings, history, impulses, profile, shapes }))
 }
 
 /// Reads the table in a `file` of a contact.

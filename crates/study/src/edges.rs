@@ -162,7 +162,12 @@ mod tests {
                 edge_evenness,
                 ..Metrics::default()
             };
-            Ok(CaseSummary { metrics, statistics: Statistics::default(), scatter: None })
+            Ok(CaseSummary {
+                metrics,
+                statistics: Statistics::default(),
+                turn_contact_normal_impulses_n_s: Vec::new(),
+                scatter: None,
+            })
         };
         cases.into_iter().map(result).collect()
     }

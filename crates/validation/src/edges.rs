@@ -224,14 +224,15 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
     Ok(Trial {
         title: "Elastica over a fixed edge",
         text: format!(
-            "A filament, clamped at the origin along x, rests over an edge at (x, y). The edge presses along the filament's normal, and \
-            the filament beyond is straight. With the angle θ_c at the edge and `φ = θ_c − θ`:\n\n\
+            "A filament, clamped at the origin along x, rests over an edge at (x, y). The edge presses along the filament's \
+            normal, and the filament beyond is straight. With the angle θ_c at the edge and `φ = θ_c − θ`:\n\n\
             ```text\n½ E I θ′² = R sin φ\n```\n\n\
-            With friction the force is inclined by arctan µ, towards the clamp if the filament slides outwards. The edge is an arc of \
-            radius {RADIUS} l_f, of the stiffness {STIFFNESS:e} E I/l_f³, placed so that it touches the filament at (x, y). \
-            The chain is let go above the edge and creeps to its rest. The edge is {REACH} l_f away, and so much farther that it touches the \
-            filament a quarter, a half and three quarters of a segment farther out. The means of the four are extrapolated to n → ∞ from three n. Friction needs a motion: the clamp is drawn at two speeds, \
-            and the force is extrapolated to rest."
+            With friction the force is inclined by arctan µ, towards the clamp if the filament slides outwards. The edge is \
+            an arc of radius {RADIUS} l_f and of the stiffness {STIFFNESS:e} E I/l_f³, placed so that it touches the filament at \
+            (x, y). The chain is let go above the edge and creeps to its rest. This is done four times: with the edge {REACH} l_f \
+            away, and so much farther that it touches the filament one, two and three quarters of a segment farther out. The \
+            means are extrapolated to n → ∞ from three n. Friction needs a motion: the clamp is drawn at two speeds, and the force \
+            is extrapolated to rest."
         ),
         checks,
         figures: vec![figure],
@@ -443,57 +444,4 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
         checks,
         figures: vec![],
     })
-}
-#[cfg(test)]
-mod temporary {
-    use super::*;
-    fn show(compute: super::super::Compute, extent: Extent) {
-        let start = std::time::Instant::now();
-        let trial = compute(extent).unwrap();
-        for c in &trial.checks {
-            println!(
-                "{} | {} | {:?} | {:e} err {:.2e} tol {:e} {}",
-                c.subject,
-                c.quantity,
-                c.expected,
-                c.computed,
-                c.error(),
-                c.tolerance.value,
-                c.passes()
-            );
-        }
-        println!("{} {:?}", trial.title, start.elapsed());
-    }
-    #[test]
-    fn t1() {
-        show(over_edge, Extent::Quick);
-    }
-    #[test]
-    fn t2() {
-        show(release, Extent::Quick);
-    }
-    #[test]
-    fn t3() {
-        show(curves, Extent::Quick);
-    }
-    #[test]
-    fn t4() {
-        show(passes, Extent::Quick);
-    }
-    #[test]
-    fn t5() {
-        show(energy, Extent::Quick);
-    }
-    #[test]
-    fn full1() {
-        show(over_edge, Extent::Full);
-    }
-    #[test]
-    fn full2() {
-        show(release, Extent::Full);
-    }
-    #[test]
-    fn full3() {
-        show(curves, Extent::Full);
-    }
 }

@@ -346,24 +346,30 @@ const HISTORY_FIGURE: &str = "history";
 const PROFILE_UNROLLED: &str = "profile_unrolled";
 const PROFILE_DRAWN: &str = "profile_drawn";
 
-/// The figures of one contact: `history` has force and tip deflection over time. `profile_unrolled` has impulse and friction work
+/// The figures of one contact: `history` has force and tip deflection over time, and `turns` the `impulses` of its turns in N s, if
+/// there are several. `profile_unrolled` has impulse and friction work
 /// along the profile of the workpiece, and `profile_drawn` the filament on the workpiece, in `shapes` ([`drawn_shapes`]), with the
 /// work; both need a contact.
 #[must_use]
 pub fn contact_figures(
     settings: &Settings,
     history: &[Sample],
+    impulses: &[f64],
     profile: &[ProfileCell],
     shapes: &[Shape],
 ) -> Vec<Picture> {
-    let drawn = [profile::unrolled(settings, profile), profile::drawn(settings, profile, shapes)];
+    let drawn = [
+        turns_figure(settings, impulses),
+        profile::unrolled(settings, profile),
+        profile::drawn(settings, profile, shapes),
+    ];
     std::iter::once(history_figure(settings, history)).chain(drawn.into_iter().flatten()).collect()
 }
 
 /// Whether [`contact_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_contact(name: &str) -> bool {
-    [HISTORY_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
+    [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
 }
 
 /// A title with velocity and depth of the contact.
@@ -439,11 +445,11 @@ fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
 }
 
 /// Name of the figure of the turns of one contact.
-pub const TURNS_FIGURE: &str = "turns";
+const TURNS_FIGURE: &str = "turns";
 
 /// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
 /// turn.
-pub fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
+fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
     if impulses.len() < 2 {
         return None;
     }
