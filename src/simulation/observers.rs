@@ -80,8 +80,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
             self.turned = step.start.time;
             self.earlier = step.start.integrals;
-            self.edge_work = EdgeWork::new(self.filament.workpiece.edges().len());
             self.was_closed = false;
+            self.edge_work.clear();
         }
         let closed = step.closed.contains(&true);
         if closed {

@@ -1,4 +1,4 @@
-//! Where along the profile of the workpiece the work of a pass is done.
+//! Where along the profile of the workpiece the work of a pass is done, in its last turn.
 //!
 //! Within a step, the contact force is looked at where the contact is at some instants. What acts between two of them goes to the arc
 //! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
@@ -215,6 +215,11 @@ impl EdgeWork {
     /// No work on `edges` edges.
     pub fn new(edges: usize) -> Self {
         Self { parts: vec![[0.0; PARTS_OF_EDGE]; edges] }
+    }
+
+    /// Begins again without work.
+    pub fn clear(&mut self) {
+        self.parts.fill([0.0; PARTS_OF_EDGE]);
     }
 
     /// Enters the work of the next step on edges.

@@ -1,6 +1,6 @@
 //! Where along the profile of the workpiece the work of a pass is done.
 
-use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::model::settings::{Settings, Side, Turns, WorkpieceKind};
 use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 
@@ -42,7 +42,10 @@ fn all() -> impl Iterator<Item = Settings> {
     // An edge so thin that it is a whole circle, which the filament sweeps over.
     let mut wire = settings(Cylinder, 0.3);
     wire.workpiece.radius_m = 0.002;
-    all.extend([entering, moving, wire]);
+    // The work is that of the last turn.
+    let mut turning = settings(Edge, 0.3);
+    (turning.process.turns, turning.process.brushing_velocity_m_s) = (Turns::Count(2), 20.0);
+    all.extend([entering, moving, wire, turning]);
     all.into_iter()
 }
 
@@ -111,8 +114,9 @@ fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
         .sum();
     // ∫ F_n (x − v_ft t) dt
     let expected = metrics.contact_angular_impulse_n_m_s - 0.4 * later;
-    let scale = 0.02 * metrics.contact_normal_impulse_n_s;
-    assert!((mean - expected).abs() < 2e-3 * scale && 0.4 * later > 0.1 * scale, "{mean} {expected} {later} {scale}");
+    // A part of a cell, which is where most of the impulse of an impact is; the feed shifts it by much more.
+    let tolerance = 0.1 * 0.25e-3 * metrics.contact_normal_impulse_n_s;
+    assert!((mean - expected).abs() < tolerance && 0.4 * later > 10.0 * tolerance, "{mean} {expected} {later}");
 }
 
 #[test]
@@ -145,7 +149,7 @@ fn cells_are_an_outline_by_arc_length() {
         let pass = Pass::new(&settings);
         let workpiece = pass.workpiece();
         let profile = workpiece.profile(0.181).expect("a profile");
-        assert!(profile.cells.len() > 100);
+        assert!(profile.cells.len() > 48);
         for pair in profile.cells.windows(2) {
             assert!((pair[0].arc_length[1] - pair[1].arc_length[0]).abs() < 1e-15);
             let [end, start] = [pair[0].ends[1], pair[1].ends[0]];

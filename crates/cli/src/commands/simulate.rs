@@ -28,6 +28,8 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
 /// Least number of equally spaced times of a pass from which the shapes in the figures are chosen.
 const LEAST_SHAPES: usize = 300;
+/// The number of turns up to which there are so many of each.
+const MOST_TURNS: usize = 8;
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
@@ -35,10 +37,10 @@ const LEAST_SHAPES: usize = 300;
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. profile.csv says where on the workpiece the work is done: normal impulse and
 /// friction work per length along its profile. DIR/figures/history.svg and .png show force and tip deflection over time,
-/// turns.svg and .png the impulse of each turn if there are several,
-/// profile_unrolled the work along the profile, and profile_drawn the filament on the workpiece. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
-/// a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says how to
-/// simulate turn after turn.
+/// profile_unrolled the work along the profile, profile_drawn the filament on the workpiece, and turns the impulse of each turn if
+/// there are several. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally
+/// unstable, a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says
+/// how to simulate turn after turn.
 ///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
@@ -85,17 +87,20 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let mut progress = PassProgress::begin();
     // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
-    let every = LEAST_SHAPES.div_ceil(shapes.max(2) - 1);
+    let least = LEAST_SHAPES * settings.process.turns.at_most().min(MOST_TURNS);
+    let every = least.div_ceil(shapes.max(2) - 1);
     let sampling =
         Sampling { samples, shapes: every * (shapes.max(2) - 1) + 1, loads: true, profile: true, alongside: false };
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let mut simulation = simulation?;
     case_work_warning(&simulation.statistics).iter().for_each(say);
+    let impulses = simulation.turn_contact_normal_impulses_n_s.clone();
+    let last_turn = impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
     let contact = Contact {
-        shapes: drawn_shapes(&simulation.shapes),
+        shapes: drawn_shapes(&simulation.shapes, last_turn),
+        impulses,
         history: std::mem::take(&mut simulation.history),
-        impulses: simulation.turn_contact_normal_impulses_n_s.clone(),
         profile: std::mem::take(&mut simulation.profile),
         settings,
     };

@@ -35,10 +35,11 @@ const OUTLINE_ERROR: f64 = 1e-6;
 const MATERIAL: Color = Color(222, 218, 208);
 const EDGE: Color = Color(236, 238, 241);
 
-/// Some shapes of a filament, evenly spread over the time in which it touches, with the last before and the first after it: those
-/// that figures show. Without a contact they are spread over all times. `shapes` have loads.
+/// Some shapes of a filament from the time `from` (s) on, evenly spread over the time in which it touches, with the last before and
+/// the first after it: those that figures show. Without a contact they are spread over all times. `shapes` have loads.
 #[must_use]
-pub fn drawn_shapes(shapes: &[Shape]) -> Vec<Shape> {
+pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
+    let shapes = &shapes[shapes.partition_point(|shape| shape.time_s < from)..];
     let touches = |shape: &Shape| shape.forces.iter().any(|force| force.normal > 0.0);
     let first = shapes.iter().position(touches).map_or(0, |first| first.saturating_sub(1));
     let last = shapes.iter().rposition(touches).map_or(shapes.len(), |last| (last + 2).min(shapes.len()));
