@@ -74,7 +74,7 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 9] = [
+pub static GROUPS: [Group; 10] = [
     statics::GROUP,
     vibration::GROUP,
     shape::GROUP,
