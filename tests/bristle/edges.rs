@@ -8,9 +8,10 @@ use serde::Deserialize;
 
 use crate::common::{case, data};
 
-/// Largest difference of an impulse over `p_n`, and of the others relative to themselves. The reference has errors of up to 3e-6
-/// where it is stated; the solver runs at 1e-9.
-const TOLERANCE: f64 = 1e-5;
+/// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of the tip over `l_f`, beyond ten times
+/// the error that the reference states. The solver runs at 1e-9, and they agree to 4e-7, except that the share of an edge differs by up
+/// to 4e-6 of `p_n` where a tip slides from a face onto it.
+const TOLERANCE: f64 = 5e-6;
 
 /// A case of `tests/data/reference_edges.json`.
 #[derive(Deserialize)]
