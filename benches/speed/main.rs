@@ -7,11 +7,13 @@
 //!
 //! `accelerations`, `implicit_step`: one evaluation at the state of a bent, turning filament. `contact`: one pass of the
 //! paper's filament, v_b = 10 m/s, a_e = 1 mm, n = 25. `study`: the paper's 120 passes, and the same with friction. `planar`: the
-//! planar equations against those in space, and lanes against single states, as ratios from one run. `derivation`: the equations,
+//! planar equations against those in space, and lanes against single states, as ratios from one run. `workpieces`: the 120 passes over
+//! edges, curves and splines, and with friction, against those over a plane. `derivation`: the equations,
 //! from energies to Rust.
 
 mod fixed_size;
 mod planar;
+mod workpieces;
 
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -252,5 +254,14 @@ fn derivation(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, accelerations, implicit_step, contact, whole_study, planar::planar, derivation);
+criterion_group!(
+    benches,
+    accelerations,
+    implicit_step,
+    contact,
+    whole_study,
+    planar::planar,
+    workpieces::workpieces,
+    derivation
+);
 criterion_main!(benches);

@@ -39,7 +39,8 @@ pub fn planar(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
+/// Simulates the contacts of `settings` in lanes, with equations of the given form.
+pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
     let mut jobs =
         settings.iter().enumerate().map(|(number, settings)| Job { number, pass: form(Pass::new(settings)) });
     simulate_side_by_side(
@@ -87,7 +88,7 @@ fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &Motion) {
 }
 
 /// Measures `fast` by criterion, `repetitions` calls at a time, and prints how much longer `slow` takes.
-fn compare<'a>(
+pub fn compare<'a>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
     repetitions: u32,

@@ -75,6 +75,15 @@ crate::record! {
         edge_contact_normal_impulse_n_s: f64 =
             ["", "N s", "contact normal impulse on edges", "the share of p_n on edges of the workpiece"]
             => optional(figure("edge_impulse", "mN s", 1e3)),
+        edge_share: f64 = [
+            "", "", "share of the impulse on edges",
+            "contact normal impulse on edges over p_n, zero without contact"
+        ] => optional(figure("edge_share", "", 1.0)),
+        edge_evenness: f64 = [
+            "", "", "evenness of the work around edges",
+            "mean over largest value of ∫ F_n |v_t| dt per length, the friction work over µ, among 24 parts of each edge: 1 if the \
+             filament works everywhere alike, near 0 if in one place; zero if it touches no edge"
+        ] => optional(figure("edge_evenness", "", 1.0)),
         max_edge_penetration_m: f64 = [
             "", "m", "largest penetration of an edge",
             "the force on an edge is that of a rigid one as long as this is small against its radius"
@@ -158,6 +167,8 @@ pub struct ContactRecord {
     pub angular_impulse: f64,
     /// The part of `impulse` on edges, in N s.
     pub edge_impulse: f64,
+    /// Mean over largest value, among parts of the edges, of `∫ F_n |v_t| dt` per length.
+    pub edge_evenness: f64,
     /// Largest penetration of an edge in m.
     pub edge_penetration: f64,
     /// Energy taken by friction in J.
@@ -197,6 +208,9 @@ impl Metrics {
             contact_impulse_y_n_s: impulse_y,
             contact_impulse_z_n_s: impulse_z,
             edge_contact_normal_impulse_n_s: record.edge_impulse,
+            // The integral over edges can exceed the whole, or fall below zero, by rounding.
+            edge_share: if record.impulse > 0.0 { (record.edge_impulse / record.impulse).clamp(0.0, 1.0) } else { 0.0 },
+            edge_evenness: record.edge_evenness,
             max_edge_penetration_m: record.edge_penetration,
             friction_work_j: record.friction_work,
             contact_angular_impulse_n_m_s: record.angular_impulse,

@@ -16,11 +16,12 @@ use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::{Settings, Turns};
 use crate::tool::{RoundTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, Workpiece};
+use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Workpiece};
 
 mod error;
 mod form;
 mod observers;
+mod profile;
 mod search;
 mod side_by_side;
 mod system;
@@ -29,12 +30,14 @@ mod turns;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use form::Form;
-pub use observers::{ContactObserver, Sample, Sampling, Shape};
+pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
+pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 
 use observers::Sampler;
+use profile::Ledger;
 use turns::Itinerary;
 
 /// The method of every pass (docs/integrators.md).
@@ -58,6 +61,8 @@ pub struct Simulation {
     pub history: Vec<Sample>,
     /// The filament at equally spaced times, if requested.
     pub shapes: Vec<Shape>,
+    /// Where along the profile of the workpiece the work is done, by arc length, if requested: all cells within the tool's reach.
+    pub profile: Vec<ProfileCell>,
 }
 
 crate::record! {
@@ -431,13 +436,21 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
+    /// The part of the profile of the workpiece that the filament can touch during the pass; none if the workpiece has no profile.
+    pub fn profile(&self) -> Option<ProfileCells> {
+        let workpiece = &self.filament.workpiece;
+        let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
+        workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))
+    }
+
     /// The time in s at which the pass will end, if that is likely to be known. Samples are taken at equal distances up to there.
     fn expected_end(&self) -> Option<f64> {
         (self.turns != Turns::Steady).then(|| self.end_time())
     }
 
     fn sampler(&self, sampling: Sampling, end_time: Option<f64>) -> Sampler {
-        Sampler::new(self.form, self.filament.chain.clone(), sampling, end_time)
+        let profile = sampling.profile.then(|| self.profile()).flatten();
+        Sampler::new(self.form, self.filament.chain.clone(), sampling, end_time, profile)
     }
 
     /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first turn.
@@ -455,14 +468,18 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let metrics = self.metrics(&ContactRecord { is_unsteady: itinerary.is_unsteady(), ..record });
-        let Sampler { mut history, mut shapes, sampling, .. } = sampler;
-        let finite = history.iter().all(Sample::is_finite) && shapes.iter().all(Shape::is_finite);
+        let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
+        let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
+        let finite = history.iter().all(Sample::is_finite)
+            && shapes.iter().all(Shape::is_finite)
+            && profile.iter().all(ProfileCell::is_finite);
         if !metrics.is_finite() || !(finite || sampling.alongside) {
             return Err(SimulationError::NotFinite);
         }
         if !finite {
             history.clear();
             shapes.clear();
+            profile.clear();
         }
         Ok(Simulation {
             metrics,
@@ -471,6 +488,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             statistics: trajectory.statistics(),
             history,
             shapes,
+            profile,
         })
     }
 }

@@ -1,17 +1,18 @@
 //! Observers of the steps of a pass: they keep the record of its contact, and a time history.
 
 use super::form::{Equations, Form};
+use super::profile::{EdgeWork, Ledger};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
 use super::turns::start_of_turn;
-use crate::contact::{Approach, ContactForce};
+use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
-use crate::workpiece::Workpiece;
+use crate::workpiece::{ProfileCells, Workpiece};
 
 /// Reduces the steps of a pass to the data for the metrics.
 #[derive(Clone, Debug)]
@@ -27,6 +28,7 @@ pub struct ContactObserver<M, W> {
     /// The integrals when the turn began.
     earlier: [f64; integral::COUNT],
     record: ContactRecord,
+    edge_work: EdgeWork,
     was_closed: bool,
     /// What the last step ended with.
     last: Tip,
@@ -45,6 +47,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// An observer of `filament` with the free length `filament_length` (m), whose states have the given form, before any
     /// step. The undeformed filament touches the workpiece between the times in `touches` (s). The record is of a single turn.
     pub fn new(filament: Filament<M, W>, form: Form, filament_length: f64, touches: Vec<[f64; 2]>) -> Self {
+        let edge_work = EdgeWork::new(filament.workpiece.edges().len());
         Self {
             filament,
             form,
@@ -53,6 +56,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             turn_time: f64::INFINITY,
             turned: 0.0,
             earlier: [0.0; integral::COUNT],
+            edge_work,
             record: ContactRecord { turn: 1, ..ContactRecord::default() },
             was_closed: false,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -76,6 +80,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
             self.turned = step.start.time;
             self.earlier = step.start.integrals;
+            self.edge_work = EdgeWork::new(self.filament.workpiece.edges().len());
             self.was_closed = false;
         }
         let closed = step.closed.contains(&true);
@@ -96,7 +101,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.record.angular_impulse = integrals[integral::ANGULAR_IMPULSE];
         self.record.edge_impulse = integrals[integral::EDGE_IMPULSE];
         self.record.friction_work = integrals[integral::FRICTION_WORK];
-        for contact in step.start_nodes.len()..step.closed.len() {
+        let nodes = step.start_nodes.len();
+        if step.closed[nodes..].contains(&true) {
+            self.edge_work.observe(step, &self.filament);
+            self.record.edge_evenness = self.edge_work.evenness(self.filament.workpiece.edges());
+        }
+        for contact in nodes..step.closed.len() {
             if step.closed[contact] {
                 let penetration = |s| self.approach(step, contact, s).penetration;
                 self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
@@ -157,14 +167,14 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         closed.map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
     }
 
-    /// Adds the contact forces of a step to `forces` on the nodes `0 … n`. The force at a point of a segment acts on both its ends.
-    fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [ContactForce]) {
+    /// Adds the contact forces of a step to `forces` on the nodes `0 … n`.
+    fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [NodeForce]) {
         for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
             let Touch { station, approach, .. } = step.touch(&self.filament, contact, s);
             let force = self.filament.law.pressing_force(&approach);
             for (end, share) in forces[station.segment..].iter_mut().zip(station.shares()) {
                 end.normal += share * force.normal;
-                end.tangential = add(end.tangential, scale(share, force.tangential));
+                end.force = add(end.force, scale(share, force.total(&approach)));
             }
         }
     }
@@ -244,6 +254,8 @@ pub struct Sampling {
     pub shapes: usize,
     /// Whether the shapes have velocities and contact forces, too.
     pub loads: bool,
+    /// Whether to say where along the profile of the workpiece the work is done.
+    pub profile: bool,
     /// Whether metrics and statistics must equal those without samples to the bit. The impulse and the dissipated energies of
     /// the samples are then integrated less exactly, with an error far below the tolerance. If the metrics are finite but a
     /// sample is not, all samples are left out.
@@ -272,7 +284,16 @@ pub struct Shape {
     /// Velocities of the same points in m/s; empty without [`Sampling::loads`].
     pub velocities_m_s: Vec<[f64; 3]>,
     /// Contact forces on the same points; empty without [`Sampling::loads`].
-    pub forces: Vec<ContactForce>,
+    pub forces: Vec<NodeForce>,
+}
+
+/// The contact force on a node. A force at a point of a segment acts on both its ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeForce {
+    /// The node's share of `F_n` in N.
+    pub normal: f64,
+    /// Its share of the whole force, with friction, in N.
+    pub force: [f64; 3],
 }
 
 impl Shape {
@@ -280,8 +301,8 @@ impl Shape {
     pub(super) fn is_finite(&self) -> bool {
         let vectors = self.nodes_m.iter().chain(&self.velocities_m_s);
         let forces = self.forces.iter();
-        vectors.chain(forces.clone().map(|force| &force.tangential)).flatten().all(|value| value.is_finite())
-            && forces.map(|force| force.normal).all(f64::is_finite)
+        vectors.chain(forces.clone().map(|node| &node.force)).flatten().all(|value| value.is_finite())
+            && forces.map(|node| node.normal).all(f64::is_finite)
     }
 }
 
@@ -295,6 +316,10 @@ pub(super) struct Sampler {
     is_blind: bool,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,
+    /// None if it is not asked for, or the workpiece has no profile within reach.
+    pub ledger: Option<Ledger>,
+    /// The turn of which the ledger is.
+    turn: usize,
     q: Vec<[f64; 2]>,
     v: Vec<[f64; 2]>,
     /// The largest contact normal force since the last sample, in N.
@@ -314,8 +339,15 @@ struct Dissipated {
 }
 
 impl Sampler {
-    /// A sampler of a pass that ends at `end_time` (s). As long as that is not known, it takes no samples.
-    pub fn new(form: Form, chain: Chain<f64>, sampling: Sampling, end_time: Option<f64>) -> Self {
+    /// A sampler of a pass over a workpiece with this `profile`, which ends at `end_time` (s). As long as that is not known, it takes no
+    /// samples.
+    pub fn new(
+        form: Form,
+        chain: Chain<f64>,
+        sampling: Sampling,
+        end_time: Option<f64>,
+        profile: Option<ProfileCells>,
+    ) -> Self {
         let is_blind = end_time.is_none() && (sampling.samples > 0 || sampling.shapes > 0);
         let sampling = if is_blind { Sampling { samples: 0, shapes: 0, ..sampling } } else { sampling };
         let zeros = vec![[0.0; 2]; if sampling.samples > 0 { chain.segments() } else { 0 }];
@@ -326,6 +358,8 @@ impl Sampler {
             is_blind,
             history: Vec::with_capacity(sampling.samples),
             shapes: Vec::with_capacity(sampling.shapes),
+            ledger: profile.and_then(Ledger::new),
+            turn: 1,
             q: zeros.clone(),
             v: zeros,
             peak_force: 0.0,
@@ -341,6 +375,14 @@ impl Sampler {
 
     pub fn observe<T: Tool, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<Turning<T>, W>) {
         self.observe_shapes(step, observer);
+        if let Some(ledger) = &mut self.ledger {
+            let turn = observer.record.turn;
+            if turn != self.turn {
+                ledger.clear();
+            }
+            self.turn = turn;
+            ledger.observe(step, &observer.filament);
+        }
         if self.sampling.samples == 0 {
             return;
         }
@@ -422,7 +464,7 @@ impl Sampler {
                 }
             }
             if self.sampling.loads {
-                shape.forces = vec![ContactForce::NONE; shape.nodes_m.len()];
+                shape.forces = vec![NodeForce::default(); shape.nodes_m.len()];
                 observer.add_forces(step, s, &mut shape.forces);
             }
             self.shapes.push(shape);

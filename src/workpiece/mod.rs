@@ -10,12 +10,14 @@ use std::f64::consts::{PI, TAU};
 
 use crate::equations::linear::{add, dot, scale, sub};
 
+mod cells;
 mod outline;
 mod part;
 mod plane;
 mod profile;
 mod spline;
 
+pub use cells::{Cell, ProfileCells};
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::{Plane, reach, unit_normal};
@@ -116,6 +118,32 @@ impl Edge {
         }
     }
 
+    /// Its length in m.
+    pub fn length(&self) -> f64 {
+        match &self.curve {
+            EdgeCurve::Arc { radius, ends: None, .. } => TAU * radius,
+            EdgeCurve::Arc { radius, ends: Some([first, second]), .. } => {
+                radius * cross(*first, *second).atan2(dot(*first, *second))
+            }
+            EdgeCurve::Stretch(stretch) => stretch.length(),
+        }
+    }
+
+    /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at `time` (s).
+    pub fn part_before(&self, [x, y, _]: [f64; 3], time: f64) -> f64 {
+        let point = sub([x, y], self.moved(time));
+        let before = match &self.curve {
+            EdgeCurve::Arc { centre, radius, ends } => {
+                let [first, _] = ends.unwrap_or([[-1.0, 0.0]; 2]);
+                let offset = sub(point, *centre);
+                let angle = cross(first, offset).atan2(dot(first, offset));
+                radius * if ends.is_none() { angle.rem_euclid(TAU) } else { angle }
+            }
+            EdgeCurve::Stretch(stretch) => stretch.before(point),
+        };
+        (before / self.length()).clamp(0.0, 1.0)
+    }
+
     /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
     pub fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
         let point = sub([x, y], self.moved(time));
@@ -176,6 +204,19 @@ pub trait Workpiece {
     /// The default is false, which is always right.
     fn translates(&self) -> bool {
         false
+    }
+
+    /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if that is all there is to the
+    /// workpiece: a profile extruded along `z`.
+    ///
+    /// By default there is none, and nothing is known of where on the workpiece the work is done.
+    fn profile(&self, _reach: f64) -> Option<ProfileCells> {
+        None
+    }
+
+    /// The arc length in m of the point of the [profile](Workpiece::profile) that is nearest to `position` (m) at `time` (s).
+    fn arc_length(&self, _position: [f64; 3], _time: f64) -> Option<f64> {
+        None
     }
 
     /// The angles of the tool between which its undeformed tips touch the workpiece as it is at time zero; none if they

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{ContactArc, Edge, Passage, Surface, Workpiece, bisect, cross};
+use super::cells::CELLS_OF_ARC;
+use super::{ContactArc, Edge, Passage, ProfileCells, Surface, Workpiece, bisect, cross};
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// One curve of an outline. Lengths in m.
@@ -86,6 +87,54 @@ impl Curve {
             }
         }
     }
+
+    /// The own arc lengths between which the curve comes within the distance `reach` (m) of the tool axis, all the way round if it
+    /// does so across the end of a circle; none if it does not.
+    fn stretch(&self, reach: f64) -> Option<[f64; 2]> {
+        let (nearest, square) = self.nearest([0.0; 2]);
+        if square >= reach * reach {
+            return None;
+        }
+        match *self {
+            Self::Line { point, direction, from, to } => {
+                let (foot, away) = (-dot(point, direction), dot(left(direction), point));
+                let half = (reach * reach - away * away).max(0.0).sqrt();
+                Some([from.max(foot - half), to.min(foot + half)])
+            }
+            Self::Arc { .. } => Some(self.range(reach)),
+            Self::Circle { centre, radius, .. } => {
+                // |c + r e|² = reach²
+                let away = dot(centre, centre);
+                let cos = (away + radius * radius - reach * reach) / (2.0 * away.sqrt() * radius);
+                let half = radius * cos.clamp(-1.0, 1.0).acos();
+                let stretch = [nearest - half, nearest + half];
+                let whole = self.range(reach);
+                let inside = stretch[0] > whole[0] && stretch[1] < whole[1];
+                Some(if inside { stretch } else { whole })
+            }
+        }
+    }
+
+    /// The own arc length of the point that is nearest to `position`, and the square of its distance in m².
+    fn nearest(&self, position: [f64; 2]) -> (f64, f64) {
+        let length = match *self {
+            Self::Line { point, direction, from, to } => dot(direction, sub(position, point)).clamp(from, to),
+            Self::Arc { centre, radius, first, second } => {
+                let offset = sub(position, centre);
+                let angle = |from: [f64; 2], to: [f64; 2]| cross(to, from).atan2(dot(from, to));
+                let whole = angle(first, second);
+                // Beyond the arc, the nearer of its ends: half a turn goes from the middle of the arc to the opposite side.
+                let middle = turned(first, whole / 2.0);
+                radius * (whole / 2.0 + angle(middle, offset)).clamp(0.0, whole)
+            }
+            Self::Circle { centre, radius, convex } => {
+                let [x, y] = sub(position, centre);
+                if convex { radius * x.atan2(y) } else { radius * x.atan2(-y) }
+            }
+        };
+        let offset = sub(position, self.at(length)[0]);
+        (length, dot(offset, offset))
+    }
 }
 
 /// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as intervals in rad. `at` is point and
@@ -150,6 +199,10 @@ fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
 pub struct Outline {
     /// In their order along the outline, with the material on the right-hand side.
     curves: Vec<Curve>,
+    /// What the arc length along the outline adds to the own one of each curve, in m.
+    shifts: Vec<f64>,
+    /// Which of them are edges.
+    are_edges: Vec<bool>,
     /// Those that nodes meet.
     faces: Vec<Curve>,
     edges: Vec<Edge>,
@@ -215,8 +268,9 @@ impl Outline {
             _ => None,
         };
         let edges = curves.iter().filter_map(edge).collect();
+        let are_edges: Vec<bool> = curves.iter().map(|curve| edge(curve).is_some()).collect();
         let faces = curves.iter().filter(|curve| edge(curve).is_none()).copied().collect();
-        Self { curves, faces, edges, velocity }
+        Self { shifts: shifts(&curves), are_edges, curves, faces, edges, velocity }
     }
 
     /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also has the angles of `plane`. None
@@ -239,6 +293,24 @@ impl Outline {
             if better { next } else { best }
         })
     }
+}
+
+/// What the arc length along an outline adds to the own one of each of its curves, in m. The middle of the rounded part is at zero.
+fn shifts(curves: &[Curve]) -> Vec<f64> {
+    let mut end = 0.0;
+    let shift = |curve: &Curve| match *curve {
+        Curve::Line { from, to, .. } if from.is_infinite() => end - to,
+        Curve::Circle { .. } => 0.0,
+        _ => {
+            let [from, to] = curve.range(f64::INFINITY);
+            let shift = end - from;
+            // The last face goes on for ever.
+            end = if to.is_finite() { shift + to } else { end };
+            shift
+        }
+    };
+    let shifts: Vec<f64> = curves.iter().map(shift).collect();
+    shifts.into_iter().map(|shift| if end > 0.0 { shift - end / 2.0 } else { shift }).collect()
 }
 
 /// The passage of a filament that touches where `touches` says (rad, in any order).
@@ -286,5 +358,43 @@ impl Workpiece for Outline {
 
     fn translates(&self) -> bool {
         true
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        let stretches: Vec<Option<[f64; 2]>> = self.curves.iter().map(|curve| curve.stretch(reach)).collect();
+        let mut profile = ProfileCells::default();
+        let (Some(first), Some(last)) =
+            (stretches.iter().position(Option::is_some), stretches.iter().rposition(Option::is_some))
+        else {
+            return Some(profile);
+        };
+        for index in first..=last {
+            let (curve, shift) = (&self.curves[index], self.shifts[index]);
+            // Without gaps: only the first and the last curve are cut off.
+            let [mut start, mut end] = curve.range(f64::INFINITY);
+            if let Some([from, to]) = stretches[index] {
+                start = if index == first { from } else { start };
+                end = if index == last { to } else { end };
+            }
+            let least = if matches!(curve, Curve::Line { .. }) { 1 } else { CELLS_OF_ARC };
+            let stretch = [start, end].map(|length| length + shift);
+            profile.extend(stretch, least, self.are_edges[index], |length| curve.at(length - shift)[0]);
+        }
+        if let ([curve @ Curve::Circle { radius, .. }], Some(stretch)) = (&self.curves[..], stretches[0])
+            && stretch == curve.range(reach)
+        {
+            profile.period = Some(TAU * radius);
+        }
+        Some(profile)
+    }
+
+    fn arc_length(&self, [x, y, _]: [f64; 3], time: f64) -> Option<f64> {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        let places = self.curves.iter().zip(&self.shifts).map(|(curve, shift)| {
+            let (length, square) = curve.nearest(position);
+            (length + shift, square)
+        });
+        places.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(length, _)| length)
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::outline::Corner;
-use super::{ContactArc, Edge, Outline, Passage, Plane, Profile, Spline, Surface, Workpiece, reach};
+use super::{ContactArc, Edge, Outline, Passage, Plane, Profile, ProfileCells, Spline, Surface, Workpiece, reach};
 use crate::model::parameters::Violation;
 use crate::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
 
@@ -277,5 +277,13 @@ impl Workpiece for Part {
 
     fn translates(&self) -> bool {
         each!(self, workpiece => workpiece.translates())
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        each!(self, workpiece => workpiece.profile(reach))
+    }
+
+    fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
+        each!(self, workpiece => workpiece.arc_length(position, time))
     }
 }

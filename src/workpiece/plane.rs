@@ -1,7 +1,7 @@
 //! A plane that moves without turning.
 
-use super::{ContactArc, Surface, Workpiece};
-use crate::equations::linear::{dot, scale, sub};
+use super::{ContactArc, ProfileCells, Surface, Workpiece};
+use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::settings::WorkpieceSettings;
 
 /// The outward unit normal; NaN if the settings state none.
@@ -51,6 +51,17 @@ impl Plane {
     }
 }
 
+impl Plane {
+    /// Its line at `z = 0`, at time zero: the point nearest to the axis, and the direction with the material on the right-hand
+    /// side. None of a plane across the axis.
+    fn line(&self) -> Option<[[f64; 2]; 2]> {
+        let [x, y, _] = self.normal;
+        let across = x.hypot(y);
+        let foot = dot(self.normal, self.point) / (across * across);
+        (across > 0.0).then(|| [[foot * x, foot * y], [y / across, -x / across]])
+    }
+}
+
 impl Workpiece for Plane {
     #[inline]
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
@@ -65,6 +76,20 @@ impl Workpiece for Plane {
 
     fn translates(&self) -> bool {
         true
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        let [foot, direction] = self.line()?;
+        let half = (reach * reach - dot(foot, foot)).max(0.0).sqrt();
+        let mut profile = ProfileCells::default();
+        profile.extend([-half, half], 1, false, |length| add(foot, scale(length, direction)));
+        Some(profile)
+    }
+
+    fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
+        let [_, direction] = self.line()?;
+        let [x, y, _] = sub(position, scale(time, self.velocity));
+        Some(dot(direction, [x, y]))
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::cells::CELLS_OF_ARC;
 use super::outline::{passage, touches};
-use super::{ContactArc, Edge, Foot, Passage, Spline, Surface, Workpiece, bisect};
+use super::{ContactArc, Edge, Foot, Passage, ProfileCells, Spline, Surface, Workpiece, bisect};
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// Points at which the curvature of a profile is looked at in search of its edges.
@@ -15,7 +16,9 @@ pub struct Profile {
     spline: Arc<Spline>,
     /// Where the spline's own origin is at time zero, in m.
     origin: [f64; 2],
-    /// Its tightest convex stretches.
+    /// The arc lengths in m between which its tightest convex stretches are, in order.
+    stretches: Vec<[f64; 2]>,
+    /// These stretches.
     edges: Vec<Edge>,
     velocity: [f64; 3],
 }
@@ -37,6 +40,16 @@ impl Stretch {
     /// The smallest radius of curvature in m.
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// Its length in m.
+    pub(super) fn length(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// How much of it lies before the foot of `point` (m), in m; not clamped to its ends.
+    pub(super) fn before(&self, point: [f64; 2]) -> f64 {
+        self.spline.nearest(sub(point, self.origin)).arc_length - self.from
     }
 
     /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch it is, as in
@@ -63,9 +76,10 @@ impl Profile {
     /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex stretches with radii of curvature below
     /// `face_radius` (m) are edges.
     pub(super) fn new(spline: Arc<Spline>, origin: [f64; 2], face_radius: f64, velocity: [f64; 3]) -> Self {
-        let edges = stretches(&spline, 1.0 / face_radius)
-            .into_iter()
-            .map(|[from, to]| {
+        let stretches = stretches(&spline, 1.0 / face_radius);
+        let edges = stretches
+            .iter()
+            .map(|&[from, to]| {
                 let sharpest = (0..=100).map(|i| {
                     let (point, _) = spline.at(from + (to - from) * f64::from(i) / 100.0);
                     spline.nearest(point).curvature
@@ -74,7 +88,7 @@ impl Profile {
                 Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius }, velocity)
             })
             .collect();
-        Self { spline, origin, edges, velocity }
+        Self { spline, origin, stretches, edges, velocity }
     }
 
     /// The spline, in its own coordinates.
@@ -99,6 +113,31 @@ impl Profile {
             }
         }
         passage(found, plane)
+    }
+}
+
+impl Profile {
+    /// The arc lengths in m between which the profile comes within the distance `reach` (m) of the tool axis, without gaps: all of a
+    /// closed one. None if it does not.
+    fn within(&self, reach: f64) -> Option<[f64; 2]> {
+        let length = self.spline.length();
+        let away = |along: f64| {
+            let point = add(self.origin, self.spline.at(along).0);
+            dot(point, point).sqrt()
+        };
+        let range =
+            if self.spline.is_closed() { [0.0, length] } else { [-reach - away(0.0), length + reach + away(length)] };
+        let place = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / POINTS as f64;
+        let inside = |i: &usize| away(place(*i)) < reach;
+        let (first, last) = ((0..=POINTS).find(inside)?, (0..=POINTS).rfind(inside)?);
+        if self.spline.is_closed() {
+            return Some(range);
+        }
+        let start =
+            if first == 0 { range[0] } else { bisect(|along| away(along) < reach, place(first - 1), place(first)) };
+        let end =
+            if last == POINTS { range[1] } else { bisect(|along| away(along) >= reach, place(last), place(last + 1)) };
+        Some([start, end])
     }
 }
 
@@ -145,5 +184,28 @@ impl Workpiece for Profile {
 
     fn translates(&self) -> bool {
         true
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        let (at, length) = (|along: f64| add(self.origin, self.spline.at(along).0), self.spline.length());
+        let mut cells = ProfileCells::default();
+        let Some([start, end]) = self.within(reach) else { return Some(cells) };
+        let ends = self.stretches.iter().flatten().chain([&0.0, &length]).copied();
+        let mut cuts: Vec<f64> = ends.filter(|cut| *cut > start && *cut < end).chain([start, end]).collect();
+        cuts.sort_by(f64::total_cmp);
+        for pair in cuts.windows(2) {
+            let middle = (pair[0] + pair[1]) / 2.0;
+            let on_edge = self.stretches.iter().any(|[from, to]| (from..=to).contains(&&middle));
+            let least = if on_edge { CELLS_OF_ARC } else { 1 };
+            cells.extend([pair[0], pair[1]], least, on_edge, at);
+        }
+        cells.period = self.spline.is_closed().then_some(length);
+        Some(cells)
+    }
+
+    fn arc_length(&self, [x, y, _]: [f64; 3], time: f64) -> Option<f64> {
+        let [x_rate, y_rate, _] = self.velocity;
+        let position = [x - time * x_rate, y - time * y_rate];
+        Some(self.spline.nearest(sub(position, self.origin)).arc_length)
     }
 }

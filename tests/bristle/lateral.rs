@@ -58,7 +58,7 @@ fn pass(settings: &Settings, tilt: f64, tolerance: f64, samples: usize) -> Simul
     let mut settings = settings.clone();
     settings.filament.lateral_tilt_rad = tilt;
     settings.solver.relative_tolerance = tolerance;
-    let sampling = Sampling { samples, shapes: 0, loads: false, alongside: false };
+    let sampling = Sampling { samples, shapes: 0, loads: false, profile: false, alongside: false };
     simulate_with(&settings, sampling).expect("the pass is simulated")
 }
 

@@ -13,6 +13,7 @@ mod open_core;
 mod physics;
 mod planar;
 mod poles;
+mod profile;
 mod reference;
 mod shape;
 mod slow;

@@ -188,7 +188,9 @@ fn turns_side_by_side_are_those_alone() {
     all[0].process.tail_angle_rad = 0.0;
     all[4].process.brushing_velocity_m_s = 1.0;
     all[4].process.tail_angle_rad = 0.0;
-    for sampling in [Sampling::default(), Sampling { samples: 31, shapes: 3, loads: true, alongside: true }] {
+    for sampling in
+        [Sampling::default(), Sampling { samples: 31, shapes: 3, loads: true, profile: true, alongside: true }]
+    {
         let mut jobs: Vec<Job> = all.iter().enumerate().map(|(number, settings)| Job::new(number, settings)).collect();
         let mut results = vec![None; all.len()];
         let done =

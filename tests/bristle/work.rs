@@ -38,3 +38,18 @@ fn work_of_typical_passes() {
         }
     }
 }
+
+#[test]
+fn friction_costs_little_more() {
+    // Of single passes, as the number of contacts can differ; over the paper's 120 it is 1.21.
+    const MOST: f64 = 1.5;
+    let iterations = |friction: f64, (velocity, depth): (f64, f64)| {
+        let mut settings = crate::common::case(25, velocity, depth);
+        settings.contact.friction_coefficient = friction;
+        simulate(&settings).expect("the pass ends").statistics.newton_iterations as f64
+    };
+    for case in [(10.0, 1e-3), (30.0, 5e-3), (15.0, 3e-3)] {
+        let ratio = iterations(0.3, case) / iterations(0.0, case);
+        assert!(ratio <= MOST, "{case:?}: {ratio}");
+    }
+}

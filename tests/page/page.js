@@ -273,6 +273,9 @@ test("the curves and shapes are those of the metrics", async () => {
     close(impulse, metric("contact_normal_impulse_n_s"), 1e-3);
     // The deflection is largest between two samples.
     close(Math.max(...unpack(course.deflection)), metric("max_tip_deflection_m"), 5e-3);
+    const [places, along] = [course.work.arc_length, course.work.impulse].map(unpack);
+    const sum = along.reduce((total, value, cell) => total + value * (places[cell + 1] - places[cell]), 0);
+    close(sum, metric("contact_normal_impulse_n_s"), 2e-3);
   }
   await close();
 });

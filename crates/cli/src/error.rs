@@ -11,6 +11,7 @@ use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
 use bristle_study::advice::AdviceError;
 use bristle_study::input_error::InputError;
+use bristle_study::results::DataError;
 use bristle_text::shown_path;
 use thiserror::Error;
 
@@ -33,6 +34,8 @@ pub enum CliError {
     File(#[from] FileError),
     #[error(transparent)]
     Input(#[from] InputError),
+    #[error(transparent)]
+    Data(#[from] DataError),
     #[error("{}: {error}", shown_path(path))]
     State { path: PathBuf, error: StateError },
     #[error(transparent)]

@@ -6,10 +6,14 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use bristle_inspect::comparison::MAX_GRAPH_BYTES;
+use bristle_study::control_points::read_control_points;
+use bristle_study::document::Document;
 use bristle_text::{shown, shown_path};
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
+
+use crate::error::CliError;
 
 /// Longest reason for which a file cannot be read or written, in characters. It may state the path again.
 const LONGEST_REASON: usize = 200;
@@ -41,6 +45,17 @@ const MAX_RESULT_BYTES: u64 = 1 << 30;
 /// Reads a file of settings, or of a state.
 pub fn read_input(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
+}
+
+/// Reads the text of the input file at `path`, called `name` in errors, with the control points that it takes from another file.
+pub fn read_document<'t>(path: &Path, text: &'t str, name: &'t str) -> Result<Document<'t>, CliError> {
+    let mut document = Document::parse(text, name)?;
+    if let Some(file) = document.control_points_file() {
+        let file = relative_to(path, file);
+        let points = read_control_points(&read_input(&file)?, &file.to_string_lossy())?;
+        document.set_control_points(points);
+    }
+    Ok(document)
 }
 
 /// Reads a table of measured forces.

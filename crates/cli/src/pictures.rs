@@ -6,11 +6,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle::model::settings::Settings;
-use bristle::simulation::Sample;
-use bristle_report::figures::{
-    HISTORY_FIGURE, Picture, TURNS_FIGURE, history_figure, is_of_study, study_figures, turns_figure,
-};
+use bristle_report::figures::{Picture, contact_figures, is_of_contact, is_of_study, study_figures};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
@@ -18,7 +14,7 @@ use bristle_text::shown_path;
 use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
-use crate::saved::{SavedContact, SavedError, saved_case, saved_study};
+use crate::saved::{Contact, SavedError, saved_case, saved_study};
 use crate::terminal::say;
 
 /// Subdirectory of the results for the pictures.
@@ -81,18 +77,12 @@ pub fn draw_study(
     Ok(Drawn { message, comparisons })
 }
 
-/// Draws one contact over time and, if it has several turns, their `impulses` in N s below `directory`. Removes pictures of an
-/// earlier contact that this one does not have.
-pub fn draw_contact(
-    directory: &Path,
-    settings: &Settings,
-    history: &[Sample],
-    impulses: &[f64],
-) -> Result<Drawn, PicturesError> {
-    let pictures: Vec<Picture> =
-        [history_figure(settings, history)].into_iter().chain(turns_figure(settings, impulses)).collect();
+/// Draws one contact below `directory`. Removes pictures of an earlier contact that this one does not have.
+pub fn draw_contact(directory: &Path, contact: &Contact) -> Result<Drawn, PicturesError> {
+    let Contact { settings, history, impulses, profile, shapes } = contact;
+    let pictures = contact_figures(settings, history, impulses, profile, shapes);
     let message = write_pictures(directory, &pictures, None)?;
-    remove_others(directory, &pictures, is_of_case);
+    remove_others(directory, &pictures, is_of_contact);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -117,8 +107,8 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     if let Some((study, results, measured)) = study {
         drawn.push(draw_study(directory, &study, &results, &measured, None)?);
     }
-    if let Some(SavedContact { settings, history, impulses }) = case {
-        drawn.push(draw_contact(directory, &settings, &history, &impulses)?);
+    if let Some(contact) = case {
+        drawn.push(draw_contact(directory, &contact)?);
     }
     Ok(drawn)
 }
@@ -173,12 +163,7 @@ pub fn is_picture_of_study(name: &str) -> bool {
 
 /// Whether a file name is that of a picture of a contact.
 pub fn is_picture_of_case(name: &str) -> bool {
-    picture(name).is_some_and(is_of_case)
-}
-
-/// Whether the picture of a contact can have this name.
-fn is_of_case(name: &str) -> bool {
-    [HISTORY_FIGURE, TURNS_FIGURE].contains(&name)
+    picture(name).is_some_and(is_of_contact)
 }
 
 /// The name of the picture in a file.
@@ -186,9 +171,9 @@ fn picture(name: &str) -> Option<&str> {
     ENDINGS.iter().find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
-/// Removes other pictures of the kind `is_ours`: those of an earlier run, which would be mistaken for those of this one. A failure
-/// to remove one is not an error.
-fn remove_others(directory: &Path, pictures: &[Picture], is_ours: impl Fn(&str) -> bool) {
+/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. A failure to
+/// remove one is not an error.
+fn remove_others(directory: &Path, pictures: &[Picture], is_ours: fn(&str) -> bool) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
         let name = picture(path.file_name()?.to_str()?)?;

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
-use bristle::simulation::Sample;
+use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_report::vtk::is_file_name;
 use bristle_study::results::{
-    DataError, SavedStudy, read_case, read_history, read_runs, read_study, read_turn_impulses,
+    DataError, SavedCase, SavedStudy, read_case, read_history, read_profile, read_runs, read_shapes, read_study,
+    read_turn_impulses,
 };
 use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
@@ -24,6 +25,8 @@ pub const METRICS: &str = "metrics.json";
 pub const RUNS: &str = "runs.csv";
 pub const RUNS_PARQUET: &str = "runs.parquet";
 pub const HISTORY: &str = "history.csv";
+pub const PROFILE: &str = "profile.csv";
+pub const SHAPES: &str = "shapes.csv";
 pub const HISTORY_PARQUET: &str = "history.parquet";
 
 /// Why saved results cannot be used.
@@ -70,35 +73,49 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     Ok(Some((saved, results)))
 }
 
-/// One contact in a directory.
-pub struct SavedContact {
+/// One contact, as its figures show it.
+pub struct Contact {
     pub settings: Settings,
     pub history: Vec<Sample>,
     /// The contact normal impulse of each turn in N s.
     pub impulses: Vec<f64>,
+    pub profile: Vec<ProfileCell>,
+    /// The shapes that are drawn.
+    pub shapes: Vec<Shape>,
 }
 
 /// The contact in a directory; `None` if there is none.
-pub fn saved_case(directory: &Path) -> Result<Option<SavedContact>, SavedError> {
+pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
     if !directory.join(CASE).exists() {
         return Ok(None);
     }
     let (text, name) = read(directory, CASE)?;
     let case = read_case(&text, &name)?;
-    let (text, name) = read(directory, HISTORY)?;
-    let history = read_history(&text, &name)?;
-    // Checked after all else that can state where the text is wrong.
-    case.check(HISTORY, &text, &name)?;
-    let (text, name) = read(directory, METRICS)?;
-    let impulses = read_turn_impulses(&text, &name)?;
-    case.check(METRICS, &text, &name)?;
+    let history = table(directory, &case, HISTORY, read_history)?;
+    let profile = table(directory, &case, PROFILE, read_profile)?;
+    let shapes = table(directory, &case, SHAPES, read_shapes)?;
+    let impulses = table(directory, &case, METRICS, read_turn_impulses)?;
     // The other files are not needed, but must not be those of another run.
     let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
     for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
         let (text, name) = read(directory, file)?;
         case.check(file, &text, &name)?;
     }
-    Ok(Some(SavedContact { settings: case.settings, history, impulses }))
+    Ok(Some(Contact { settings: case.settings, history, impulses, profile, shapes }))
+}
+
+/// Reads the table in a `file` of a contact.
+fn table<T>(
+    directory: &Path,
+    case: &SavedCase,
+    file: &str,
+    parse: impl Fn(&str, &str) -> Result<Vec<T>, DataError>,
+) -> Result<Vec<T>, SavedError> {
+    let (text, name) = read(directory, file)?;
+    let rows = parse(&text, &name)?;
+    // Checked after all else that can state where the text is wrong.
+    case.check(file, &text, &name)?;
+    Ok(rows)
 }
 
 /// The text of a file, and its name for error messages.

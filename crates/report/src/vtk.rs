@@ -13,7 +13,7 @@ use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Shape};
 use bristle::tool::ClampMotion;
-use bristle::workpiece::Workpiece;
+use bristle::workpiece::{Workpiece, unit_normal};
 
 /// The largest number of shapes in a pass: their numbers in file names have four digits.
 pub const MAX_SHAPES: usize = 10_000;
@@ -28,7 +28,7 @@ const ATTRIBUTES: &str = "version=\"1.0\" byte_order=\"LittleEndian\" header_typ
 /// The attribute of numbers at points and cells.
 const COMPONENTS: &str = "NumberOfComponents";
 
-/// How far the drawn part of the workpiece extends beyond the filament, as a fraction of the filament's range.
+/// How far the drawn part of the workpiece extends beyond the reach of the undeformed tips, as a part of it.
 const MARGIN: f64 = 0.1;
 
 /// Names of the files for `shapes` shapes.
@@ -50,11 +50,11 @@ fn filament_name(shape: usize) -> String {
 /// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings` state and have loads.
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
     let pass = Pass::new(settings);
-    let plane = workpiece(&pass, shapes, settings.tool.width_m);
+    let piece = workpiece(&pass, settings);
     let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
     let filaments = shapes.iter().enumerate().map(filament);
     filaments
-        .chain([(WORKPIECE.to_owned(), plane)])
+        .chain([(WORKPIECE.to_owned(), piece)])
         .chain(iter::once_with(|| (COLLECTION.to_owned(), collection(shapes))))
 }
 
@@ -63,13 +63,10 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     let segment = settings.filament.length_m / settings.filament.segments as f64;
     let contact_radius = settings.contact.radius_m;
     let nodes = &shape.nodes_m;
-    let surfaces = nodes.iter().map(|&node| pass.workpiece().surface(node, shape.time_s));
     let arc: Vec<f64> = (0..nodes.len()).map(|k| k as f64 * segment).collect();
-    let gaps: Vec<f64> = surfaces.clone().map(|surface| surface.gap - contact_radius).collect();
-    let normal_forces: Vec<f64> = shape.forces.iter().map(|force| force.normal).collect();
-    let forces: Vec<[f64; 3]> = iter::zip(&shape.forces, surfaces)
-        .map(|(force, surface)| add(scale(force.normal, surface.normal), force.tangential))
-        .collect();
+    let gaps: Vec<f64> = nodes.iter().map(|&node| gap(pass.workpiece(), node, shape.time_s) - contact_radius).collect();
+    let normal_forces: Vec<f64> = shape.forces.iter().map(|load| load.normal).collect();
+    let forces: Vec<[f64; 3]> = shape.forces.iter().map(|load| load.force).collect();
     // The joint at the root connects to the clamp. The tip has no joint.
     let clamp = pass.tool().at(shape.time_s).direction;
     let directions: Vec<[f64; 3]> =
@@ -83,7 +80,8 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
         reals("gap_m", COMPONENTS, 1, &gaps),
         reals("joint_angle_rad", COMPONENTS, 1, &angles),
     ];
-    poly_data(nodes, "Lines", &data.concat(), &reals("TimeValue", "NumberOfTuples", 1, &[shape.time_s]))
+    let line: Vec<i64> = (0..nodes.len() as i64).collect();
+    poly_data(nodes, "Lines", &[line], &data.concat(), &reals("TimeValue", "NumberOfTuples", 1, &[shape.time_s]))
 }
 
 fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -96,38 +94,47 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(normal, normal).sqrt().atan2(dot(a, b))
 }
 
-/// The part of the workpiece's plane below the filament's path: a rectangle as wide as the tool.
-///
-/// The plane's feed is parallel to the plane, so the plane is the same at all times.
-fn workpiece(pass: &Pass, shapes: &[Shape], width: f64) -> String {
-    let surface = pass.workpiece().surface([0.0; 3], 0.0);
-    let [x, y, _] = surface.normal;
-    let steepness = x.hypot(y);
-    // At z = 0, where the filament stays until contact.
-    let below_axis = scale(-surface.gap / steepness.powi(2), [x, y, 0.0]);
-    let along = scale(1.0 / steepness, [y, -x, 0.0]);
-    let across = cross(surface.normal, along);
-    let places = shapes.iter().flat_map(|shape| &shape.nodes_m).map(|&node| dot(along, node));
-    let (low, high) = places.fold((0.0_f64, 0.0_f64), |(low, high), place| (low.min(place), high.max(place)));
-    let margin = MARGIN * (high - low);
-    let corner = |place: f64, side: f64| add(below_axis, add(scale(place, along), scale(side, across)));
-    let (low, high, side) = (low - margin, high + margin, width / 2.0);
-    poly_data(&[corner(low, -side), corner(high, -side), corner(high, side), corner(low, side)], "Polys", "", "")
+/// The gap of a node at `position` (m) and `time` (s) to the face or the edge that is nearest to it, in m.
+fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
+    let edges = workpiece.edges().iter().map(|edge| edge.surface(position, time)).filter(|seen| seen.margin > 0.0);
+    edges.map(|seen| seen.gap).reduce(f64::min).unwrap_or_else(|| workpiece.surface(position, time).gap)
 }
 
-/// Points in m, one cell of all points, `data` at the points, and `fields` of the whole.
-fn poly_data(points: &[[f64; 3]], cell: &str, data: &str, fields: &str) -> String {
+/// The part of the workpiece's profile that the filament can reach, as it lies at time zero: a strip of rectangles as wide as the tool.
+fn workpiece(pass: &Pass, settings: &Settings) -> String {
+    let profile = pass.workpiece().profile((1.0 + MARGIN) * settings.tool_radius_m()).unwrap_or_default();
+    // Along z, but for a plane that is tilted about its line at z = 0.
+    let [x, y, z] = unit_normal(&settings.workpiece);
+    let steepness = x.hypot(y);
+    let across = [-x * z / steepness, -y * z / steepness, steepness];
+    let half = settings.tool.width_m / 2.0;
+    let side = |side: f64| profile.points().into_iter().map(move |[x, y]| add([x, y, 0.0], scale(side, across)));
+    let (near, far): (Vec<_>, Vec<_>) = (side(-half).collect(), side(half).collect());
+    let count = near.len() as i64;
+    let points = [near, far].concat();
+    let rectangles: Vec<[i64; 4]> = (1..count).map(|end| [end - 1, end, count + end, count + end - 1]).collect();
+    let arc_lengths = profile.boundaries().repeat(2);
+    poly_data(&points, "Polys", &rectangles, &reals("arc_length_m", COMPONENTS, 1, &arc_lengths), "")
+}
+
+/// Points in m, cells of points by their numbers, `data` at the points, and `fields` of the whole.
+fn poly_data<C: AsRef<[i64]>>(points: &[[f64; 3]], kind: &str, cells: &[C], data: &str, fields: &str) -> String {
     let count = points.len();
     let counts: String = ["Verts", "Lines", "Strips", "Polys"]
-        .map(|kind| format!(" NumberOf{kind}=\"{}\"", u8::from(kind == cell)))
+        .map(|other| format!(" NumberOf{other}=\"{}\"", if other == kind { cells.len() } else { 0 }))
         .concat();
     let coordinates = reals("Points", COMPONENTS, 3, points.as_flattened());
-    let connectivity = array("Int64", "connectivity", COMPONENTS, 1, (0..count as i64).flat_map(i64::to_le_bytes));
-    let offsets = array("Int64", "offsets", COMPONENTS, 1, (count as i64).to_le_bytes());
+    let numbers = cells.iter().flat_map(|cell| cell.as_ref().iter().flat_map(|number| number.to_le_bytes()));
+    let connectivity = array("Int64", "connectivity", COMPONENTS, 1, numbers);
+    let ends = cells.iter().scan(0, |end, cell| {
+        *end += cell.as_ref().len() as i64;
+        Some(*end)
+    });
+    let offsets = array("Int64", "offsets", COMPONENTS, 1, ends.flat_map(i64::to_le_bytes));
     format!(
         "{HEADING}<VTKFile type=\"PolyData\" {ATTRIBUTES}>\n<PolyData>\n<FieldData>\n{fields}</FieldData>\n\
          <Piece NumberOfPoints=\"{count}\"{counts}>\n<PointData>\n{data}</PointData>\n<Points>\n{coordinates}</Points>\n\
-         <{cell}>\n{connectivity}{offsets}</{cell}>\n</Piece>\n</PolyData>\n</VTKFile>\n"
+         <{kind}>\n{connectivity}{offsets}</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n"
     )
 }
 
@@ -158,6 +165,7 @@ fn collection(shapes: &[Shape]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bristle::model::settings::{WorkpieceKind, WorkpieceSettings};
     use bristle::simulation::{Sampling, Simulation, simulate_with};
     use bristle_study::document::Document;
 
@@ -170,8 +178,10 @@ mod tests {
         settings.workpiece.normal = [1.0, 2.0, 0.5];
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
-        let simulation =
-            simulate_with(&settings, Sampling { samples: SHAPES, shapes: SHAPES, loads: true, alongside: false });
+        let simulation = simulate_with(
+            &settings,
+            Sampling { samples: SHAPES, shapes: SHAPES, loads: true, profile: false, alongside: false },
+        );
         (settings, simulation.expect("the pass ends"))
     }
 
@@ -248,18 +258,54 @@ mod tests {
     #[test]
     fn the_workpiece_lies_below_the_filament() {
         let (settings, simulation) = contact();
-        let (_, text) = files(&settings, &simulation.shapes).nth(SHAPES).expect("the workpiece");
-        let corners = vectors(&text, "Points");
         let pass = Pass::new(&settings);
-        for &corner in &corners {
-            assert!(pass.workpiece().surface(corner, 0.0).gap.abs() < 1e-15);
+        let (_, text) = files(&settings, &simulation.shapes).nth(SHAPES).expect("the workpiece");
+        let points = vectors(&text, "Points");
+        for &point in &points {
+            assert!(pass.workpiece().surface(point, 0.0).gap.abs() < 1e-15);
         }
-        assert!((length(sub(corners[3], corners[0])) / settings.tool.width_m - 1.0).abs() < 1e-12);
-        let along = sub(corners[1], corners[0]);
+        let (near, far) = points.split_at(points.len() / 2);
+        let along = sub(near[near.len() - 1], near[0]);
+        for (near, far) in iter::zip(near, far) {
+            let width = sub(*far, *near);
+            assert!((length(width) / settings.tool.width_m - 1.0).abs() < 1e-12 && dot(width, along).abs() < 1e-12);
+        }
         for node in simulation.shapes.iter().flat_map(|shape| &shape.nodes_m) {
-            let place = dot(sub(*node, corners[0]), along) / dot(along, along);
+            let place = dot(sub(*node, near[0]), along) / dot(along, along);
             assert!(place > 0.05 && place < 0.95, "{place}");
         }
+    }
+
+    /// The outline of an edge, with the gaps and the forces of nodes at it.
+    #[test]
+    fn an_edge_is_extruded_over_the_width() {
+        let (mut settings, _) = contact();
+        settings.workpiece = WorkpieceSettings {
+            kind: WorkpieceKind::Edge,
+            edge_radius_m: 1e-3,
+            offset_m: 0.005,
+            ..WorkpieceSettings::default()
+        };
+        let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
+        let simulation = simulate_with(&settings, sampling).expect("the pass ends");
+        let pass = Pass::new(&settings);
+        let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
+        let points = vectors(&texts[SHAPES].1, "Points");
+        assert!(points.iter().all(|&point| gap(pass.workpiece(), point, 0.0).abs() < 1e-15));
+        let arc_lengths = numbers(&texts[SHAPES].1, "arc_length_m");
+        for (point, arc_length) in iter::zip(&points, arc_lengths) {
+            let found = pass.workpiece().arc_length(*point, 0.0).expect("a place");
+            assert!((found - arc_length).abs() < 1e-12, "{found} {arc_length}");
+        }
+        let sums = iter::zip(&texts, &simulation.history).map(|((_, text), sample)| {
+            let forces = vectors(text, "contact_force_n");
+            let sum = forces.iter().fold([0.0; 3], |sum, &force| add(sum, force));
+            (length(sum), sample.contact_normal_force_n.hypot(sample.contact_tangential_force_n))
+        });
+        let on_edge: Vec<(f64, f64)> = sums.filter(|(_, expected)| *expected > 0.0).collect();
+        // Forces of nodes on the face and of the centreline on the edge need not be parallel.
+        let agree = on_edge.iter().filter(|(sum, expected)| (sum - expected).abs() < 1e-12 * expected);
+        assert!(on_edge.len() > 10 && 10 * agree.count() > 9 * on_edge.len());
     }
 
     #[test]

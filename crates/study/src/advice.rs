@@ -10,6 +10,7 @@ use std::ops::Range;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
@@ -64,6 +65,9 @@ pub struct Advice {
     pub limits: Limits,
     /// One section for each combination of the settings swept in addition to velocity and depth.
     pub sections: Vec<Section>,
+    /// Advice on edges, if a filament touches one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<EdgeAdvice>,
     #[serde(skip)]
     forces: Readable,
 }
@@ -157,9 +161,13 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     {
         return Err(AdviceError::Ratios { min_ratio, max_ratio });
     }
-    let slices = process_slices(study, usize::MAX).chosen;
+    let mut slices = process_slices(study, usize::MAX).chosen;
+    let edges = advise_on_edges(study, results, &limits);
     if slices.iter().all(|slice| !slice.x.varies() && !slice.y.varies()) {
-        return Err(AdviceError::NothingVaries);
+        if edges.is_none() {
+            return Err(AdviceError::NothingVaries);
+        }
+        slices.clear();
     }
     let forces = Readable::tool_forces(results);
     let section = |slice: Slice| {
@@ -172,7 +180,7 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         Section { settings, advice, notes, slice }
     };
     let sections = slices.into_iter().map(section).collect();
-    Ok(Advice { limits, sections, forces })
+    Ok(Advice { limits, sections, edges, forces })
 }
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
@@ -408,9 +416,14 @@ fn counted(cases: usize) -> String {
 
 impl Limits {
     fn keep(&self, cell: &Cited) -> bool {
-        self.max_velocity_m_s.is_none_or(|limit| cell.brushing_velocity_m_s <= limit)
-            && self.min_ratio.is_none_or(|limit| cell.contact_time_ratio >= limit)
-            && self.max_ratio.is_none_or(|limit| cell.contact_time_ratio <= limit)
+        self.allow(cell.brushing_velocity_m_s, cell.contact_time_ratio)
+    }
+
+    /// Whether a case with this brushing velocity (m/s) and contact time ratio is within the limits.
+    pub(crate) fn allow(&self, brushing_velocity_m_s: f64, contact_time_ratio: f64) -> bool {
+        self.max_velocity_m_s.is_none_or(|limit| brushing_velocity_m_s <= limit)
+            && self.min_ratio.is_none_or(|limit| contact_time_ratio >= limit)
+            && self.max_ratio.is_none_or(|limit| contact_time_ratio <= limit)
     }
 }
 
@@ -450,6 +463,9 @@ impl Advice {
         for section in &self.sections {
             self.write_section(&mut text, section);
             text.push('\n');
+        }
+        if let Some(edges) = &self.edges {
+            edges.write(&mut text);
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
@@ -691,10 +707,10 @@ mod tests {
         let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         assert_eq!(
-            note(&sections[0]),
+            note(&sections[1]),
             "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
         );
-        assert!(note(&sections[1]).starts_with("These forces are without friction"), "{:?}", sections[1].notes);
+        assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
     }
 
     #[test]

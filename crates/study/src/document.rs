@@ -28,6 +28,11 @@ const MISSING: &str = "missing field ";
 const FILE: &str = "file";
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
+/// The section of the workpiece, with its key for a file of control points.
+const WORKPIECE: &str = "workpiece";
+const CONTROL_POINTS_FILE: &str = "control_points_csv";
+const CONTROL_POINTS: &str = "workpiece.control_points_m";
+
 /// The values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
 
@@ -42,6 +47,10 @@ pub struct Document<'t> {
     sweeps: Vec<LocatedSweep>,
     /// The file of measured forces.
     measured_file: Option<String>,
+    /// The file of a profile's control points, with the place of its path.
+    control_points_file: Option<(String, Range<usize>)>,
+    /// The control points in it, once they have been read.
+    control_points: Vec<[f64; 2]>,
 }
 
 /// One entry of `[study]`.
@@ -79,6 +88,8 @@ impl<'t> Document<'t> {
             study_span: 0..0,
             sweeps: Vec::new(),
             measured_file: None,
+            control_points_file: None,
+            control_points: Vec::new(),
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
@@ -103,7 +114,39 @@ impl<'t> Document<'t> {
         {
             document.measured_file = Some(document.read_measured(entries, measured.span())?);
         }
+        document.control_points_file = document.take_control_points_file()?;
         Ok(document)
+    }
+
+    /// The path of a table of control points as the file states it, relative to the file's directory.
+    #[must_use]
+    pub fn control_points_file(&self) -> Option<&str> {
+        self.control_points_file.as_ref().map(|(path, _)| path.as_str())
+    }
+
+    /// The control points in m of the table that [`Document::control_points_file`] names.
+    pub fn set_control_points(&mut self, points: Vec<[f64; 2]>) {
+        self.control_points = points;
+    }
+
+    /// Takes the path of a table of control points out of the tree.
+    fn take_control_points_file(&mut self) -> Result<Option<(String, Range<usize>)>, InputError> {
+        let Some(section) = self.table.get_mut(WORKPIECE) else { return Ok(None) };
+        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
+        let Some(value) = entries.remove(CONTROL_POINTS_FILE) else { return Ok(None) };
+        if let DeValue::String(path) = value.get_ref()
+            && !path.trim().is_empty()
+            && find(&self.table, CONTROL_POINTS).is_none()
+        {
+            return Ok(Some((path.to_string(), value.span())));
+        }
+        let allowed = match find(&self.table, CONTROL_POINTS) {
+            Some(_) => format!("left out, as `{CONTROL_POINTS}` states the points"),
+            None => MEASURED_FILE.to_owned(),
+        };
+        let key = format!("{WORKPIECE}.{CONTROL_POINTS_FILE}");
+        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), ""))
     }
 
     /// The settings that the file states, regardless of its sweeps.
@@ -178,13 +221,18 @@ impl<'t> Document<'t> {
             }
         }
         let root = Spanned::new(self.end(), table.clone());
-        let settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
+        let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
             // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
             let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
             missing.unwrap_or_else(|| self.unreadable(&table, &error))
         })?;
+        if self.control_points_file.is_some() {
+            settings.workpiece.control_points_m.clone_from(&self.control_points);
+        }
         check(&settings).map_err(|violation| {
-            let span = place(&table, violation.path).unwrap_or(self.end());
+            let of_points = self.control_points_file.as_ref().filter(|_| violation.path == CONTROL_POINTS);
+            let span = of_points.map(|(_, span)| span.clone()).or_else(|| place(&table, violation.path));
+            let span = span.unwrap_or(self.end());
             let Violation { path, value, allowed } = violation;
             let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
             self.error(problem, span, "")

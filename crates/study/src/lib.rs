@@ -2,7 +2,7 @@
 //!
 //! The modules, in the order of the data flow:
 //!
-//! 1. [`document`], [`schema`], [`input_error`]: an input file, read and checked;
+//! 1. [`document`], [`schema`], [`control_points`], [`input_error`]: an input file, read and checked;
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
 //! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
@@ -12,8 +12,10 @@
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
+pub mod control_points;
 pub mod digest;
 pub mod document;
+pub mod edges;
 pub mod input_error;
 pub mod journal;
 pub mod limited_work;

@@ -28,6 +28,12 @@ pub fn input_schema() -> String {
     }
     schema["properties"]["study"] = study_schema();
     schema["properties"]["measured"] = measured_schema();
+    schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
+        "type": "string",
+        "minLength": 1,
+        "description": "Path of a CSV file with control points instead of `control_points_m`, relative to the directory of the input \
+                        file, with the columns x_m, y_m.",
+    });
     format!("{schema:#}\n")
 }
 

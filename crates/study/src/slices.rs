@@ -6,6 +6,9 @@ use crate::study::{DEPTH, Study, VELOCITY};
 use crate::text::number::short;
 use bristle::model::parameters::Parameter;
 
+/// The path of the setting that says where the workpiece is.
+const OFFSET: &str = "workpiece.offset_m";
+
 /// One of the two settings that vary.
 #[derive(Clone, Debug)]
 pub struct Side {
@@ -63,6 +66,7 @@ impl Side {
         match self.parameter.path {
             VELOCITY => "velocity",
             DEPTH => "depth",
+            OFFSET => "offset",
             _ => self.parameter.key(),
         }
     }
@@ -72,6 +76,7 @@ impl Side {
         match self.parameter.path {
             VELOCITY => "brushing velocity v_b in m/s".to_owned(),
             DEPTH => "penetration depth a_e in mm".to_owned(),
+            OFFSET => "offset of the workpiece in mm".to_owned(),
             path if self.parameter.unit.is_empty() => path.to_owned(),
             path => format!("{path} in {}", self.parameter.unit),
         }
@@ -93,19 +98,25 @@ fn symbol(parameter: &'static Parameter) -> &'static str {
     match parameter.path {
         VELOCITY => "v_b",
         DEPTH => "a_e",
+        OFFSET => "offset",
         _ => parameter.key(),
     }
 }
 
+/// Whether a setting is shown in mm.
+fn is_in_mm(parameter: &Parameter) -> bool {
+    [DEPTH, OFFSET].contains(&parameter.path)
+}
+
 /// From SI to the unit in which a setting is shown.
 fn factor(parameter: &Parameter) -> f64 {
-    if parameter.path == DEPTH { 1e3 } else { 1.0 }
+    if is_in_mm(parameter) { 1e3 } else { 1.0 }
 }
 
 /// A setting and its value, as in `v_b = 10 m/s`.
 pub fn equation(parameter: &'static Parameter, value: f64) -> String {
     let number = short(value * factor(parameter));
-    let unit = if parameter.path == DEPTH { "mm" } else { parameter.unit };
+    let unit = if is_in_mm(parameter) { "mm" } else { parameter.unit };
     format!("{} = {number} {unit}", symbol(parameter)).trim_end().to_owned()
 }
 
@@ -154,6 +165,15 @@ pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     // If only one setting varies, the other side shows the single value of depth or velocity.
     varying.extend([depth, velocity].into_iter().filter(|parameter| !Side::new(study, parameter).varies()));
     slices(study, varying[0], varying[1], limit)
+}
+
+/// At most `limit` slices of the offset of the workpiece and penetration depth; none if one of them does not vary.
+pub fn offset_slices(study: &Study, limit: usize) -> Slices {
+    let [x, y] = [OFFSET, DEPTH].map(|path| Parameter::find(path).expect("the table has offset and depth"));
+    if ![x, y].iter().all(|parameter| Side::new(study, parameter).varies()) {
+        return Slices { chosen: Vec::new(), total: 0 };
+    }
+    slices(study, x, y, limit)
 }
 
 fn process_parameters() -> [&'static Parameter; 2] {

@@ -6,11 +6,10 @@ use std::process::ExitCode;
 
 use bristle_inspect::evaluation::evaluate;
 use bristle_inspect::state::parse_state;
-use bristle_study::document::Document;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::read_input;
+use crate::files::{read_document, read_input};
 use crate::terminal::print;
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
@@ -39,7 +38,7 @@ pub struct EvaluateArgs {
 pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let settings = Document::parse(&text, &name)?.settings_without_process()?;
+    let settings = read_document(&arguments.file, &text, &name)?.settings_without_process()?;
     let state = parse_state(&read_input(&arguments.state)?)
         .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
     let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;

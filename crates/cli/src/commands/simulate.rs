@@ -4,34 +4,39 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle::simulation::{Pass, Sampling};
+use bristle::simulation::{Pass, Sampling, Shape};
+use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::vtk::{MAX_SHAPES, is_file_name};
 use bristle_study::digest::digest;
-use bristle_study::document::Document;
 use bristle_study::limited_work::case_work_warning;
-use bristle_study::results::{FileHashes, case_text, write_history, write_metrics};
+use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
 use bristle_study::stability::case_warning;
 use bristle_study::touch::case_touch_warnings;
 use bristle_study::turns::case_turns_warnings;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, read_input, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
 use crate::pictures::{FIGURES, draw_contact, is_picture_of_case, say_drawn};
 use crate::progress::PassProgress;
-use crate::saved::{CASE, HISTORY, HISTORY_PARQUET, METRICS};
+use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, PROFILE, SHAPES};
 use crate::terminal::{say, say_written};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
-/// Simulate one contact, and write DIR/metrics.json, DIR/history.csv and a figure
+/// Least number of equally spaced times of a pass from which the shapes in the figures are chosen.
+const LEAST_SHAPES: usize = 300;
+
+/// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
-/// parquet also writes this table as history.parquet. DIR/figures/history.svg and .png show force and tip deflection over
-/// time, turns.svg and .png the impulse of each turn if there are several. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
+/// parquet also writes this table as history.parquet. profile.csv says where on the workpiece the work is done: normal impulse and
+/// friction work per length along its profile. DIR/figures/history.svg and .png show force and tip deflection over time,
+/// turns.svg and .png the impulse of each turn if there are several,
+/// profile_unrolled the work along the profile, and profile_drawn the filament on the workpiece. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally unstable,
 /// a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says how to
 /// simulate turn after turn.
 ///
@@ -65,9 +70,9 @@ pub struct SimulateArgs {
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let settings = Document::parse(&text, &name)?.settings()?;
+    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
     prepare_directory(&arguments.out)?;
-    let results = [METRICS, HISTORY, HISTORY_PARQUET, CASE];
+    let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];
     let _occupied = occupy(
         &arguments.out,
         &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_case), (VTK, &is_file_name)],
@@ -79,11 +84,22 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let mut progress = PassProgress::begin();
-    let sampling = Sampling { samples, shapes, loads: true, alongside: false };
+    // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
+    let every = LEAST_SHAPES.div_ceil(shapes.max(2) - 1);
+    let sampling =
+        Sampling { samples, shapes: every * (shapes.max(2) - 1) + 1, loads: true, profile: true, alongside: false };
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
-    let simulation = simulation?;
+    let mut simulation = simulation?;
     case_work_warning(&simulation.statistics).iter().for_each(say);
+    let contact = Contact {
+        shapes: drawn_shapes(&simulation.shapes),
+        history: std::mem::take(&mut simulation.history),
+        impulses: simulation.turn_contact_normal_impulses_n_s.clone(),
+        profile: std::mem::take(&mut simulation.profile),
+        settings,
+    };
+    let for_vtk: Vec<Shape> = std::mem::take(&mut simulation.shapes).into_iter().step_by(every).take(shapes).collect();
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut content = Vec::new();
@@ -91,27 +107,31 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         hashes.insert(name.to_owned(), digest(&content));
         StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
     };
-    let metrics = stage(METRICS, &|out| write_metrics(out, &simulation))?;
-    let history = stage(HISTORY, &|out| write_history(out, &simulation.history))?;
-    let vtk = stage_vtk(&arguments.out, &settings, &simulation.shapes, &mut hashes)?;
-    let case = case_text(&settings, &hashes);
+    let staged = [
+        stage(METRICS, &|out| write_metrics(out, &simulation))?,
+        stage(HISTORY, &|out| write_history(out, &contact.history))?,
+        stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
+        stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,
+    ];
+    let vtk = stage_vtk(&arguments.out, &contact.settings, &for_vtk, &mut hashes)?;
+    let case = case_text(&contact.settings, &hashes);
     #[cfg(feature = "parquet")]
     let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
-        write_history_parquet(out, &simulation.history, &case)
+        write_history_parquet(out, &contact.history, &case)
     })?;
     StagedFile::text(&arguments.out, CASE, &case)?.commit()?;
-    say_written(&metrics.commit()?);
-    say_written(&history.commit()?);
+    for file in staged {
+        say_written(&file.commit()?);
+    }
     #[cfg(feature = "parquet")]
     say_written(&table.commit()?);
     if !cfg!(feature = "parquet") {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
-    let impulses = &simulation.turn_contact_normal_impulses_n_s;
-    say_drawn(&draw_contact(&arguments.out, &settings, &simulation.history, impulses)?);
-    case_touch_warnings(&settings, &simulation.metrics).iter().for_each(say);
-    case_warning(&settings, &simulation.metrics).iter().for_each(say);
-    case_turns_warnings(&settings, &simulation.metrics).iter().for_each(say);
+    say_drawn(&draw_contact(&arguments.out, &contact)?);
+    case_touch_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
+    case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
+    case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }

@@ -11,7 +11,6 @@ use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
-use bristle_study::document::Document;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
@@ -22,7 +21,7 @@ use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, occupy, prepare_directory, read_input, relative_to, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, relative_to, remove};
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
 use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::Progress;
@@ -120,7 +119,7 @@ impl StudyArgs {
 pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let document = Document::parse(&text, &name)?;
+    let document = read_document(&arguments.file, &text, &name)?;
     let study = document.study()?;
     let measured =
         document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;

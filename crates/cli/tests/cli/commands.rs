@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 31] = [
+const RESULTS: [&str; 33] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -60,6 +60,8 @@ const RESULTS: [&str; 31] = [
     "contact_impulse_y_n_s",
     "contact_impulse_z_n_s",
     "edge_contact_normal_impulse_n_s",
+    "edge_share",
+    "edge_evenness",
     "max_edge_penetration_m",
     "friction_work_j",
     "contact_angular_impulse_n_m_s",
@@ -222,7 +224,7 @@ fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
         .bristle("study case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("segments").and(contains("friction_coefficient")));
+        .stderr(contains("segments").and(contains("µ")));
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows[0][2..4], ["segments", "contact.friction_coefficient"]);
     let segments: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
@@ -288,7 +290,7 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// The figures of a study of velocity and depth.
-const FIGURES: [&str; 13] = [
+const FIGURES: [&str; 17] = [
     "contact_time_map",
     "contact_time_over_velocity",
     "contact_time_ratio_map",
@@ -302,13 +304,17 @@ const FIGURES: [&str; 13] = [
     "tool_force_map",
     "tool_force_over_depth",
     "tool_force_over_velocity",
+    "tool_power_map",
+    "tool_power_over_velocity",
+    "tool_torque_map",
+    "tool_torque_over_velocity",
 ];
 
 #[test]
 fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
-    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 13 figures"));
+    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 17 figures"));
     let drawn = files(&workspace.path("results/figures"));
     let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
     let expected: Vec<String> =
@@ -319,7 +325,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
         assert!(bytes.starts_with(start), "{name}");
     }
 
-    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 13 figures"));
+    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 17 figures"));
     assert_eq!(files(&workspace.path("again/figures")), drawn);
     fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
     workspace.bristle("plot results").assert().success();
@@ -330,11 +336,46 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
 fn simulate_draws_the_contact_over_time() {
     let workspace = Workspace::new();
     workspace.write("case.toml", FILE);
-    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
     let drawn = files(&workspace.path("one/figures"));
-    assert_eq!(drawn.keys().collect::<Vec<_>>(), ["history.png", "history.svg"]);
+    let names = ["history", "profile_drawn", "profile_unrolled"];
+    assert!(drawn.keys().eq(&names.map(|name| [format!("{name}.png"), format!("{name}.svg")]).concat()));
     workspace.bristle("plot one --out again").assert().success();
     assert_eq!(files(&workspace.path("again/figures")), drawn);
+
+    // A filament that touches nothing does no work, and pictures of an earlier contact that did are removed.
+    let far = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.1\n";
+    workspace.write("case.toml", FILE.replace("[workpiece]\n", far));
+    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    assert_eq!(files(&workspace.path("one/figures")).len(), 2);
+    workspace.bristle("plot one --out again").assert().success();
+    assert_eq!(files(&workspace.path("again/figures")), files(&workspace.path("one/figures")));
+}
+
+/// Where along the profile the work is done adds up to the metrics, for every kind of workpiece.
+#[test]
+fn profiles_add_up_to_the_metrics() {
+    let workspace = Workspace::new();
+    let file = FILE.replace("[contact]\n", "[contact]\nfriction_coefficient = 0.3\n");
+    for piece in [
+        "kind = \"plane\"",
+        "kind = \"edge\"\nedge_radius_m = 1e-3",
+        "kind = \"chamfer\"\nedge_radius_m = 1e-4\nchamfer_width_m = 1e-3",
+        "kind = \"cylinder\"\nradius_m = 0.1",
+        "kind = \"bore\"\nradius_m = 0.5",
+    ] {
+        workspace.write("case.toml", file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")));
+        workspace.bristle("simulate case.toml --out one").assert().success();
+        let rows = workspace.read_rows("one/profile.csv");
+        assert_eq!(rows[0].join(","), "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m");
+        let number = |row: &Vec<String>, column: usize| row[column].parse::<f64>().expect("a number");
+        let sum = |column: usize| rows[1..].iter().map(|row| number(row, 3) * number(row, column)).sum::<f64>();
+        let metrics: Value = serde_json::from_str(&workspace.read("one/metrics.json")).expect("JSON");
+        for (column, key) in [(5, "contact_normal_impulse_n_s"), (6, "friction_work_j")] {
+            let expected = metrics[key].as_f64().expect(key);
+            assert!((sum(column) / expected - 1.0).abs() < 1e-12, "{piece}: {key}");
+        }
+    }
 }
 
 #[test]
@@ -349,16 +390,16 @@ fn figures_fit_what_is_swept() {
     };
     // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
-    assert_eq!(names.len(), 6);
+    assert_eq!(names.len(), 8);
     assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
     let (names, _) = study("\"filament.segments\" = [4, 3]");
-    assert!(names.len() == 6 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    assert!(names.len() == 8 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
     let (names, message) = study("\"filament.segments\" = [4]");
     assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
     assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
-    assert!(names.len() == 52 && message.contains("4 of 5 values"), "{message}");
+    assert!(names.len() == 68 && message.contains("4 of 5 values"), "{message}");
 }
 
 #[test]
@@ -366,7 +407,7 @@ fn a_failed_case_is_a_gap_in_the_figures() {
     let workspace = Workspace::new();
     let sweep = format!("\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n");
     workspace.write("case.toml", format!("{FILE}{sweep}"));
-    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 26 figures"));
+    workspace.bristle("study case.toml --out results").assert().code(3).stderr(contains("wrote 34 figures"));
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
     assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"));
     assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
@@ -432,7 +473,7 @@ fn measured_forces_are_compared_and_drawn() {
         .bristle("study inputs/case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("wrote 15 figures").and(contains("3 of 4 points compared: bias")))
+        .stderr(contains("wrote 19 figures").and(contains("3 of 4 points compared: bias")))
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");

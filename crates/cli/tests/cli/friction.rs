@@ -73,8 +73,8 @@ fn friction_scatters() {
 
 #[test]
 fn deep_edges_and_missed_workpieces_have_warnings() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
     let warnings = |command: &str, workpiece: &str| {
+        let directory = tempfile::tempdir().expect("a temporary directory");
         let text =
             format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
         fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
@@ -85,10 +85,11 @@ fn deep_edges_and_missed_workpieces_have_warnings() {
         assert!(text[start..].lines().all(|line| line.chars().count() <= 80), "{text}");
         text[start..].to_owned()
     };
-    let soft = "edge_radius_m = 0.05e-3\n[contact]\nstiffness_n_m = 1e3";
+    let met = "side = \"entering\"\noffset_m = 5e-3\n";
     for command in ["simulate", "study"] {
-        assert!(warnings(command, soft).contains("penetrates an edge by"), "{command}");
-        assert_eq!(warnings(command, "edge_radius_m = 0.5e-3"), "", "{command}");
+        let soft = warnings(command, &format!("{met}edge_radius_m = 0.05e-3\n[contact]\nstiffness_n_m = 1e3"));
+        assert!(soft.contains("penetrates an edge by"), "{command}: {soft}");
+        assert_eq!(warnings(command, &format!("{met}edge_radius_m = 0.5e-3")), "", "{command}");
         let missed = warnings(command, "edge_radius_m = 0.5e-3\noffset_m = -0.1");
         assert!(missed.contains("never touch the workpiece"), "{command}: {missed}");
     }

@@ -294,7 +294,8 @@ fn results_of_two_cases_are_not_drawn_as_one() {
     workspace.runs("simulate case.toml --out one --vtk=2");
     workspace.write("other.toml", SECTIONS.concat().replace("10.0", "11.0"));
     workspace.runs("simulate other.toml --out two --vtk=2");
-    for name in ["history.csv", "metrics.json", "vtk/contact.pvd", "vtk/filament_0001.vtp"] {
+    for name in ["history.csv", "profile.csv", "shapes.csv", "metrics.json", "vtk/contact.pvd", "vtk/filament_0001.vtp"]
+    {
         let [one, two] = ["one", "two"].map(|directory| format!("{directory}/{name}"));
         let own = workspace.read(&one);
         workspace.write(&one, workspace.read(&two));
@@ -320,7 +321,8 @@ fn links_in_place_of_results_are_refused() {
     let files = |command: &str| match command {
         "study measured.toml" => [&study[..], &["figures/impulse_map.svg"]].concat(),
         "simulate case.toml --vtk" => {
-            vec!["metrics.json", "history.csv", "case.json", "figures/history.png", "vtk/contact.pvd"]
+            let tables = ["history.csv", "profile.csv", "shapes.csv"];
+            [&tables[..], &["metrics.json", "case.json", "figures/history.png", "vtk/contact.pvd"]].concat()
         }
         _ => vec!["validation.csv", "validation.md", "validation_impact.svg"],
     };

@@ -1,5 +1,5 @@
-//! Runs the commands of docs/tutorial.md one after the other in an empty directory, as a reader would, and compares their
-//! output with the page.
+//! Runs the commands of docs/tutorial.md and docs/deburring.md one after the other in an empty directory, as a reader would, and
+//! compares their output with the page.
 
 use std::fs;
 use std::path::Path;
@@ -8,6 +8,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 const TUTORIAL: &str = include_str!("../../../../docs/tutorial.md");
+const DEBURRING: &str = include_str!("../../../../docs/deburring.md");
 
 /// Marks lines that the page leaves out.
 const LEFT_OUT: &str = "…";
@@ -63,21 +64,20 @@ fn is_printed(block: &str, printed: &str) {
     }
 }
 
-#[test]
-fn the_tutorial_does_what_it_says() {
-    let directory = TempDir::new().expect("a temporary directory");
+/// Does in `directory` what a page says. Returns the numbers of commands run and of outputs compared.
+fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
     let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
-    for Block { language, text, before } in blocks(TUTORIAL) {
+    for Block { language, text, before } in blocks(page) {
         match language {
             // The program under test is already installed; `.ci/run` runs this command.
             "sh" if text.starts_with("cargo install ") => assert_eq!(text.lines().count(), 1),
             "sh" => {
                 for command in text.lines() {
-                    printed = run(command, directory.path());
+                    printed = run(command, directory);
                     commands += 1;
                 }
             }
-            "toml" => fs::write(directory.path().join(file_name(before)), text).expect("the file can be written"),
+            "toml" => fs::write(directory.join(file_name(before)), text).expect("the file can be written"),
             "text" => {
                 is_printed(text, &printed);
                 compared += 1;
@@ -85,6 +85,23 @@ fn the_tutorial_does_what_it_says() {
             other => panic!("a block of {other}"),
         }
     }
+    (commands, compared)
+}
+
+/// Expects metrics of a contact to be what a page says, within half of its last digit.
+fn has_metrics(file: &Path, told: &[(&str, f64, f64)]) {
+    let metrics = fs::read_to_string(file).expect("metrics");
+    let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
+    for &(name, told, unit) in told {
+        let value = metrics[name].as_f64().expect(name);
+        assert!((value - told).abs() <= 0.5 * unit, "{name} is {value}, and the page says {told}");
+    }
+}
+
+#[test]
+fn the_tutorial_does_what_it_says() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let (commands, compared) = follow(TUTORIAL, directory.path());
     assert_eq!((commands, compared), (8, 5), "the numbers of commands and outputs on the page have changed");
 
     // Files that the page tells the reader to open.
@@ -99,14 +116,41 @@ fn the_tutorial_does_what_it_says() {
     ] {
         assert!(directory.path().join(name).is_file(), "{name}");
     }
-    let metrics = fs::read_to_string(directory.path().join("contact/metrics.json")).expect("metrics");
-    let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
-    for (name, told, unit) in [
+    let told = [
         ("contact_time_ratio", 0.80, 0.01),
         ("contact_normal_impulse_n_s", 2.5e-3, 0.1e-3),
         ("tool_contact_normal_force_n", 234.0, 1.0),
+    ];
+    has_metrics(&directory.path().join("contact/metrics.json"), &told);
+}
+
+#[test]
+fn deburring_does_what_it_says() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let (commands, compared) = follow(DEBURRING, directory.path());
+    assert_eq!((commands, compared), (5, 1), "the numbers of commands and outputs on the page have changed");
+    for name in [
+        "leaving/figures/profile_drawn.png",
+        "entering/figures/profile_unrolled.png",
+        "entering/profile.csv",
+        "results/report.html",
+        "results/runs.csv",
+        "results/figures/edge_share_over_offset_and_depth_brushing_velocity_m_s_10.png",
+        "results/figures/edge_evenness_over_offset_and_depth_brushing_velocity_m_s_10.png",
     ] {
-        let value = metrics[name].as_f64().expect(name);
-        assert!((value - told).abs() <= 0.5 * unit, "{name} is {value}, and the page says {told}");
+        assert!(directory.path().join(name).is_file(), "{name}");
     }
+    let drawn = fs::read_to_string(directory.path().join("entering/figures/profile_drawn.svg")).expect("a figure");
+    assert!(drawn == include_str!("../../../../docs/deburring.svg"), "docs/deburring.svg is another figure");
+    for (name, impulse, share, torque) in
+        [("leaving", 1.07e-3, 0.001, 6.08), ("entering", 0.61e-3, 0.336, 5.28), ("chamfer", 0.60e-3, 0.303, 5.21)]
+    {
+        let told = [
+            ("contact_normal_impulse_n_s", impulse, 0.01e-3),
+            ("edge_share", share, 0.001),
+            ("tool_torque_n_m", torque, 0.01),
+        ];
+        has_metrics(&directory.path().join(name).join("metrics.json"), &told);
+    }
+    has_metrics(&directory.path().join("entering/metrics.json"), &[("edge_evenness", 0.14, 0.01)]);
 }

@@ -4,6 +4,7 @@
 //! with its text as text, and as a bitmap, with the glyphs of the one font that is part of the program.
 
 mod canvas;
+pub mod clip;
 mod color;
 pub mod diagram;
 mod font;

@@ -11,15 +11,18 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, Sample};
+use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle_study::measured::{Measurement, relative_uncertainty};
 use bristle_study::slices::spread;
-use bristle_study::slices::{Side, Slice, equation, process_slices, telling_slices};
+use bristle_study::slices::{Side, Slice, equation, offset_slices, process_slices, telling_slices};
 use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::shown_metrics;
 
 mod force;
+mod profile;
+
+pub use profile::drawn_shapes;
 
 /// Maximum number of values of the further sweeps for which figures are drawn.
 const MAX_SLICES: usize = 4;
@@ -99,6 +102,7 @@ fn style(metric: &Column<Metrics>) -> Style {
             }),
             ..plain
         },
+        "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
         "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
             Style { families: &[Family::OverX, Family::OverY], ..plain }
         }
@@ -149,12 +153,19 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
         for metric in shown_metrics(Prominence::Figure, results) {
             if is_map {
-                pictures.push(view.map(metric));
+                pictures.push(view.map(metric, "map"));
             }
             let families = if is_map { style(metric).families } else { &[Family::OverX] };
             for family in families {
                 pictures.push(view.curves(metric, *family));
             }
+        }
+    }
+    if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
+        for slice in &offset_slices(study, MAX_SLICES).chosen {
+            let view = View { study, results, slice };
+            let of_edges = drawn().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
+            pictures.extend(of_edges.map(|metric| view.map(metric, "over_offset_and_depth")));
         }
     }
     if study.scatters() {
@@ -255,7 +266,8 @@ impl View<'_> {
         }
     }
 
-    fn map(&self, metric: &Column<Metrics>) -> Picture {
+    /// A map of a metric; `kind` is part of its name.
+    fn map(&self, metric: &Column<Metrics>, kind: &str) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
         let side = |side: &Side, shown: &[usize]| {
@@ -287,7 +299,7 @@ impl View<'_> {
             range: style(metric).range,
             level: level.map(|level| level.value),
         };
-        Picture { name: format!("{}_map{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
+        Picture { name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
     }
 
     fn curves(&self, metric: &Column<Metrics>, family: Family) -> Picture {
@@ -329,8 +341,44 @@ fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
-/// Name of the figure of one contact.
-pub const HISTORY_FIGURE: &str = "history";
+/// Names of the figures of one contact: over time, along the profile of the workpiece, and on it.
+const HISTORY_FIGURE: &str = "history";
+const PROFILE_UNROLLED: &str = "profile_unrolled";
+const PROFILE_DRAWN: &str = "profile_drawn";
+
+/// The figures of one contact: `history` has force and tip deflection over time, and `turns` the `impulses` of its turns in N s, if
+/// there are several. `profile_unrolled` has impulse and friction work
+/// along the profile of the workpiece, and `profile_drawn` the filament on the workpiece, in `shapes` ([`drawn_shapes`]), with the
+/// work; both need a contact.
+#[must_use]
+pub fn contact_figures(
+    settings: &Settings,
+    history: &[Sample],
+    impulses: &[f64],
+    profile: &[ProfileCell],
+    shapes: &[Shape],
+) -> Vec<Picture> {
+    let drawn = [
+        turns_figure(settings, impulses),
+        profile::unrolled(settings, profile),
+        profile::drawn(settings, profile, shapes),
+    ];
+    std::iter::once(history_figure(settings, history)).chain(drawn.into_iter().flatten()).collect()
+}
+
+/// Whether [`contact_figures`] can make a figure of this name.
+#[must_use]
+pub fn is_of_contact(name: &str) -> bool {
+    [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
+}
+
+/// A title with velocity and depth of the contact.
+fn contact_title(title: &str, settings: &Settings) -> String {
+    let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
+    let settings = settings
+        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
+    format!("{title}: {}", settings.join(", "))
+}
 
 /// Size of the figure of a history and of its panels, in pixels.
 const HISTORY: (i32, i32) = (760, 528);
@@ -340,8 +388,8 @@ const BETWEEN: i32 = 26;
 /// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
-/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper); the figure is named [`HISTORY_FIGURE`].
-pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
+/// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper).
+fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
@@ -363,11 +411,8 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     });
     let left = panels.iter().map(|(scale, ..)| left_of(scale)).max().unwrap_or(0);
     let right = HISTORY.0 - 24;
-    let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
-    let settings = settings
-        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
     let mut canvas = Canvas::new(HISTORY);
-    let title = format!("One contact: {}", settings.join(", "));
+    let title = contact_title("One contact", settings);
     let subtitle = "shaded: in contact; dashed: nominal entry and exit of the undeformed filament";
     heading(&mut canvas, left, &title, subtitle);
     for (row, (scale, points, color)) in (0..).zip(&panels) {
@@ -400,11 +445,11 @@ pub fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
 }
 
 /// Name of the figure of the turns of one contact.
-pub const TURNS_FIGURE: &str = "turns";
+const TURNS_FIGURE: &str = "turns";
 
 /// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
 /// turn.
-pub fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
+fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
     if impulses.len() < 2 {
         return None;
     }
@@ -531,7 +576,7 @@ mod tests {
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[]);
-        assert_eq!(pictures.pictures.len(), 13);
+        assert_eq!(pictures.pictures.len(), 17);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()

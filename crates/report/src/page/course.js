@@ -25,11 +25,32 @@ const DIAGRAMS = [
     ],
   },
 ];
+/** What a contact does per length of the workpiece's profile. */
+const WORKS = [
+  { name: "normal impulse along the profile", unit: "N s/m", key: "impulse" },
+  { name: "friction work along the profile", unit: "J/m", key: "friction" },
+];
+/** Length of the longest bar of work in the scene, in pixels. */
+const LONGEST_BAR = 44;
 const PACKED = ["mean_force", "peak_force", "deflection", "kinetic", "potential", "dissipated", "along", "above"];
 
 /** Points as an SVG attribute, to a hundredth of a pixel. */
 function pointList(points) {
   return points.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" ");
+}
+
+/** The area between two points and the same points moved to the left of the way between them, as a path. */
+function quadrilateral([x, y], [u, v], distance) {
+  const factor = distance / (Math.hypot(u - x, v - y) || 1);
+  const [across, down] = [factor * (v - y), factor * (x - u)];
+  const corners = [[x, y], [u, v], [u + across, v + down], [x + across, y + down]];
+  return `M${corners.map((corner) => corner.map((value) => value.toFixed(2)).join(" ")).join("L")}Z`;
+}
+
+/** The material below a surface as a path: inside it if it is solid, else down to a thickness. */
+function material(surface, solid, thickness) {
+  if (solid) return `M${surface.map((point) => point.map((value) => value.toFixed(2)).join(" ")).join("L")}Z`;
+  return surface.slice(1).map((point, k) => quadrilateral(surface[k], point, -thickness)).join("");
 }
 
 /** The view of one case at a time. */
@@ -48,7 +69,15 @@ function createCaseView(study, grid) {
   function unpacked(index) {
     const packed = courses.get(index);
     if (!packed) return null;
-    return { ...packed, ...Object.fromEntries(PACKED.map((key) => [key, unpack(packed[key])])) };
+    const unpackAll = (object, keys) => ({
+      ...object,
+      ...Object.fromEntries(keys.map((key) => [key, unpack(object[key])])),
+    });
+    return {
+      ...unpackAll(packed, PACKED),
+      outline: unpackAll(packed.outline, ["along", "above"]),
+      work: unpackAll(packed.work, ["arc_length", "along", "above", "on_edge", "impulse", "friction"]),
+    };
   }
 
   function show(index) {
@@ -157,7 +186,8 @@ function createCaseView(study, grid) {
   /** Draws everything that does not move, for the available width. */
   function layOut() {
     drawScene();
-    diagrams = DIAGRAMS.map(drawDiagram);
+    const worked = WORKS.filter(({ key }) => Math.max(0, ...course.work[key]) > 0);
+    diagrams = [...DIAGRAMS.map(drawDiagram), ...worked.map(drawWork)];
     const turns = course.turn_impulses.length > 1 ? [drawTurns()] : [];
     byId("curves").replaceChildren(...[...diagrams, ...turns].map(({ figure }) => figure));
     for (const bars of turns) bars.layOut();
@@ -167,7 +197,7 @@ function createCaseView(study, grid) {
   }
 
   function drawScene() {
-    const { points, shapes, along, above, body_radius, tool_radius, axis_height } = course;
+    const { points: count, shapes, along, above, body_radius, tool_radius, axis_height } = course;
     const margin = 0.08 * (tool_radius - body_radius);
     const [low, high] = [Math.min(...along) - margin, Math.max(...along) + margin];
     const top = Math.max(...above) + 2 * margin;
@@ -182,7 +212,7 @@ function createCaseView(study, grid) {
     scene.setAttribute("height", height);
 
     const shape = (frame) =>
-      Array.from({ length: points }, (_, k) => [x(along[frame * points + k]), y(above[frame * points + k])]);
+      Array.from({ length: count }, (_, k) => [x(along[frame * count + k]), y(above[frame * count + k])]);
     const circle = (style, radius) =>
       svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
     const tips = Array.from({ length: shapes }, (_, frame) => shape(frame).at(-1));
@@ -191,19 +221,34 @@ function createCaseView(study, grid) {
     const length = ticks(0, (high - low) / 3, 2)[1] ?? high - low;
     const label = withUnit(length, scaleFor("m", length));
     const [from, level] = [width - 14 - scale * length, height - 10];
+    const { outline, work } = course;
+    const points = (along, above) => Array.from(along, (value, k) => [x(value), y(above[k])]);
+    const surface = points(outline.along, outline.above);
+    // Friction work if there is any; it is what removes material.
+    const bars = Math.max(0, ...work.friction) > 0 ? work.friction : work.impulse;
+    const largest = Math.max(0, ...bars);
+    const worked = points(work.along, work.above);
+    const raised = Array.from(bars, (value, k) => quadrilateral(worked[k], worked[k + 1], (LONGEST_BAR * value) / largest));
     parts = {
       x,
       y,
+      scale,
+      piece: svgElement(
+        "g",
+        { id: "workpiece" },
+        svgElement("path", { class: "scene-work", d: material(surface, outline.solid, height - y(0)) }),
+        svgElement("path", { class: "scene-done", d: largest > 0 ? raised.join("") : "" }),
+        svgElement("polyline", { class: "scene-surface", points: pointList(surface) }),
+      ),
       trace: svgElement("polyline", { class: "scene-trace" }),
       filament: svgElement("polyline", { class: "scene-filament", id: "filament" }),
       tip: svgElement("circle", { class: "scene-tip", r: 4.5 }),
       tips,
     };
     scene.replaceChildren(
-      svgElement("rect", { class: "scene-work", x: 0, y: y(0), width, height: height - y(0) }),
+      parts.piece,
       circle("scene-body", body_radius),
       circle("scene-nominal", tool_radius),
-      svgElement("line", { class: "scene-surface", x1: 0, x2: width, y1: y(0), y2: y(0) }),
       ...ghosts.map((points) => svgElement("polyline", { class: "scene-ghost", points: pointList(points) })),
       svgElement("polyline", { class: "scene-way", points: pointList(tips) }),
       parts.trace,
@@ -214,6 +259,54 @@ function createCaseView(study, grid) {
       svgText({ x: 8, y: 16, class: "quiet" }, "brush body"),
       svgText({ x: 8, y: height - 8, class: "quiet" }, "workpiece"),
     );
+  }
+
+  /** What the contact does per length over the arc length of the profile; edges are shaded. */
+  function drawWork({ name, unit, key }) {
+    const { arc_length, on_edge, cells } = course.work;
+    const values = course.work[key];
+    const largest = Math.max(...values);
+    const scale = scaleFor(unit, largest);
+    const title = element("figcaption", {}, `${name[0].toUpperCase()}${name.slice(1)} in ${scale.unit}`);
+    const drawing = svgElement("svg", { role: "img", "aria-label": name });
+    const figure = element("figure", { class: "curve work" }, title, drawing);
+
+    function layOutWork() {
+      const width = figure.clientWidth;
+      const [left, right, top, bottom, height] = [44, 10, 16, 34, 150];
+      const [low, high] = [arc_length[0], arc_length[cells]];
+      const x = (length) => left + ((length - low) / (high - low)) * (width - left - right);
+      const y = (value) => height - bottom - (value / largest) * (height - bottom - top);
+      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      drawing.setAttribute("height", height);
+      const each = (draw) => Array.from({ length: cells }, (_, k) => draw(k));
+      const shaded = each((k) =>
+        on_edge[k] > 0.5
+          ? `M${x(arc_length[k]).toFixed(2)} ${top}H${x(arc_length[k + 1]).toFixed(2)}V${height - bottom}H${x(arc_length[k]).toFixed(2)}Z`
+          : "",
+      );
+      const steps = each((k) => [arc_length[k], arc_length[k + 1]].map((at) => [x(at), y(values[k])])).flat();
+      const content = [svgElement("path", { class: "work-edge", d: shaded.join("") })];
+      for (const value of ticks(0, largest * scale.factor, 4)) {
+        const level = y(value / scale.factor);
+        content.push(
+          svgElement("line", { class: "axis", x1: left, x2: width - right, y1: level, y2: level }),
+          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
+        );
+      }
+      for (const value of ticks(low * 1e3, high * 1e3, Math.max(2, width / 80))) {
+        content.push(
+          svgText({ x: x(value / 1e3), y: height - bottom + 15, "text-anchor": "middle" }, number(value, 4)),
+        );
+      }
+      const label = on_edge.some((value) => value > 0.5) ? "arc length in mm; shaded: edges" : "arc length in mm";
+      content.push(
+        svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, label),
+        svgElement("polygon", { class: "work-area", points: pointList([[x(low), y(0)], ...steps, [x(high), y(0)]]) }),
+      );
+      drawing.replaceChildren(...content);
+    }
+    return { figure, layOut: layOutWork, update() {} };
   }
 
   function drawDiagram({ name, symbol: mark, unit, series }) {
@@ -381,6 +474,7 @@ function createCaseView(study, grid) {
     };
     const shape = Array.from({ length: points }, (_, k) => [parts.x(between(along, k)), parts.y(between(above, k))]);
     const tip = shape.at(-1);
+    parts.piece.setAttribute("transform", `translate(${(parts.scale * course.feed * time).toFixed(2)})`);
     parts.filament.setAttribute("points", pointList(shape));
     parts.trace.setAttribute("points", pointList([...parts.tips.slice(0, frame + 1), tip]));
     parts.tip.setAttribute("cx", tip[0]);

@@ -14,17 +14,20 @@ use serde::Serialize;
 
 use super::Selection;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Job, Kind, Pass, Sample, Sampling, Shape, Simulation, sample_side_by_side};
-use bristle::workpiece::Workpiece;
+use bristle::simulation::{Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
 use bristle_study::study::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
 
 /// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
-const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, alongside: true };
+const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, profile: true, alongside: true };
 /// How several turns are sampled. Contacts are a small part of them; more samples would make the page too large.
 const SAMPLING_OF_TURNS: Sampling = Sampling { samples: 1201, shapes: 281, ..SAMPLING };
+/// How far from the axis the outline of the workpiece is drawn, in radii of the tool, and how far off the drawing may be, in m.
+const OUTLINE_REACH: f64 = 1.5;
+const OUTLINE_ERROR: f64 = 2e-6;
 /// Maximum number of points of a shape; longer chains are thinned out.
 const MAX_POINTS: usize = 26;
 
@@ -45,6 +48,12 @@ pub struct Course {
     body_radius: f64,
     tool_radius: f64,
     axis_height: f64,
+    /// The outline of the workpiece as it lies at time zero, with the material on its right-hand side, and its velocity along the
+    /// surface in m/s.
+    outline: Outline,
+    feed: f64,
+    /// Where along the profile the work is done.
+    work: Work,
     /// Number of samples of the curves.
     samples: usize,
     /// Between two samples, the mean and the largest of `F_n` in N.
@@ -64,6 +73,30 @@ pub struct Course {
     above: Packed,
 }
 
+/// The outline of a workpiece: points along and above the surface in m.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Outline {
+    along: Packed,
+    above: Packed,
+    /// Whether it goes round the material.
+    solid: bool,
+}
+
+/// The work by cells of the profile.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Work {
+    /// Number of cells.
+    cells: usize,
+    /// The ends of the cells: arc lengths, and places along and above the surface, in m. There is one more than there are cells.
+    arc_length: Packed,
+    along: Packed,
+    above: Packed,
+    /// By cell: 1 on an edge, normal impulse in N s/m, and friction work in J/m.
+    on_edge: Packed,
+    impulse: Packed,
+    friction: Packed,
+}
+
 impl Course {
     /// Number of the case in its study, counted from 0.
     #[must_use]
@@ -74,11 +107,11 @@ impl Course {
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = Pass::new(settings);
         let [entry, exit] = pass.nominal_times();
-        let surface = pass.workpiece().surface([0.0; 3], 0.0);
         // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
-        let [x, y, _] = surface.normal;
+        let [x, y, _] = unit_normal(&settings.workpiece);
         let across = x.hypot(y);
-        let axis_height = surface.gap / across;
+        let tool_radius = settings.tool_radius_m();
+        let axis_height = (reach(&settings.workpiece, tool_radius) - settings.process.penetration_depth_m) / across;
         let along = |[r_x, r_y, _]: [f64; 3]| (y * r_x - x * r_y) / across;
         let above = |[r_x, r_y, _]: [f64; 3]| (x * r_x + y * r_y) / across + axis_height;
         let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
@@ -89,6 +122,14 @@ impl Course {
         };
         let history = &simulation.history;
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        let placed = |points: &[[f64; 2]]| {
+            let pack = |coordinate: &dyn Fn([f64; 3]) -> f64| {
+                Packed::new(&points.iter().map(|&[x, y]| coordinate([x, y, 0.0])).collect::<Vec<_>>())
+            };
+            [pack(&along), pack(&above)]
+        };
+        let outline = pass.workpiece().profile(OUTLINE_REACH * tool_radius).unwrap_or_default();
+        let [outline_along, outline_above] = placed(&outline.simplified(OUTLINE_ERROR));
         Self {
             case,
             end: simulation.end_time_s,
@@ -97,8 +138,11 @@ impl Course {
             turn: pass.turn_time(),
             turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(super::rounded).collect(),
             body_radius: settings.tool.body_radius_m,
-            tool_radius: settings.tool_radius_m(),
+            tool_radius,
             axis_height,
+            outline: Outline { along: outline_along, above: outline_above, solid: outline.is_solid() },
+            feed: settings.workpiece.feed_velocity_m_s,
+            work: Work::new(&pass, &simulation.profile, placed),
             samples: history.len(),
             mean_force: Packed::new(&mean_forces(history)),
             peak_force: curve(|sample| sample.peak_contact_normal_force_n),
@@ -110,6 +154,29 @@ impl Course {
             points: drawn.len(),
             along: coordinates(&along),
             above: coordinates(&above),
+        }
+    }
+}
+
+impl Work {
+    /// The work in the cells of `profile` from the first to the last that has any; `placed` gives the places of points.
+    fn new(pass: &Pass, profile: &[ProfileCell], placed: impl Fn(&[[f64; 2]]) -> [Packed; 2]) -> Self {
+        let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
+        let first = profile.iter().position(has_work).unwrap_or(0);
+        let last = profile.iter().rposition(has_work).map_or(0, |last| last + 1);
+        let (shown, cells) = (&profile[first..last], pass.profile().unwrap_or_default().cells);
+        let cells = cells.get(first..last).unwrap_or_default();
+        let profile = ProfileCells { cells: cells.to_vec(), period: None };
+        let [along, above] = placed(&profile.points());
+        let pack = |value: fn(&ProfileCell) -> f64| Packed::new(&shown.iter().map(value).collect::<Vec<_>>());
+        Self {
+            cells: cells.len(),
+            arc_length: Packed::new(&profile.boundaries()),
+            along,
+            above,
+            on_edge: pack(|cell| f64::from(u8::from(cell.on_edge))),
+            impulse: pack(|cell| cell.normal_impulse_n_s_m),
+            friction: pack(|cell| cell.friction_work_j_m),
         }
     }
 }

@@ -221,6 +221,21 @@ fn settings(study: &Study) -> Vec<Value> {
         ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(base.workpiece.kind)),
         ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""], json!(base.workpiece.normal)),
         (
+            "workpiece.chamfer_width_m",
+            ["workpiece.side", "", "how filaments meet an edge", ""],
+            json!(base.workpiece.side),
+        ),
+        (
+            "process.brushing_velocity_m_s",
+            ["workpiece.control_points_m", "", "control points of a profile", "m"],
+            json!(base.workpiece.control_points_m),
+        ),
+        (
+            "process.brushing_velocity_m_s",
+            ["workpiece.closed", "", "whether a profile is closed", ""],
+            json!(base.workpiece.closed),
+        ),
+        (
             "process.lead_angle_rad",
             ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
             json!(base.process.gravity_m_s2),

@@ -38,14 +38,19 @@ function countText({ count }) {
   return count === 1 ? "1 value" : `${number(count)} values`;
 }
 
+/** The numbers of a vector, or of a list of vectors. */
+function vectorText(value) {
+  return `(${value.map((part) => (Array.isArray(part) ? vectorText(part) : number(part))).join(", ")})`;
+}
+
 /** A setting's value and unit. */
 function settingText({ path, value, unit }) {
   const swept = grid.axes.find((axis) => axis.path === path);
   if (swept) {
     return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
   }
-  if (Array.isArray(value)) return [`(${value.map((part) => number(part)).join(", ")})${unit ? `\u202f${unit}` : ""}`];
-  if (typeof value === "string") return [value];
+  if (Array.isArray(value)) return [value.length > 0 ? `${vectorText(value)}${unit ? `\u202f${unit}` : ""}` : "–"];
+  if (typeof value !== "number") return [String(value)];
   return rich(withUnit(value, scaleFor(unit, Math.abs(value)), 12));
 }
 

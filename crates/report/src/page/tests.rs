@@ -59,6 +59,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         contact_impulse_y_n_s: number(case),
         contact_impulse_z_n_s: number(case),
         edge_contact_normal_impulse_n_s: number(case),
+        edge_share: number(case),
+        edge_evenness: number(case),
         max_edge_penetration_m: number(case),
         friction_work_j: number(case),
         contact_angular_impulse_n_m_s: number(case),

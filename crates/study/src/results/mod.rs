@@ -11,8 +11,8 @@ pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
 pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
 pub use tables::{
-    Cell, cells, keys, read_history, read_runs, read_turn_impulses, run_columns, run_rows, write_history,
-    write_metrics, write_runs,
+    Cell, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses, run_columns, run_rows,
+    write_history, write_metrics, write_profile, write_runs, write_shapes,
 };
 
 #[cfg(test)]
@@ -25,7 +25,7 @@ mod tests {
     use crate::document::Document;
     use crate::study::{CaseResult, Study, run_study};
     use crate::testing::brush;
-    use bristle::simulation::simulate_with_history;
+    use bristle::simulation::{Sampling, Simulation, simulate_with, simulate_with_history};
 
     const FILE: &str = concat!(
         brush!(3),
@@ -98,6 +98,27 @@ mod tests {
         }
         let error = read_history(&text.replacen(",0.0,", ",none,", 1), "history.csv").expect_err("no number");
         assert_eq!((error.line, error.column.is_some()), (2, true), "{error}");
+    }
+
+    #[test]
+    fn profiles_and_shapes_are_read_to_the_bit() {
+        let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        let sampling = Sampling { shapes: 7, profile: true, ..Sampling::default() };
+        let Simulation { profile, shapes, .. } = simulate_with(&settings, sampling).expect("a pass");
+        let text = |write: &dyn Fn(&mut Vec<u8>)| {
+            let mut text = Vec::new();
+            write(&mut text);
+            String::from_utf8(text).expect("text")
+        };
+        let table = text(&|out| write_profile(out, &profile).expect("a table"));
+        assert_eq!(read_profile(&table, "profile.csv"), Ok(profile));
+        let table = text(&|out| write_shapes(out, &shapes).expect("a table"));
+        assert_eq!(read_shapes(&table, "shapes.csv"), Ok(shapes));
+        // Without a cell, and without a shape.
+        let empty = text(&|out| write_profile(out, &[]).expect("a heading"));
+        assert_eq!(read_profile(&empty, "profile.csv"), Ok(Vec::new()));
+        let empty = text(&|out| write_shapes(out, &[]).expect("a heading"));
+        assert_eq!(read_shapes(&empty, "shapes.csv"), Ok(Vec::new()));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Writes and reads `runs.csv` of a study, and `metrics.json` and `history.csv` of one simulation.
+//! Writes and reads `runs.csv` of a study, and `metrics.json`, `history.csv`, `profile.csv` and `shapes.csv` of one simulation.
 //!
 //! Numbers are written as text with the fewest digits that read back as the same `f64`.
 
@@ -8,7 +8,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::Statistics;
-use bristle::simulation::{Sample, Simulation};
+use bristle::simulation::{ProfileCell, Sample, Shape, Simulation};
 use bristle_text::shortened;
 use serde::{Deserialize, Serialize};
 
@@ -176,6 +176,43 @@ pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
     writer.flush()
 }
 
+bristle::record! {
+    /// One row of `shapes.csv`: a node of the filament at one time.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    struct ShapeNode {
+        time_s: f64 = ["t", "s", "time", "zero at the start of the pass"],
+        node: usize = ["", "", "node", "from 0 at the root to the tip"],
+        x_m: f64 = ["x", "m", "position along x", ""],
+        y_m: f64 = ["y", "m", "position along y", ""],
+        z_m: f64 = ["z", "m", "position along z", ""],
+    }
+}
+
+/// Writes `profile.csv`: a heading, then one row per cell.
+pub fn write_profile(out: impl Write, profile: &[ProfileCell]) -> io::Result<()> {
+    write_records(out, profile)
+}
+
+/// Writes `shapes.csv`: a heading, then one row per node of each shape.
+pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
+    let rows = shapes.iter().flat_map(|shape| {
+        let row =
+            |(node, &[x_m, y_m, z_m]): (usize, &[f64; 3])| ShapeNode { time_s: shape.time_s, node, x_m, y_m, z_m };
+        shape.nodes_m.iter().enumerate().map(row)
+    });
+    write_records(out, &rows.collect::<Vec<_>>())
+}
+
+/// Writes a heading, then one row per record.
+fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(keys::<R>())?;
+    for record in records {
+        writer.write_record(cells(Some(record)).into_iter().map(Cell::into_text))?;
+    }
+    writer.flush()
+}
+
 /// Reads `runs.csv` of a study, in the order of the grid. Errors use `name` for the file.
 ///
 /// # Errors
@@ -243,8 +280,35 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
 /// # Errors
 /// If the text is not what [`write_history`](crate::results::write_history) writes.
 pub fn read_history(text: &str, name: &str) -> Result<Vec<Sample>, DataError> {
+    read_records(text, name)
+}
+
+/// Reads `profile.csv`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_profile`](crate::results::write_profile) writes.
+pub fn read_profile(text: &str, name: &str) -> Result<Vec<ProfileCell>, DataError> {
+    read_records(text, name)
+}
+
+/// Reads `shapes.csv`, with positions only. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_shapes`](crate::results::write_shapes) writes.
+pub fn read_shapes(text: &str, name: &str) -> Result<Vec<Shape>, DataError> {
+    let rows: Vec<ShapeNode> = read_records(text, name)?;
+    let shapes = rows.chunk_by(|_, next| next.node > 0).map(|nodes| Shape {
+        time_s: nodes[0].time_s,
+        nodes_m: nodes.iter().map(|node| [node.x_m, node.y_m, node.z_m]).collect(),
+        velocities_m_s: Vec::new(),
+        forces: Vec::new(),
+    });
+    Ok(shapes.collect())
+}
+
+fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
-    let columns = table.columns(&keys::<Sample>())?;
-    table.rows().iter().map(|row| table.read::<Sample>(row, &columns)).collect()
+    let columns = table.columns(&keys::<R>())?;
+    table.rows().iter().map(|row| table.read::<R>(row, &columns)).collect()
 }

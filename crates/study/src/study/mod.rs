@@ -200,6 +200,7 @@ mod tests {
             statistics: Statistics::default(),
             history: Vec::new(),
             shapes: Vec::new(),
+            profile: Vec::new(),
         }
     }
 }

@@ -101,7 +101,7 @@ impl Input {
         if random.u8(..one_in) > 0 || !self.is_within(FAR, settings) {
             return;
         }
-        let sampling = Sampling { samples: 5, shapes: 0, loads: true, alongside: false };
+        let sampling = Sampling { samples: 5, shapes: 0, loads: true, profile: true, alongside: false };
         match simulate_with(settings, sampling) {
             Ok(simulation) => {
                 self.simulated.fetch_add(1, Ordering::Relaxed);

@@ -63,7 +63,7 @@ impl Program {
         let [study_json, runs] = saved(&study, &results);
         let settings =
             Document::parse(&small(), "").and_then(|document| document.settings()).expect("the file is right");
-        let [case_json, history] = contact::saved(&settings);
+        let [case_json, history, profile, shapes] = contact::saved(&settings);
         let file = |name: &str, text: &str| (name.to_owned(), text.as_bytes().to_vec());
         let files = vec![
             file("case.toml", &small()),
@@ -75,6 +75,8 @@ impl Program {
             file("study/runs.csv", &runs),
             file("contact/case.json", &case_json),
             file("contact/history.csv", &history),
+            file("contact/profile.csv", &profile),
+            file("contact/shapes.csv", &shapes),
             file("begun/journal.jsonl", &written(&study, &results[..2])),
             file("outside/kept", "not a result\n"),
         ];

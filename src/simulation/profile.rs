@@ -1,0 +1,274 @@
+//! Where along the profile of the workpiece the work of a pass is done.
+//!
+//! Within a step, the contact force is looked at where the contact is at some instants. What acts between two of them goes to the arc
+//! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
+//! that of the metrics.
+
+use super::system::{Filament, Touch, integral};
+use super::trajectory::Step;
+use crate::contact::Approach;
+use crate::equations::linear::{add, dot, scale};
+use crate::tool::ClampMotion;
+use crate::workpiece::{Cell, Edge, ProfileCells, Workpiece};
+
+/// The least and the largest number of intervals into which a step is divided.
+const INTERVALS: [f64; 2] = [8.0, 64.0];
+/// The number of parts of each edge among which its evenness compares.
+const PARTS_OF_EDGE: usize = 24;
+
+crate::record! {
+    /// A cell of the profile of a workpiece, and the work done in it by one filament in one pass.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+    pub struct ProfileCell {
+        arc_length_m: f64 = ["", "m", "arc length along the profile", "of the middle of the cell"],
+        x_m: f64 = ["", "m", "position along x", "of that point, as the workpiece lies at time zero"],
+        y_m: f64 = ["", "m", "position along y", "of that point, as the workpiece lies at time zero"],
+        length_m: f64 = ["", "m", "length of the cell", ""],
+        on_edge: bool = ["", "", "on an edge", "1 if the cell belongs to an edge, else 0"],
+        normal_impulse_n_s_m: f64 = ["", "N s/m", "contact normal impulse per length", "times `length_m` it adds up to p_n"],
+        friction_work_j_m: f64 =
+            ["", "J/m", "friction work per length", "times `length_m` it adds up to the friction work"],
+    }
+}
+
+/// What acts on a stretch of the profile within a part of a step.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// The places at which it begins and ends.
+    places: [f64; 2],
+    /// `∫ F_n dt` in N s, and `∫` of the power of friction in J.
+    amounts: [f64; 2],
+}
+
+/// What a contact does in a step, by `place` on the workpiece: calls `each` with the places between which it acts, and with
+/// `weigh`ed forces, integrated over time. `finest` is how far it should go at most within one part.
+fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
+    (step, contact): (&Step<'_>, usize),
+    filament: &Filament<M, W>,
+    place: impl Fn(&Touch, f64) -> f64,
+    weigh: impl Fn(&Touch) -> [f64; N],
+    finest: f64,
+    mut each: impl FnMut([f64; 2], [f64; N]),
+) {
+    let at = |s: f64| {
+        let touch = step.touch(filament, contact, s);
+        (place(&touch, step.time(s)), weigh(&touch))
+    };
+    let [start, middle, end] = [0.0, 0.5, 1.0].map(at);
+    let way = (middle.0 - start.0).abs() + (end.0 - middle.0).abs();
+    let [least, most] = INTERVALS;
+    let count = (way / finest).ceil().clamp(least, most) as usize;
+    let mut last = start;
+    for index in 1..=count {
+        let next = if index == count { end } else { at(index as f64 / count as f64) };
+        let duration = step.length() / count as f64;
+        let amounts = std::array::from_fn(|k| duration * (last.1[k] + next.1[k]) / 2.0);
+        each([last.0, next.0], amounts);
+        last = next;
+    }
+}
+
+/// Distributes over cells between the ascending `boundaries` what acts evenly between two places: calls `add` with cells and
+/// shares, whose sum is one. What lies outside belongs to the first or the last cell.
+fn spread(boundaries: &[f64], [from, to]: [f64; 2], mut add: impl FnMut(usize, f64)) {
+    let (low, high) = (from.min(to), from.max(to));
+    let last = boundaries.len() - 2;
+    let cell = |place: f64| boundaries.partition_point(|boundary| *boundary <= place).saturating_sub(1).min(last);
+    let (first, end) = (cell(low), cell(high));
+    let mut left = 1.0;
+    for index in first..end {
+        let share = ((boundaries[index + 1] - low.max(boundaries[index])) / (high - low)).clamp(0.0, left);
+        add(index, share);
+        left -= share;
+    }
+    add(end, left);
+}
+
+/// The work of a pass by the cells of a profile.
+#[derive(Clone, Debug)]
+pub(super) struct Ledger {
+    profile: ProfileCells,
+    boundaries: Vec<f64>,
+    finest: f64,
+    /// Normal impulse in N s and friction work in J, by cell.
+    amounts: Vec<[f64; 2]>,
+    /// The parts of the current step.
+    parts: Vec<Part>,
+    /// What earlier steps have left over, because no contact was closed in them that could have it.
+    owed: [f64; 2],
+    /// The places where the last work was done.
+    last: [f64; 2],
+}
+
+impl Ledger {
+    /// A ledger without work for a `profile`; none if the profile is empty.
+    pub fn new(profile: ProfileCells) -> Option<Self> {
+        let boundaries = profile.boundaries();
+        let length = |cell: &Cell| cell.arc_length[1] - cell.arc_length[0];
+        let finest = profile.cells.iter().map(length).reduce(f64::min)?;
+        let amounts = vec![[0.0; 2]; profile.cells.len()];
+        let parts = Vec::with_capacity(INTERVALS[1] as usize);
+        let last = [boundaries[0]; 2];
+        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; 2], last })
+    }
+
+    /// Enters the work of the next step.
+    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
+        for (owed, integral) in self.owed.iter_mut().zip([integral::NORMAL_IMPULSE, integral::FRICTION_WORK]) {
+            *owed += step.end.integrals[integral] - step.start.integrals[integral];
+        }
+        self.parts.clear();
+        let place = |touch: &Touch, time: f64| {
+            filament
+                .workpiece
+                .arc_length(touch.position, time)
+                .expect("a workpiece with a profile knows the arc length")
+        };
+        let weigh = |touch: &Touch| {
+            let force = filament.law.pressing_force(&touch.approach);
+            [force.normal, -dot(force.tangential, touch.approach.sliding)]
+        };
+        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+            let parts = &mut self.parts;
+            parts_of((step, contact), filament, place, weigh, self.finest, |places, amounts| {
+                parts.push(Part { places, amounts });
+            });
+        }
+        if let Some(part) = self.parts.last() {
+            self.last = part.places;
+        }
+        let count = self.parts.len() as f64;
+        for k in 0..2 {
+            // Less than nothing is a rounding error, which the next step makes up for.
+            if self.parts.is_empty() || self.owed[k] <= 0.0 {
+                continue;
+            }
+            let sum: f64 = self.parts.iter().map(|part| part.amounts[k]).sum();
+            for index in 0..self.parts.len() {
+                let Part { places, amounts } = self.parts[index];
+                let share = if sum > 0.0 { amounts[k] / sum } else { 1.0 / count };
+                self.enter(k, places, share * self.owed[k]);
+            }
+            self.owed[k] = 0.0;
+        }
+    }
+
+    /// Enters an amount of the kind `k` that acts evenly between two places.
+    fn enter(&mut self, k: usize, [from, to]: [f64; 2], amount: f64) {
+        let amounts = &mut self.amounts;
+        let mut enter = |places, amount: f64| {
+            spread(&self.boundaries, places, |cell, share| amounts[cell][k] += share * amount);
+        };
+        let (first, last) = (self.boundaries[0], self.boundaries[self.boundaries.len() - 1]);
+        match self.profile.period {
+            // The shorter way round, across the end of the profile.
+            Some(period) if (to - from).abs() > period / 2.0 => {
+                let (low, high) = (from.min(to), from.max(to));
+                let way = period - (high - low);
+                let share = if way > 0.0 { (low - first) / way } else { 0.5 };
+                enter([first, low], share * amount);
+                enter([high, last], (1.0 - share) * amount);
+            }
+            _ => enter([from, to], amount),
+        }
+    }
+
+    /// Forgets all work.
+    pub fn clear(&mut self) {
+        self.amounts.fill([0.0; 2]);
+        self.owed = [0.0; 2];
+    }
+
+    /// The cells with their work.
+    pub fn into_cells(mut self) -> Vec<ProfileCell> {
+        for k in 0..2 {
+            self.enter(k, self.last, self.owed[k]);
+        }
+        let cells = self.profile.cells.iter().zip(&self.amounts);
+        cells
+            .map(|(&Cell { arc_length: [start, end], ends, on_edge }, [impulse, work])| {
+                let length_m = end - start;
+                let [x_m, y_m] = scale(0.5, add(ends[0], ends[1]));
+                ProfileCell {
+                    arc_length_m: (start + end) / 2.0,
+                    x_m,
+                    y_m,
+                    length_m,
+                    on_edge,
+                    normal_impulse_n_s_m: impulse / length_m,
+                    friction_work_j_m: work / length_m,
+                }
+            })
+            .collect()
+    }
+}
+
+/// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge, which is the friction work over `µ`.
+#[derive(Clone, Debug)]
+pub(super) struct EdgeWork {
+    /// By edge.
+    parts: Vec<[f64; PARTS_OF_EDGE]>,
+}
+
+impl EdgeWork {
+    /// No work on `edges` edges.
+    pub fn new(edges: usize) -> Self {
+        Self { parts: vec![[0.0; PARTS_OF_EDGE]; edges] }
+    }
+
+    /// Enters the work of the next step on edges.
+    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
+        let boundaries: [f64; PARTS_OF_EDGE + 1] = std::array::from_fn(|index| index as f64 / PARTS_OF_EDGE as f64);
+        let nodes = step.start_nodes.len();
+        for (index, edge) in filament.workpiece.edges().iter().enumerate() {
+            if !step.closed[nodes + index] {
+                continue;
+            }
+            let place = |touch: &Touch, time: f64| edge.part_before(touch.position, time);
+            let weigh = |touch: &Touch| {
+                let Approach { sliding, .. } = touch.approach;
+                [filament.law.normal_force(&touch.approach).max(0.0) * dot(sliding, sliding).sqrt()]
+            };
+            let parts = &mut self.parts[index];
+            parts_of((step, nodes + index), filament, place, weigh, boundaries[1], |places, [amount]| {
+                spread(&boundaries, places, |part, share| parts[part] += share * amount);
+            });
+        }
+    }
+
+    /// The mean of the work per length of all edges over its largest value among their parts; zero without any.
+    pub fn evenness(&self, edges: &[Edge]) -> f64 {
+        let lengths = edges.iter().map(|edge| edge.length() / PARTS_OF_EDGE as f64);
+        let (mut work, mut length, mut largest) = (0.0, 0.0, 0.0_f64);
+        for (parts, part_length) in self.parts.iter().zip(lengths) {
+            work += parts.iter().sum::<f64>();
+            length += part_length * PARTS_OF_EDGE as f64;
+            largest = parts.iter().fold(largest, |largest, part| largest.max(part / part_length));
+        }
+        if largest > 0.0 { work / (length * largest) } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shares(boundaries: &[f64], places: [f64; 2]) -> Vec<f64> {
+        let mut shares = vec![0.0; boundaries.len() - 1];
+        spread(boundaries, places, |cell, share| shares[cell] += share);
+        shares
+    }
+
+    #[test]
+    fn what_acts_evenly_goes_to_the_cells_by_their_lengths() {
+        let boundaries = [0.0, 1.0, 3.0, 4.0];
+        assert_eq!(shares(&boundaries, [0.5, 3.5]), shares(&boundaries, [3.5, 0.5]));
+        assert_eq!(shares(&boundaries, [0.0, 4.0]), [0.25, 0.5, 0.25]);
+        assert_eq!(shares(&boundaries, [1.5, 1.5]), [0.0, 1.0, 0.0]);
+        // Outside, and at an end.
+        assert_eq!(shares(&boundaries, [-2.0, -1.0]), [1.0, 0.0, 0.0]);
+        assert_eq!(shares(&boundaries, [4.0, 4.0]), [0.0, 0.0, 1.0]);
+        assert_eq!(shares(&boundaries, [3.0, 5.0]), [0.0, 0.0, 1.0]);
+    }
+}

@@ -1,0 +1,189 @@
+//! Where along the profile of the workpiece the work of a pass is done.
+
+use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
+use bristle::workpiece::Workpiece;
+
+const PROFILE: Sampling = Sampling { samples: 0, shapes: 0, loads: false, profile: true, alongside: false };
+
+fn settings(kind: WorkpieceKind, friction: f64) -> Settings {
+    let mut settings = Settings::paper(10.0, 1e-3);
+    settings.filament.segments = 10;
+    settings.solver.relative_tolerance = 1e-5;
+    settings.contact.friction_coefficient = friction;
+    settings.workpiece.kind = kind;
+    match kind {
+        WorkpieceKind::Edge => settings.workpiece.edge_radius_m = 0.5e-3,
+        WorkpieceKind::Chamfer => {
+            (settings.workpiece.edge_radius_m, settings.workpiece.chamfer_width_m) = (0.2e-3, 1e-3);
+        }
+        WorkpieceKind::Cylinder => settings.workpiece.radius_m = 0.1,
+        WorkpieceKind::Bore => settings.workpiece.radius_m = 0.4,
+        // A corner, rounded by a spline.
+        WorkpieceKind::Profile => {
+            settings.workpiece.degree = 2;
+            settings.workpiece.control_points_m =
+                vec![[-0.06, 0.0], [-0.003, 0.0], [0.0, 0.0], [0.0, -0.003], [0.0, -0.06]];
+        }
+        WorkpieceKind::Plane => (),
+    }
+    settings
+}
+
+fn all() -> impl Iterator<Item = Settings> {
+    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane, Profile};
+    let kinds = [Plane, Edge, Chamfer, Cylinder, Bore, Profile];
+    let mut all: Vec<Settings> =
+        kinds.into_iter().flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind, friction))).collect();
+    let mut entering = settings(Edge, 0.3);
+    (entering.workpiece.side, entering.workpiece.offset_m) = (Side::Entering, -0.01);
+    let mut moving = settings(Edge, 0.3);
+    (moving.workpiece.feed_velocity_m_s, moving.workpiece.offset_m) = (0.3, 0.005);
+    // An edge so thin that it is a whole circle, which the filament sweeps over.
+    let mut wire = settings(Cylinder, 0.3);
+    wire.workpiece.radius_m = 0.002;
+    all.extend([entering, moving, wire]);
+    all.into_iter()
+}
+
+fn simulate(settings: &Settings, sampling: Sampling) -> Simulation {
+    Pass::new(settings).simulate(sampling).expect("the pass ends")
+}
+
+fn sum(profile: &[ProfileCell], value: impl Fn(&ProfileCell) -> f64) -> f64 {
+    profile.iter().map(|cell| cell.length_m * value(cell)).sum()
+}
+
+#[test]
+fn sums_over_the_profile_are_the_metrics() {
+    for settings in all() {
+        for sampling in [PROFILE, Sampling { samples: 37, shapes: 3, ..PROFILE }] {
+            let Simulation { metrics, profile, .. } = simulate(&settings, sampling);
+            let near = |found: f64, expected: f64| (found - expected).abs() <= 1e-12 * expected;
+            let (impulse, work) = (sum(&profile, |c| c.normal_impulse_n_s_m), sum(&profile, |c| c.friction_work_j_m));
+            assert!(metrics.contact_normal_impulse_n_s > 0.0, "{:?}", settings.workpiece);
+            assert!(near(impulse, metrics.contact_normal_impulse_n_s), "{impulse} {metrics:?}");
+            assert!(near(work, metrics.friction_work_j), "{work} {metrics:?}");
+            assert!(profile.iter().all(|cell| cell.normal_impulse_n_s_m >= 0.0 && cell.friction_work_j_m >= 0.0));
+            let on_edges = sum(&profile, |cell| if cell.on_edge { cell.normal_impulse_n_s_m } else { 0.0 });
+            // A contact that leaves an edge or enters it within a step is spread over both.
+            assert!(
+                (on_edges - metrics.edge_contact_normal_impulse_n_s).abs() <= 0.02 * impulse,
+                "{on_edges} {metrics:?}"
+            );
+        }
+    }
+}
+
+/// The moment of a normal force follows from where it acts.
+#[test]
+fn the_work_is_where_its_moment_says() {
+    for settings in all().filter(|settings| settings.contact.friction_coefficient == 0.0) {
+        let Simulation { metrics, profile, .. } = simulate(&settings, PROFILE);
+        let pass = Pass::new(&settings);
+        let moment = |cell: &ProfileCell| {
+            let position = [cell.x_m, cell.y_m, 0.0];
+            let edge = pass.workpiece().edges().iter().map(|edge| edge.surface(position, 0.0));
+            let seen = edge.filter(|surface| surface.margin > 0.0).find(|_| cell.on_edge);
+            let [x, y, _] = seen.unwrap_or_else(|| pass.workpiece().surface(position, 0.0)).normal;
+            (cell.x_m * y - cell.y_m * x) * cell.normal_impulse_n_s_m
+        };
+        // On the scale of the contact's length.
+        let scale = 0.02 * metrics.contact_normal_impulse_n_s;
+        let found = sum(&profile, moment);
+        assert!((found - metrics.contact_angular_impulse_n_m_s).abs() < 2e-3 * scale, "{found} {metrics:?}");
+    }
+}
+
+/// The filament leaves its marks on the workpiece, which moves away below it.
+#[test]
+fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
+    let mut settings = settings(WorkpieceKind::Plane, 0.0);
+    settings.workpiece.feed_velocity_m_s = 0.4;
+    let Simulation { metrics, profile, history, .. } = simulate(&settings, Sampling { samples: 4001, ..PROFILE });
+    let mean: f64 = sum(&profile, |cell| cell.arc_length_m * cell.normal_impulse_n_s_m);
+    let later: f64 = history
+        .windows(2)
+        .map(|pair| {
+            let rise = pair[1].contact_normal_impulse_n_s - pair[0].contact_normal_impulse_n_s;
+            rise * (pair[0].time_s + pair[1].time_s) / 2.0
+        })
+        .sum();
+    // ∫ F_n (x − v_ft t) dt
+    let expected = metrics.contact_angular_impulse_n_m_s - 0.4 * later;
+    let scale = 0.02 * metrics.contact_normal_impulse_n_s;
+    assert!((mean - expected).abs() < 2e-3 * scale && 0.4 * later > 0.1 * scale, "{mean} {expected} {later} {scale}");
+}
+
+#[test]
+fn profiles_are_the_same_in_lanes_and_change_no_metric() {
+    let all: Vec<Settings> = all().collect();
+    let mut jobs = all.iter().enumerate();
+    let mut results = vec![None; all.len()];
+    sample_side_by_side(
+        PROFILE,
+        |kind| {
+            let (number, settings) = jobs.clone().next()?;
+            kind.is_none_or(|kind| bristle::simulation::Kind::of(settings) == kind).then(|| jobs.next())?;
+            Some(Job::new(number, settings))
+        },
+        |number, result| results[number] = Some(result.expect("the pass ends")),
+    );
+    for (settings, result) in all.iter().zip(results) {
+        let result = result.expect("every job is done");
+        assert_eq!(result, simulate(settings, PROFILE));
+        let without = simulate(settings, Sampling::default());
+        assert_eq!((&result.metrics, result.statistics), (&without.metrics, without.statistics));
+        assert!(without.profile.is_empty());
+    }
+}
+
+/// Arc lengths belong to points, cells follow each other, and edges have enough of them.
+#[test]
+fn cells_are_an_outline_by_arc_length() {
+    for settings in all() {
+        let pass = Pass::new(&settings);
+        let workpiece = pass.workpiece();
+        let profile = workpiece.profile(0.181).expect("a profile");
+        assert!(profile.cells.len() > 100);
+        for pair in profile.cells.windows(2) {
+            assert!((pair[0].arc_length[1] - pair[1].arc_length[0]).abs() < 1e-15);
+            let [end, start] = [pair[0].ends[1], pair[1].ends[0]];
+            assert!((end[0] - start[0]).hypot(end[1] - start[1]) < 1e-12);
+        }
+        for cell in &profile.cells {
+            let [start, end] = cell.ends;
+            let length = cell.arc_length[1] - cell.arc_length[0];
+            let chord = (end[0] - start[0]).hypot(end[1] - start[1]);
+            assert!(length <= 0.2501e-3 && chord <= length * (1.0 + 1e-9) && chord > 0.99 * length, "{cell:?}");
+            // A little inside and outside, where the workpiece has moved to.
+            let [x, y] = [(start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0];
+            let [u, v] = [(end[0] - start[0]) / length, (end[1] - start[1]) / length];
+            for away in [-1e-5, 1e-5] {
+                let shift = 0.01 * settings.workpiece.feed_velocity_m_s;
+                let found = workpiece.arc_length([x - away * v + shift, y + away * u, 0.0], 0.01).expect("a place");
+                let middle = (cell.arc_length[0] + cell.arc_length[1]) / 2.0;
+                assert!((found - middle).abs() < 1e-3 * length, "{found} {middle} {cell:?}");
+            }
+        }
+        let on_edges = profile.cells.iter().filter(|cell| cell.on_edge).count();
+        assert!(on_edges >= 24 * workpiece.edges().len());
+    }
+}
+
+#[test]
+fn an_edge_has_a_share_of_the_impulse_and_an_evenness() {
+    for settings in all() {
+        let metrics = simulate(&settings, Sampling::default()).metrics;
+        let share = metrics.edge_contact_normal_impulse_n_s / metrics.contact_normal_impulse_n_s;
+        assert_eq!(metrics.edge_share, share.clamp(0.0, 1.0));
+        assert_eq!(metrics.edge_evenness > 0.0, metrics.edge_share > 0.0, "{metrics:?}");
+        assert!(metrics.edge_evenness <= 1.0);
+    }
+    // It passes where there is nothing.
+    let mut never = settings(WorkpieceKind::Edge, 0.3);
+    never.workpiece.offset_m = -0.1;
+    let Simulation { metrics, profile, .. } = simulate(&never, PROFILE);
+    assert_eq!((metrics.edge_share, metrics.edge_evenness, metrics.contact_normal_impulse_n_s), (0.0, 0.0, 0.0));
+    assert!(profile.iter().all(|cell| cell.normal_impulse_n_s_m == 0.0));
+}
