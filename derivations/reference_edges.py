@@ -211,9 +211,10 @@ class Case:
 
     @property
     def end_s(self) -> float:
-        """The tail angle past the last touch of the last turn."""
-        pass_s = (LEAD_ANGLE_RAD + 2 * self.half_angle_rad + TAIL_ANGLE_RAD) / self.rate_rad_s
-        return (self.turns - 1) * self.turn_s + pass_s
+        """The tail angle past the last touch of a single turn; several turns are whole."""
+        if self.turns > 1:
+            return self.turns * self.turn_s
+        return (LEAD_ANGLE_RAD + 2 * self.half_angle_rad + TAIL_ANGLE_RAD) / self.rate_rad_s
 
 
 class Profile:
@@ -492,6 +493,7 @@ class Window:
     states: np.ndarray  # columns
     touch: Touch
     parameters: np.ndarray
+    ends_turn: bool = False
 
     def first(self, count: int) -> "Window":
         """Its first points."""
@@ -579,6 +581,7 @@ class Motion:
         if not np.all(np.isfinite(states)):
             raise RuntimeError(f"{self.case.name}: CVODES stopped in the window at {start_s} s")
         times = start_s + (end_s - start_s) * self._shares
+        times[-1] = end_s
         return Window(times, states, touch, parameters)
 
     def between(self, window: Window, i: int) -> Callable[[float], np.ndarray]:
@@ -623,14 +626,17 @@ class Motion:
 
     def windows(self) -> Iterator[Window]:
         """The whole motion."""
-        end_of_all = self.case.end_s
+        turn, end_of_turn, end_of_all = 0, 0.0, self.case.end_s
         start_s, y, self.changes = 0.0, self.start(), 0
         touch, until_s = self.touch(start_s, y), None
         while start_s < end_of_all:
-            end_s = until_s or min(start_s + WINDOW_S, end_of_all)
-            # The last bit of a pass is no window of its own.
-            if end_of_all - end_s < 1e-3 * WINDOW_S:
-                end_s = end_of_all
+            if start_s >= end_of_turn:
+                turn += 1
+                end_of_turn = min(turn * self.case.turn_s, end_of_all)
+            end_s = until_s or min(start_s + WINDOW_S, end_of_turn)
+            # The last bit of a turn is no window of its own.
+            if end_of_turn - end_s < 1e-3 * WINDOW_S:
+                end_s = end_of_turn
             window = self._window(start_s, end_s, y, touch)
             change = self._first_change(window)
             following, until_of_next = touch, None
@@ -644,7 +650,7 @@ class Motion:
                 if self.changes > MOST_CHANGES:
                     raise RuntimeError(f"{self.case.name}: chatters at {start_s} s")
             if len(window.times) > 1:
-                yield window
+                yield replace(window, ends_turn=bool(window.times[-1] == end_of_turn))
             start_s, y = float(window.times[-1]), window.states[:, -1]
             touch, until_s = following, until_of_next
 
@@ -671,24 +677,21 @@ def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
     motion = Motion(case, relative_tolerance)
     contact_time, turns, deepest = 0.0, [], 0.0
     faces: set[int] = set()
-    integrals = before = np.zeros(len(INTEGRALS))
+    before = np.zeros(len(INTEGRALS))
     for window in motion.windows():
-        # Turns begin in the air.
-        if len(turns) + 1 < case.turns and window.times[-1] >= (len(turns) + 1) * case.turn_s:
-            turns.append(integrals[0] - before[0])
-            before, contact_time = integrals, 0.0
         if window.touch.anything:
             contact_time += window.times[-1] - window.times[0]
             faces |= set(window.touch.faces) - {0}
         if window.touch.feature > 0:
             deepest = max(deepest, motion.depth_at_arc_m(window))
-        integrals = motion.integrals(window, -1)
-        last = window
-    of_turn = integrals - before
-    turns.append(of_turn[0])
+        last, end = window, motion.integrals(window, -1)
+        if window.ends_turn:
+            of_turn, of_time = end - before, contact_time
+            turns.append(of_turn[0])
+            before, contact_time = end, 0.0
     tip = motion.observed(last.times[-1], last.states[:, -1], last.parameters)[4:]
     return {
-        "contact_time_s": contact_time,
+        "contact_time_s": of_time,
         **dict(zip(INTEGRALS, of_turn, strict=True)),
         "turn_contact_normal_impulses_n_s": turns,
         "final_tip_m": tip[:2],

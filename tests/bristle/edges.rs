@@ -3,14 +3,15 @@
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
-use bristle::simulation::{Pass, Sample, simulate, simulate_with_history};
+use bristle::simulation::{Pass, Sample, simulate_with_history};
 use serde::Deserialize;
 
 use crate::common::{case, data};
 
-/// Largest difference of an impulse over `p_n`, and of the others relative to themselves. The reference has errors of up to 3e-6
-/// where it is stated; the solver runs at 1e-9.
-const TOLERANCE: f64 = 1e-5;
+/// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of the tip over `l_f`, beyond ten times
+/// the error that the reference states. The solver runs at 1e-9, and they agree to 4e-7, except that the share of an edge differs by up
+/// to 4e-6 of `p_n` where a tip slides from a face onto it.
+const TOLERANCE: f64 = 5e-6;
 
 /// A case of `tests/data/reference_edges.json`.
 #[derive(Deserialize)]
@@ -109,16 +110,10 @@ impl Reference {
     }
 }
 
-/// The cases whose number of turns is one, or of which there are several.
-fn references(several: bool) -> Vec<Reference> {
-    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
-    cases.into_iter().filter(|case| (case.turns > 1) == several).collect()
-}
-
 #[test]
 fn passes_agree_with_casadi_and_cvodes() {
-    let cases = references(false);
-    assert!(cases.len() > 100, "{}", cases.len());
+    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
+    assert!(cases.len() > 75, "{}", cases.len());
     let mut failures = Vec::new();
     for case in cases {
         let pass = simulate_with_history(&case.settings(), 2).expect("the settings are valid");
@@ -128,6 +123,12 @@ fn passes_agree_with_casadi_and_cvodes() {
             // The reference looks at it every microsecond, in which an impact changes by some per cent.
             let ratio = pass.metrics.max_edge_penetration_m / case.largest_edge_penetration_m;
             differences.push(("max_edge_penetration_m", TOLERANCE / 0.03 * (ratio - 1.0).abs()));
+        }
+        assert_eq!(pass.turn_contact_normal_impulses_n_s.len(), case.turns);
+        for (impulse, expected) in
+            pass.turn_contact_normal_impulses_n_s.iter().zip(&case.turn_contact_normal_impulses_n_s)
+        {
+            differences.push(("turn_contact_normal_impulses_n_s", (impulse / expected - 1.0).abs()));
         }
         for (name, difference) in differences {
             if difference.is_nan() || difference > TOLERANCE + 10.0 * case.own_error {
@@ -139,20 +140,4 @@ fn passes_agree_with_casadi_and_cvodes() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
-}
-
-/// The last turn of the reference ends at the tail angle, so that a contact before the next nominal entry is missing in it.
-#[test]
-fn turns_agree_with_casadi_and_cvodes() {
-    let cases = references(true);
-    assert!(cases.iter().any(|case| case.turns == 4), "{}", cases.len());
-    for case in cases {
-        let impulses = simulate(&case.settings()).expect("the settings are valid").turn_contact_normal_impulses_n_s;
-        let expected = &case.turn_contact_normal_impulses_n_s;
-        assert_eq!(impulses.len(), expected.len());
-        for (turn, (impulse, expected)) in impulses.iter().zip(expected).take(case.turns - 1).enumerate() {
-            let difference = (impulse / expected - 1.0).abs();
-            assert!(difference < TOLERANCE + 10.0 * case.own_error, "{}, turn {turn}: {difference:.1e}", case.name);
-        }
-    }
 }

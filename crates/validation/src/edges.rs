@@ -321,7 +321,8 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
     ] {
         let critical = FRAC_PI_2 * FRAC_PI_2;
         let settings = curved(segments, velocity, depth, radius)?;
-        let exact = on_curve(&settings, radius, turned, slopes).force / critical;
+        let held = on_curve(&settings, radius, turned, slopes);
+        let (exact, leaning) = (held.force / critical, held.slope - FRAC_PI_2 - turned);
         let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
         let unit = critical * bending / settings.filament.length_m.powi(2);
         let at = |segments: usize, velocity: f64| {
@@ -332,7 +333,8 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
         // The dampers' share is proportional to the velocity.
         let slow = |segments: usize| Ok::<_, Failure>(2.0 * at(segments, velocity / 2.0)? - at(segments, velocity)?);
         let computed = extrapolated(slow(segments)?, slow(2 * segments)?);
-        let subject = format!("{name}, a_e = {} mm, β = −π/2 + {turned}, n → ∞, v_b → 0", 1e3 * depth);
+        let place = format!("tip where the surface leans by {leaning:.3} rad");
+        let subject = format!("{name}, a_e = {} mm, β = −π/2 + {turned}, {place}, n → ∞, v_b → 0", 1e3 * depth);
         let tolerance = tolerances::CURVES;
         checks.push(Check::value(subject, "F_n/P_cr", exact, sources::HEINRICH, computed, tolerance));
     }
