@@ -83,10 +83,6 @@ pub struct Held {
     /// Angle θ_c of the beam at the contact.
     pub angle: f64,
     /// Angle of the surface at the contact; its normal is turned from this by a right angle.
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "only the equations of the beam, which tests integrate, need it")
-    )]
     pub slope: f64,
     /// Arc length from the root to the contact.
     pub length: f64,
