@@ -166,11 +166,13 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     ///
     /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
     /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages. With friction a single
-    /// correction must be small to be enough.
+    /// correction must be small to be enough. With contact damping besides, the force is so steep where nodes come off that only
+    /// converged stages keep the account of the energies.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
         match (damped, self.law.friction > 0.0) {
             (false, _) => StageSolution::Converged,
+            (true, true) if self.law.damping > 0.0 => StageSolution::Converged,
             (true, true) => StageSolution::Cautious,
             (true, false) => StageSolution::Predicted,
         }

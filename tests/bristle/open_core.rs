@@ -7,7 +7,7 @@ use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_
 use bristle::tool::{RoundTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
-const SAMPLING: Sampling = Sampling { samples: 20, shapes: 5, loads: true, profile: true, alongside: false };
+const SAMPLING: Sampling = Sampling { samples: 20, shapes: 5, loads: true, profile: false, alongside: false };
 
 /// The plane of MODEL, implemented again.
 #[derive(Clone, Debug)]
