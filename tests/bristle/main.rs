@@ -6,6 +6,7 @@ mod energy;
 mod agreement;
 mod allocations;
 mod batch;
+#[cfg(feature = "serde")]
 mod edges;
 mod fingerprint;
 mod lateral;

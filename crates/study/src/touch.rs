@@ -1,7 +1,8 @@
 //! Passes that are not what their settings mean: edges that are penetrated too deeply, and filaments that miss the workpiece.
 
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{Settings, WorkpieceKind, WorkpieceSettings};
+use bristle::model::settings::Settings;
+use bristle::workpiece::{Edge, Part, Workpiece};
 
 use crate::study::{CaseResult, Study};
 use crate::text::layout::warning;
@@ -19,7 +20,7 @@ const MISSED: &str = "If they should, change `workpiece.offset_m` or `process.pe
 /// The warnings about one contact, each for a terminal 80 columns wide.
 #[must_use]
 pub fn case_touch_warnings(settings: &Settings, metrics: &Metrics) -> Vec<String> {
-    let radius = edge_radius(&settings.workpiece);
+    let radius = edge_radius(settings);
     let deep = is_deep(settings, metrics).then(|| {
         warning(&format!(
             "the filament penetrates an edge by {} mm, more than half of its radius of {} mm. {DEEP}",
@@ -65,15 +66,13 @@ pub fn study_touch_warnings(study: &Study, results: &[CaseResult]) -> Vec<String
 
 /// Whether the penetration of an edge is not small against its radius.
 fn is_deep(settings: &Settings, metrics: &Metrics) -> bool {
-    metrics.max_edge_penetration_m > DEEPEST_SHARE * edge_radius(&settings.workpiece)
+    metrics.max_edge_penetration_m > 0.0 && metrics.max_edge_penetration_m > DEEPEST_SHARE * edge_radius(settings)
 }
 
-/// The radius of what the workpiece has as edges, in m: a cylinder may itself be as thin as one.
-fn edge_radius(workpiece: &WorkpieceSettings) -> f64 {
-    match workpiece.kind {
-        WorkpieceKind::Cylinder => workpiece.radius_m,
-        _ => workpiece.edge_radius_m,
-    }
+/// The smallest radius of the workpiece's edges, in m; infinite without edges.
+fn edge_radius(settings: &Settings) -> f64 {
+    let radius = |edge: &Edge| edge.radius();
+    Part::of(settings).map_or(f64::INFINITY, |(part, _)| part.edges().iter().map(radius).fold(f64::INFINITY, f64::min))
 }
 
 fn misses(metrics: &Metrics) -> bool {

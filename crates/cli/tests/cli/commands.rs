@@ -8,7 +8,7 @@ use std::process::{Command as Process, Stdio};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// A small and quick case.
@@ -43,7 +43,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 33] = [
+const RESULTS: [&str; 35] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -70,6 +70,8 @@ const RESULTS: [&str; 33] = [
     "tool_power_w",
     "lateral_amplification",
     "laterally_unstable",
+    "turns",
+    "unsteady_turns",
     "steps",
     "unresolved_steps",
     "rejected_steps",
@@ -138,10 +140,11 @@ fn simulate_writes_metrics_and_history() {
     let text = workspace.read("one/metrics.json");
     let metrics: Value = serde_json::from_str(&text).expect("metrics.json is JSON");
     let metrics = metrics.as_object().expect("an object");
-    assert_eq!(metrics.len(), RESULTS.len());
+    assert_eq!(metrics.len(), RESULTS.len() + 1);
+    assert_eq!(metrics["turn_contact_normal_impulses_n_s"], json!([metrics["contact_normal_impulse_n_s"]]));
     let mut last = 0;
     for key in RESULTS {
-        let is_flag = key == "laterally_unstable";
+        let is_flag = key == "laterally_unstable" || key == "unsteady_turns";
         assert!(if is_flag { metrics[key].is_boolean() } else { metrics[key].is_number() }, "{key}");
         let position = text.find(&format!("\"{key}\"")).expect(key);
         assert!(position > last, "{key} is out of order");

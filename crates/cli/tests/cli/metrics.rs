@@ -49,7 +49,7 @@ fn every_reader_shows_every_metric() {
     let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     let all = keys(Metrics::COLUMNS);
-    assert_eq!(all.len(), 26);
+    assert_eq!(all.len(), 28);
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study);

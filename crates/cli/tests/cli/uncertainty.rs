@@ -99,7 +99,7 @@ fn a_single_uncertain_input_explains_all_scatter() {
         let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
         for summary in summaries(&study(&format!("{file}{uncertainty}"))) {
             let shares = summary.scatter.expect("filaments scatter").sobol_indices();
-            assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..] == [0.0; 4], "{shares:?}");
+            assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..].iter().all(|share| *share == 0.0), "{shares:?}");
         }
     }
 }

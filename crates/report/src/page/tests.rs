@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::*;
 use crate::testing::brush;
 use bristle::model::metrics::Metrics;
+use bristle::model::parameters::PARAMETERS;
 use bristle::simulation::Statistics;
 use bristle_study::document::Document;
 use bristle_study::study::Sweep;
@@ -213,6 +214,14 @@ fn every_setting_is_on_the_page_with_a_name() {
         let keys = keys(&base[&section]).expect("settings");
         paths.extend(keys.into_iter().map(|key| format!("{section}.{key}")));
     }
+    // Files leave out those that follow from others.
+    paths.extend(
+        PARAMETERS
+            .iter()
+            .map(|parameter| parameter.path.to_owned())
+            .filter(|path| !paths.contains(path))
+            .collect::<Vec<_>>(),
+    );
     paths.sort();
     let shown = settings(&study);
     let mut known: Vec<&str> = shown.iter().filter_map(|setting| setting["path"].as_str()).collect();
