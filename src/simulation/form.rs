@@ -16,6 +16,7 @@ pub enum Form {
 }
 
 /// The equations of one chain, or of one per lane.
+#[allow(clippy::large_enum_variant, reason = "a pass has one")]
 #[derive(Clone, Debug)]
 pub(super) enum Equations<T> {
     Spatial(Dynamics<T>),

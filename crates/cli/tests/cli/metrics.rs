@@ -91,7 +91,7 @@ fn every_reader_shows_every_metric() {
     let study = study.expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     let optional = |column: &&Column<Metrics>| column.display.optional;
-    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 3);
+    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 5);
     assert_eq!(shown(&study, &results), (11, 5));
 }
 

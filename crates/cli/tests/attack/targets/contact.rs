@@ -7,8 +7,8 @@ use bristle::simulation::{Sampling, Simulation, simulate_with};
 use bristle_study::digest::digest;
 use bristle_study::document::Document;
 use bristle_study::results::{
-    DataError, FileHashes, case_text, read_case, read_history, read_profile, read_shapes, write_history, write_profile,
-    write_shapes,
+    DataError, FileHashes, case_text, read_case, read_history, read_profile, read_shapes, read_turn_impulses,
+    write_history, write_metrics, write_profile, write_shapes,
 };
 use fastrand::Rng;
 
@@ -16,22 +16,22 @@ use super::{STUDY, change_table, change_text};
 use crate::runner::{Mutant, Target, Verdict};
 use crate::tree::JSON;
 
-/// Names of the tables of a contact.
-const TABLES: [&str; 3] = ["history.csv", "profile.csv", "shapes.csv"];
+/// Results of a contact: the metrics, then its tables.
+const RESULTS: [&str; 4] = ["metrics.json", "history.csv", "profile.csv", "shapes.csv"];
 
-/// Saved results: `case.json` and the tables of a contact.
+/// Saved results: `case.json` and the [`RESULTS`].
 pub struct Contact {
-    texts: [String; 4],
+    texts: [String; 5],
     settings: Settings,
     simulation: Simulation,
 }
 
-/// The files of a contact that are read again: `case.json`, then the [`TABLES`].
-pub fn saved(settings: &Settings) -> [String; 4] {
-    let [history, profile, shapes] = written(&simulated(settings));
-    let tables = TABLES.iter().zip([&history, &profile, &shapes]);
-    let files: FileHashes = tables.map(|(name, text)| ((*name).to_owned(), digest(text.as_bytes()))).collect();
-    [case_text(settings, &files), history, profile, shapes]
+/// The files of a contact that are read again: `case.json`, then the [`RESULTS`].
+pub fn saved(settings: &Settings) -> [String; 5] {
+    let [metrics, history, profile, shapes] = written(&simulated(settings));
+    let results = RESULTS.iter().zip([&metrics, &history, &profile, &shapes]);
+    let files: FileHashes = results.map(|(name, text)| ((*name).to_owned(), digest(text.as_bytes()))).collect();
+    [case_text(settings, &files), metrics, history, profile, shapes]
 }
 
 fn simulated(settings: &Settings) -> Simulation {
@@ -39,14 +39,16 @@ fn simulated(settings: &Settings) -> Simulation {
     simulate_with(settings, sampling).expect("a quick pass")
 }
 
-/// The texts of the tables.
-fn written(Simulation { history, profile, shapes, .. }: &Simulation) -> [String; 3] {
+/// The texts of the [`RESULTS`].
+fn written(simulation: &Simulation) -> [String; 4] {
+    let Simulation { history, profile, shapes, .. } = simulation;
     let text = |write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut text = Vec::new();
         write(&mut text).expect("memory takes what is written to it");
-        String::from_utf8(text).expect("a table is text")
+        String::from_utf8(text).expect("results are text")
     };
     [
+        text(&|out| write_metrics(out, simulation)),
         text(&|out| write_history(out, history)),
         text(&|out| write_profile(out, profile)),
         text(&|out| write_shapes(out, shapes)),
@@ -75,11 +77,12 @@ impl Target for Contact {
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
         let mut bytes = self.texts.clone().map(String::into_bytes);
-        let table = random.usize(1..self.texts.len());
+        let table = random.usize(2..self.texts.len());
         let (target, (change, changed)) = if random.bool() {
             (table, change_table(&self.texts[table], random))
         } else {
-            (0, change_text(&self.texts[0], &self.texts[table], &JSON, random))
+            let document = random.usize(..2);
+            (document, change_text(&self.texts[document], &self.texts[table], &JSON, random))
         };
         bytes[target] = changed;
         files(change, bytes)
@@ -90,31 +93,41 @@ impl Target for Contact {
             Ok(case) => case,
             Err(error) => return Verdict::Refused(error.to_string()),
         };
-        let texts = [1, 2, 3].map(|file| mutant.text(file));
+        let texts = [1, 2, 3, 4].map(|file| mutant.text(file));
         let refused = |error: DataError| Verdict::Refused(error.to_string());
-        let check = |table: usize| case.check(TABLES[table], &texts[table], TABLES[table]);
-        let history = match read_history(&texts[0], TABLES[0]).and_then(|read| check(0).map(|()| read)) {
+        let check = |file: usize| case.check(RESULTS[file], &texts[file], RESULTS[file]);
+        let turns = match read_turn_impulses(&texts[0], RESULTS[0]).and_then(|read| check(0).map(|()| read)) {
+            Ok(turns) => turns,
+            Err(error) => return refused(error),
+        };
+        let history = match read_history(&texts[1], RESULTS[1]).and_then(|read| check(1).map(|()| read)) {
             Ok(history) => history,
             Err(error) => return refused(error),
         };
-        let profile = match read_profile(&texts[1], TABLES[1]).and_then(|read| check(1).map(|()| read)) {
+        let profile = match read_profile(&texts[2], RESULTS[2]).and_then(|read| check(2).map(|()| read)) {
             Ok(profile) => profile,
             Err(error) => return refused(error),
         };
-        let shapes = match read_shapes(&texts[2], TABLES[2]).and_then(|read| check(2).map(|()| read)) {
+        let shapes = match read_shapes(&texts[3], RESULTS[3]).and_then(|read| check(3).map(|()| read)) {
             Ok(shapes) => shapes,
             Err(error) => return refused(error),
         };
         let expected = &self.simulation;
         assert_eq!(
-            (&case.settings, &history, &profile, &shapes),
-            (&self.settings, &expected.history, &expected.profile, &expected.shapes)
+            (&case.settings, &turns, &history, &profile, &shapes),
+            (
+                &self.settings,
+                &expected.turn_contact_normal_impulses_n_s,
+                &expected.history,
+                &expected.profile,
+                &expected.shapes
+            )
         );
         Verdict::Accepted
     }
 }
 
-fn files(change: &'static str, texts: [Vec<u8>; 4]) -> Mutant {
-    let names = ["case.json"].into_iter().chain(TABLES).map(str::to_owned);
+fn files(change: &'static str, texts: [Vec<u8>; 5]) -> Mutant {
+    let names = ["case.json"].into_iter().chain(RESULTS).map(str::to_owned);
     Mutant { change, files: names.zip(texts).collect(), ..Mutant::default() }
 }

@@ -63,7 +63,7 @@ impl Program {
         let [study_json, runs] = saved(&study, &results);
         let settings =
             Document::parse(&small(), "").and_then(|document| document.settings()).expect("the file is right");
-        let [case_json, history, profile, shapes] = contact::saved(&settings);
+        let [case_json, metrics, history, profile, shapes] = contact::saved(&settings);
         let file = |name: &str, text: &str| (name.to_owned(), text.as_bytes().to_vec());
         let files = vec![
             file("case.toml", &small()),
@@ -74,6 +74,7 @@ impl Program {
             file("study/study.json", &study_json),
             file("study/runs.csv", &runs),
             file("contact/case.json", &case_json),
+            file("contact/metrics.json", &metrics),
             file("contact/history.csv", &history),
             file("contact/profile.csv", &profile),
             file("contact/shapes.csv", &shapes),
