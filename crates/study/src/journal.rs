@@ -139,7 +139,7 @@ struct Entry {
 #[serde(untagged)]
 enum Outcome {
     Simulated {
-        metrics: Metrics,
+        metrics: Box<Metrics>,
         turn_contact_normal_impulses_n_s: Vec<f64>,
         statistics: Statistics,
         /// The only number of [`Statistics`] that is in no other file.
@@ -182,7 +182,7 @@ impl Journal {
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
             Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter }) => Outcome::Simulated {
-                metrics: metrics.clone(),
+                metrics: Box::new(metrics.clone()),
                 turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
                 statistics: *statistics,
                 chart_changes: statistics.chart_changes,
@@ -242,7 +242,7 @@ impl Journal {
         let result = match outcome {
             Outcome::Simulated { metrics, turn_contact_normal_impulses_n_s, statistics, chart_changes, scatter } => {
                 Ok(CaseSummary {
-                    metrics,
+                    metrics: *metrics,
                     turn_contact_normal_impulses_n_s,
                     statistics: Statistics { chart_changes, ..statistics },
                     scatter: scatter.map(|scatter| *scatter),

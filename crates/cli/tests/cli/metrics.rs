@@ -92,7 +92,7 @@ fn every_reader_shows_every_metric() {
     let results = run_study(&study, None, || {}).expect("threads");
     let optional = |column: &&Column<Metrics>| column.display.optional;
     assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 5);
-    assert_eq!(shown(&study, &results), (11, 5));
+    assert_eq!(shown(&study, &results), (13, 5));
 }
 
 /// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.
