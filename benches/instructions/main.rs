@@ -6,7 +6,8 @@
 //! ```
 //!
 //! Times vary with the machine and its load, instruction counts hardly do. Valgrind does not support AVX-512, so lanes are
-//! counted with AVX2. Each subject runs in a process of its own, twice, with different numbers of repetitions. The
+//! counted with AVX2. Valgrind 3.19 also lacks one form of `vmovq`, which a compiler may choose or not: a subject with an
+//! instruction that Valgrind does not know is reported as not counted. Each subject runs in a process of its own, twice, with different numbers of repetitions. The
 //! difference excludes the start and the end of the process.
 
 use std::error::Error;
@@ -60,21 +61,29 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     }
     let mut counts = Vec::new();
     for (subject, (name, repetitions)) in SUBJECTS.iter().enumerate() {
-        let (few, many) = (count(subject, *repetitions)?, count(subject, 3 * repetitions)?);
-        counts.push((*name, (many - few) / (2 * repetitions) as u64));
+        match [count(subject, *repetitions)?, count(subject, 3 * repetitions)?] {
+            [Some(few), Some(many)] => counts.push((*name, (many - few) / (2 * repetitions) as u64)),
+            _ => println!("{name:50}  not counted: Valgrind does not know one of its instructions"),
+        }
+    }
+    if counts.is_empty() {
+        return Err("Valgrind could not count anything: install a newer one".into());
     }
     if arguments.iter().any(|argument| argument == "--accept") {
         let mut text = String::from("subject,instructions\n");
-        for (name, count) in &counts {
-            writeln!(text, "{name},{count}")?;
+        let accepted = fs::read_to_string(COUNTS)?;
+        for (name, _) in SUBJECTS {
+            match counts.iter().find(|(counted, _)| *counted == name) {
+                Some((_, count)) => writeln!(text, "{name},{count}")?,
+                None => writeln!(text, "{name},{}", accepted_count(&accepted, name)?)?,
+            }
         }
         fs::write(COUNTS, text)?;
     }
     let accepted = fs::read_to_string(COUNTS)?;
     let mut off = false;
     for (name, count) in counts {
-        let line = accepted.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(','));
-        let expected: u64 = line.ok_or_else(|| format!("counts.csv has no line for {name}"))?.parse()?;
+        let expected = accepted_count(&accepted, name)?;
         let change = count as f64 / expected as f64 - 1.0;
         let mark = if change.abs() > MARGIN { "  <- outside the margin" } else { "" };
         off |= change.abs() > MARGIN;
@@ -90,8 +99,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Instruction count of a process that repeats the subject.
-fn count(subject: usize, repetitions: usize) -> Result<u64, Box<dyn Error>> {
+/// The count of the subject `name` in `counts.csv`.
+fn accepted_count(counts: &str, name: &str) -> Result<u64, Box<dyn Error>> {
+    let line = counts.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(','));
+    Ok(line.ok_or_else(|| format!("counts.csv has no line for {name}"))?.parse()?)
+}
+
+/// Instruction count of a process that repeats the subject; none if Valgrind does not know one of its instructions.
+fn count(subject: usize, repetitions: usize) -> Result<Option<u64>, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .arg(std::env::current_exe()?)
@@ -101,7 +116,8 @@ fn count(subject: usize, repetitions: usize) -> Result<u64, Box<dyn Error>> {
     let text = String::from_utf8_lossy(&output.stderr);
     let collected = text.lines().find_map(|line| line.split_once("Collected :"));
     match collected {
-        Some((_, count)) if output.status.success() => Ok(count.trim().parse()?),
+        Some((_, count)) if output.status.success() => Ok(Some(count.trim().parse()?)),
+        _ if text.contains("valgrind: Unrecognised instruction") => Ok(None),
         _ => Err(format!("valgrind did not count {}:\n{text}", SUBJECTS[subject].0).into()),
     }
 }

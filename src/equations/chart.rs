@@ -215,8 +215,8 @@ fn is_plain<T>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> bo
 
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::Joint<T> {
-    if !is_plain(&previous, &next, &link) {
+pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
+    if !is_plain(&previous, &next, link) {
         return joint_with_x(previous, next, link);
     }
     let step = azimuth_step(previous.angles, next.angles);
@@ -237,10 +237,10 @@ pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -
 pub fn joint_tangent<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
-    link: Link<T>,
+    link: &Link<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
-    if !is_plain(&previous, &next, &link) {
+    if !is_plain(&previous, &next, link) {
         return joint_tangent_with_x(previous, next, link, weights);
     }
     let step = azimuth_step(previous.angles, next.angles);
@@ -260,8 +260,8 @@ pub fn joint_tangent<T: Real>(
 
 /// [`kernels::joint_energy`] between any two charts.
 #[inline(always)]
-pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::JointEnergy<T> {
-    if !is_plain(&previous, &next, &link) {
+pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::JointEnergy<T> {
+    if !is_plain(&previous, &next, link) {
         return joint_energy_with_x(previous, next, link);
     }
     kernels::joint_energy(
@@ -277,7 +277,7 @@ pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Lin
 
 #[cold]
 #[inline(never)]
-fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::JointEnergy<T> {
+fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::JointEnergy<T> {
     // The inner segment takes the role of the clamp.
     let in_frame = |vector| previous.axis.to_frame(vector);
     let in_chart = |vector| next.axis.from_frame(vector);
@@ -306,7 +306,7 @@ fn unbent_azimuth<T: Real>(z: &Side<'_, T>, is_previous: bool, link: &Link<T>) -
 /// [`kernels::joint`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>) -> kernels::Joint<T> {
+fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
     if previous.axis == next.axis {
         let kernels::JointAboutX { previous, next } = kernels::joint_about_x(
             *previous.angles,
@@ -322,7 +322,7 @@ fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>
     }
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
-    let unbent = unbent_azimuth(&z, previous_is_z, &link);
+    let unbent = unbent_azimuth(&z, previous_is_z, link);
     let kernels::CrossedJoint { z, x } =
         kernels::crossed_joint(*z.angles, *x.angles, unbent, *z.rates, *x.rates, link.stiffness, link.damping);
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
@@ -335,7 +335,7 @@ fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: Link<T>
 fn joint_tangent_with_x<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
-    link: Link<T>,
+    link: &Link<T>,
     weights: StepWeights<T>,
 ) -> kernels::JointTangent<T> {
     if previous.axis == next.axis {
@@ -359,7 +359,7 @@ fn joint_tangent_with_x<T: Real>(
     let kernels::CrossedJointTangent { z_z, z_x, x_z, x_x } = kernels::crossed_joint_tangent(
         *z.angles,
         *x.angles,
-        unbent_azimuth(&z, previous_is_z, &link),
+        unbent_azimuth(&z, previous_is_z, link),
         *z.rates,
         *x.rates,
         link.stiffness,

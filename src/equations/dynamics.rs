@@ -163,7 +163,7 @@ impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     fn inner_joint_energy(&self, k: usize) -> [T; 2] {
         if k > 0 {
             let kernels::JointEnergy { spring, dissipation } =
-                chart::joint_energy(self.side(k - 1), self.side(k), self.links[k]);
+                chart::joint_energy(self.side(k - 1), self.side(k), &self.links[k]);
             return [spring, dissipation];
         }
         let kernels::ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
@@ -212,7 +212,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 2> {
         if k > 0 {
-            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), self.links[k]);
+            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), &self.links[k]);
             return Joint { previous, next };
         }
         let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
@@ -260,7 +260,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
             let kernels::JointTangent { previous_previous, previous_next, next_previous, next_next } =
-                chart::joint_tangent(self.side(k - 1), self.side(k), self.links[k], weights);
+                chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], weights);
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
         let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
@@ -296,11 +296,11 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         loads: &dyn NodeLoads<T>,
         positions: &[[T; 3]],
         velocities: &[[T; 3]],
-        points: &mut Vec<Point<T, 3>>,
+        apply: &mut dyn FnMut(Point<T, 3>),
     ) {
         let nodes = Placed { clamp: self.clamp, positions, velocities };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
-            points.push(Point { segment, fraction, force });
+            apply(Point { segment, fraction, force });
         });
     }
 
@@ -310,11 +310,11 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         loads: &dyn NodeLoads<T>,
         positions: &[[T; 3]],
         velocities: &[[T; 3]],
-        changes: &mut Vec<PointChange<T, 3>>,
+        apply: &mut dyn FnMut(PointChange<T, 3>),
     ) {
         let nodes = Placed { clamp: self.clamp, positions, velocities };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
-            changes.push(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
+            apply(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
         });
     }
 }

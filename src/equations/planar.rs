@@ -365,11 +365,11 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         loads: &dyn NodeLoads<T>,
         positions: &[[T; 2]],
         velocities: &[[T; 2]],
-        points: &mut Vec<Point<T, 2>>,
+        apply: &mut dyn FnMut(Point<T, 2>),
     ) {
         let nodes = Placed { clamp: self.clamp, positions, velocities };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
-            points.push(Point { segment, fraction, force: in_plane(force) });
+            apply(Point { segment, fraction, force: in_plane(force) });
         });
     }
 
@@ -379,11 +379,11 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         loads: &dyn NodeLoads<T>,
         positions: &[[T; 2]],
         velocities: &[[T; 2]],
-        changes: &mut Vec<PointChange<T, 2>>,
+        apply: &mut dyn FnMut(PointChange<T, 2>),
     ) {
         let nodes = Placed { clamp: self.clamp, positions, velocities };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
-            changes.push(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
+            apply(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
         });
     }
 }
@@ -584,13 +584,19 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(never)]
-    fn points(&self, loads: &dyn NodeLoads<T>, _: &[[T; 1]], velocities: &[[T; 1]], points: &mut Vec<Point<T, 1>>) {
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        _: &[[T; 1]],
+        velocities: &[[T; 1]],
+        apply: &mut dyn FnMut(Point<T, 1>),
+    ) {
         let one = T::from_f64(1.0);
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             // The root does not move.
             let inner = if segment > 0 { velocities[segment - 1] } else { zero() };
             let rate = add(scale(one - fraction, inner), scale(fraction, velocities[segment]));
-            points.push(Point { segment, fraction, force: scale(damping, rate) });
+            apply(Point { segment, fraction, force: scale(damping, rate) });
         });
     }
 
@@ -600,13 +606,13 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
         loads: &dyn NodeLoads<T>,
         _: &[[T; 1]],
         _: &[[T; 1]],
-        changes: &mut Vec<PointChange<T, 1>>,
+        apply: &mut dyn FnMut(PointChange<T, 1>),
     ) {
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             let shares = [T::from_f64(1.0) - fraction, fraction];
             let change =
                 |force: T, motion: T| LoadTangent { position: [zero()], velocity: [[force * motion * damping]] };
-            changes.push(PointChange { segment, ends: shares.map(|force| shares.map(|motion| change(force, motion))) });
+            apply(PointChange { segment, ends: shares.map(|force| shares.map(|motion| change(force, motion))) });
         });
     }
 }

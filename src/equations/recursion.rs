@@ -147,22 +147,22 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         velocity: [T; S],
     ) -> Option<LoadTangent<T, S>>;
 
-    /// Adds the loads at points of segments. The nodes are at `positions` and move at `velocities`.
+    /// Calls `apply` with the loads at points of segments. The nodes are at `positions` and move at `velocities`.
     fn points(
         &self,
         loads: &dyn NodeLoads<T>,
         positions: &[[T; S]],
         velocities: &[[T; S]],
-        points: &mut Vec<Point<T, S>>,
+        apply: &mut dyn FnMut(Point<T, S>),
     );
 
-    /// Adds how they change.
+    /// Calls `apply` with how they change.
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
         positions: &[[T; S]],
         velocities: &[[T; S]],
-        changes: &mut Vec<PointChange<T, S>>,
+        apply: &mut dyn FnMut(PointChange<T, S>),
     );
 }
 
@@ -236,10 +236,16 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     partial: Vec<[T; D]>,
     /// Scratch of [`accelerations`].
     responses: Vec<Response<T, D, S>>,
-    /// Loads at points of segments, where the nodes were last placed.
-    points: Vec<Point<T, S>>,
-    point_changes: Vec<PointChange<T, S>>,
+    /// Shares of the ends of the segments in the loads at points of segments, from the root to the tip.
+    point_forces: Vec<[T; S]>,
+    /// Whether `base_forces` carry them too.
+    carries_points: bool,
+    /// How these shares change along a step, by segment.
+    point_blocks: Vec<Blocks<T, S>>,
 }
+
+/// How the forces on both ends of a segment from loads on it change along a step with the accelerations of these ends.
+type Blocks<T, const S: usize> = [[[[T; S]; S]; 2]; 2];
 
 impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
     /// For `n` segments.
@@ -264,24 +270,11 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
             eliminations: vec![elimination; n],
             partial: vec![zero(); n],
             responses: vec![response; n],
-            points: Vec::with_capacity(POINTS),
-            point_changes: Vec::with_capacity(POINTS),
+            point_forces: vec![zero(); n + 1],
+            carries_points: false,
+            point_blocks: vec![[[zero_matrix(); 2]; 2]; n],
         }
     }
-}
-
-/// Loads at points of segments for which there is memory from the start: some for each of eight lanes.
-const POINTS: usize = 32;
-
-/// The sum of the loads of `points` on the outer end of segment `k`: of those on that segment and on the next one outwards.
-#[inline(never)]
-fn at_outer_end<T: Real, const S: usize>(points: &[Point<T, S>], k: usize) -> [T; S] {
-    let one = T::from_f64(1.0);
-    points.iter().fold(zero(), |sum, point| match point.segment {
-        segment if segment == k => add(sum, scale(point.fraction, point.force)),
-        segment if segment == k + 1 => add(sum, scale(one - point.fraction, point.force)),
-        _ => sum,
-    })
 }
 
 /// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
@@ -402,17 +395,19 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let accelerations = &mut accelerations[..n];
     let loaded = Loaded::new(posture, loads);
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
-    loaded.gather(posture, loads, positions, velocities, &mut memory.points);
-    let points = &memory.points[..];
+    let point_forces = loaded.point_forces(posture, loads, positions, velocities, &mut memory.point_forces);
     let responses = &mut memory.responses[..n];
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
         if loaded.at(k)
-            && let Some(force) = loaded.load(posture, loads, points, k, positions[k], velocities[k])
+            && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
         {
             b = sub(b, force);
+        }
+        if loaded.points {
+            b = sub(b, point_forces[k + 1]);
         }
         let segment = posture.segment(k);
         let joint = posture.inner_joint(k);
@@ -539,7 +534,6 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
 #[derive(Clone, Copy)]
 struct Loaded<'a> {
     any: bool,
-    /// With loads at points of segments all nodes are asked.
     lanes: Option<&'a [LaneSet]>,
     /// Whether there may be loads at points of segments.
     points: bool,
@@ -552,39 +546,53 @@ impl<'a> Loaded<'a> {
         loads: &'a dyn NodeLoads<T>,
     ) -> Self {
         let any = posture.is_loaded(loads);
-        let points = any && loads.loads_points();
-        Self { any, lanes: if points { None } else { loads.lanes() }, points }
+        Self { any, lanes: loads.lanes(), points: any && loads.loads_points() }
     }
 
-    /// The load on node `k`, with its share of `points`.
+    /// The shares of the ends of the segments in the loads at points of segments, from the root to the tip.
     #[inline(always)]
-    fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
-        self,
-        posture: &P,
-        loads: &dyn NodeLoads<T>,
-        points: &[Point<T, S>],
-        k: usize,
-        position: [T; S],
-        velocity: [T; S],
-    ) -> Option<[T; S]> {
-        let load = posture.load(loads, k, position, velocity);
-        if self.points { Some(add(load.unwrap_or_else(zero), at_outer_end(points, k))) } else { load }
-    }
-
-    /// Puts the loads at points of segments into `points`.
-    #[inline(always)]
-    fn gather<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    fn point_forces<'f, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         self,
         posture: &P,
         loads: &dyn NodeLoads<T>,
         positions: &[[T; S]],
         velocities: &[[T; S]],
-        points: &mut Vec<Point<T, S>>,
-    ) {
+        forces: &'f mut [[T; S]],
+    ) -> &'f [[T; S]] {
         if self.points {
-            points.clear();
-            posture.points(loads, positions, velocities, points);
+            forces.fill(zero());
+            posture.points(loads, positions, velocities, &mut |Point { segment, fraction, force }| {
+                forces[segment] = add(forces[segment], scale(T::from_f64(1.0) - fraction, force));
+                forces[segment + 1] = add(forces[segment + 1], scale(fraction, force));
+            });
         }
+        &forces[..=posture.segments()]
+    }
+
+    /// How these shares change along a step.
+    #[inline(always)]
+    fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+        self,
+        posture: &P,
+        loads: &dyn NodeLoads<T>,
+        memory: (&[[T; S]], &[[T; S]]),
+        weights: StepWeights<T>,
+        blocks: &'b mut [Blocks<T, S>],
+    ) -> &'b [Blocks<T, S>] {
+        if self.points {
+            blocks.fill([[zero_matrix(); 2]; 2]);
+            let (positions, velocities) = memory;
+            posture.point_changes(loads, positions, velocities, &mut |PointChange { segment, ends }| {
+                let blocks = blocks[segment].as_flattened_mut().iter_mut();
+                for (block, LoadTangent { position, velocity }) in blocks.zip(ends.as_flattened()) {
+                    for row in 0..S {
+                        let elastic = scale(weights.coordinates, position[row]);
+                        block[row] = add(block[row], add(elastic, scale(weights.rates, velocity[row])));
+                    }
+                }
+            });
+        }
+        &blocks[..posture.segments()]
     }
 
     #[inline(always)]
@@ -603,7 +611,6 @@ struct Forces<'a, T, P, const D: usize, const S: usize> {
     velocities: &'a [[T; S]],
     base_forces: &'a [[T; S]],
     outer_forces: &'a mut [[T; S]],
-    points: &'a [Point<T, S>],
     /// On the inner node of the segment that was summed last.
     force: [T; S],
 }
@@ -619,7 +626,15 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         let n = posture.segments();
         let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
         let loaded = Loaded::new(posture, loads);
-        loaded.gather(posture, loads, positions, velocities, &mut memory.points);
+        let mut force = zero();
+        if loaded.points {
+            let points = loaded.point_forces(posture, loads, positions, velocities, &mut memory.point_forces);
+            for (base, point) in memory.base_forces.iter_mut().zip(points) {
+                *base = sub(*base, *point);
+            }
+            force = sub(zero(), points[n]);
+        }
+        memory.carries_points = loaded.points;
         let forces = Self {
             posture,
             loads,
@@ -629,8 +644,7 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
             velocities,
             base_forces: &memory.base_forces[..n],
             outer_forces: &mut memory.outer_forces[..n],
-            points: &memory.points,
-            force: zero(),
+            force,
         };
         (forces, &memory.eliminations[..n], &mut memory.partial[..n])
     }
@@ -640,8 +654,7 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     fn add(&mut self, k: usize) -> [T; S] {
         let mut force = self.force;
         if self.loaded.at(k)
-            && let Some(load) =
-                self.loaded.load(self.posture, self.loads, self.points, k, self.positions[k], self.velocities[k])
+            && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
         {
             force = sub(force, load);
         }
@@ -665,6 +678,11 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
     posture: &P,
     loads: &dyn NodeLoads<T>,
 ) {
+    if memory.carries_points {
+        for (base, point) in memory.base_forces.iter_mut().zip(&memory.point_forces) {
+            *base = add(*base, *point);
+        }
+    }
     let (mut forces, ..) = Forces::new(memory, posture, loads);
     for k in (0..posture.segments()).rev() {
         forces.add(k);
@@ -681,17 +699,31 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     weights: StepWeights<T>,
     lanes: LaneSet,
 ) {
+    if Loaded::new(posture, loads).points {
+        factorise_for::<T, P, D, S, true>(memory, posture, accelerations, loads, weights, lanes);
+    } else {
+        factorise_for::<T, P, D, S, false>(memory, posture, accelerations, loads, weights, lanes);
+    }
+}
+
+/// [`factorise`], with or without loads at points of segments: code for them slows the loop even where there are none.
+#[inline(always)]
+fn factorise_for<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
+    memory: &mut Memory<T, D, S>,
+    posture: &P,
+    accelerations: &[[T; 2]],
+    loads: &dyn NodeLoads<T>,
+    weights: StepWeights<T>,
+    lanes: LaneSet,
+) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
     let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
-    if loaded.points {
-        memory.point_changes.clear();
-        posture.point_changes(loads, positions, velocities, &mut memory.point_changes);
-    }
-    let point_changes = &memory.point_changes[..];
+    let nodes = (positions, velocities);
+    let point_blocks = loaded.point_blocks(posture, loads, nodes, weights, &mut memory.point_blocks);
 
     // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
@@ -707,9 +739,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
                 a[row] = sub(sub(a[row], elastic), viscous);
             });
         }
-        if loaded.points {
-            let [_, [_, outer_outer]] = point_blocks(point_changes, k, weights);
-            a = sub_matrices(&a, &outer_outer);
+        if POINTS {
+            let [_, [_, outer_outer]] = &point_blocks[k];
+            a = sub_matrices(&a, outer_outer);
         }
         let segment = posture.segment(k);
         let jacobian = &segment.reach_jacobian;
@@ -728,9 +760,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
             });
         });
         let mut force = add_matrices(&tangent.base_force, &spread);
-        if loaded.points {
+        if POINTS {
             // The force on the outer end changes with the inner end, and that on the inner end with both.
-            let [[inner_inner, inner_outer], [outer_inner, _]] = &point_blocks(point_changes, k, weights);
+            let [[inner_inner, inner_outer], [outer_inner, _]] = &point_blocks[k];
             coupling = sub_matrices(&coupling, &transposed_product(jacobian, outer_inner));
             force = sub_matrices(&force, &product(inner_outer, outer));
             a = sub_matrices(&a, &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)));
@@ -749,28 +781,6 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
         let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
         eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
     }
-}
-
-/// How the forces on the ends of segment `k` from loads on it change along a step with the accelerations of these ends.
-#[inline(never)]
-fn point_blocks<T: Real, const S: usize>(
-    changes: &[PointChange<T, S>],
-    k: usize,
-    weights: StepWeights<T>,
-) -> [[[[T; S]; S]; 2]; 2] {
-    let mut blocks = [[zero_matrix(); 2]; 2];
-    for change in changes.iter().filter(|change| change.segment == k) {
-        for (blocks, ends) in blocks.iter_mut().zip(&change.ends) {
-            for (block, LoadTangent { position, velocity }) in blocks.iter_mut().zip(ends) {
-                for row in 0..S {
-                    let elastic = scale(weights.coordinates, position[row]);
-                    let viscous = scale(weights.rates, velocity[row]);
-                    block[row] = add(block[row], add(elastic, viscous));
-                }
-            }
-        }
-    }
-    blocks
 }
 
 /// Solves the factorised system for `right_side`, in place.
