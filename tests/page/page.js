@@ -2,8 +2,8 @@
 //
 //   node page.js REPORTS SCREENSHOTS
 //
-// REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, and smaller ones
-// that sweep three settings, one, and none.
+// REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, deburring.html of
+// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, and simulate three turns.
 
 import assert from "node:assert/strict";
 import fs from "node:fs";
@@ -135,7 +135,7 @@ test("another quantity is another map", async () => {
   const pixels = () => page.evaluate(() => document.querySelector("#map canvas").toDataURL());
   const seen = new Set();
   const options = await page.locator("#quantity option").count();
-  assert.equal(options, 24);
+  assert.equal(options, 28);
   for (let index = 0; index < 7; index++) {
     await page.selectOption("#quantity", { index });
     seen.add(await pixels());
@@ -277,6 +277,39 @@ test("the curves and shapes are those of the metrics", async () => {
     const sum = along.reduce((total, value, cell) => total + value * (places[cell + 1] - places[cell]), 0);
     close(sum, metric("contact_normal_impulse_n_s"), 2e-3);
   }
+  await close();
+});
+
+test("turn after turn: the force over all turns, and the impulse of each", async () => {
+  const { page, close } = await open(report("turns"), {}, "#case-1");
+  const data = await dataOf(page);
+  const value = (name) => data.quantities.find(({ key }) => key === name).values[0];
+  assert.equal(value("turns"), 3);
+  const [, course] = data.courses[0];
+  assert.equal(course.turn_impulses.length, 3);
+  assert.ok(Math.abs(course.turn_impulses[2] / value("contact_normal_impulse_n_s") - 1) < 1e-9);
+  assert.ok(course.turn_impulses[1] > 1.5 * course.turn_impulses[0], "it comes back vibrating");
+  assert.equal(await page.locator("#turns rect").count(), 3);
+  assert.match(await page.textContent("#turns title >> nth=1"), /turn 2: [\d.]+\smN\ss/);
+  const labels = await page.locator(".curve svg text").allTextContents();
+  assert.ok(labels.includes("turn 3"), labels.join());
+  await shot(page, "turns-1280-light");
+  await close();
+});
+
+test("where the work is done is shown on the drawn and the unrolled profile of an edge", async () => {
+  const { page, close } = await open(report("deburring"), {}, "#case-11");
+  const data = await dataOf(page);
+  const share = data.quantities.find(({ key }) => key === "edge_share").values;
+  assert.ok(Math.max(...share) > 0.5 && Math.min(...share) < 0.2, `shares on the edge: ${share}`);
+  assert.match(await page.textContent("#metrics"), /edge/);
+  assert.ok((await page.getAttribute("#workpiece .scene-work", "d")).length > 100, "the profile is drawn");
+  const titles = await page.locator(".work figcaption").allTextContents();
+  assert.equal(titles.length, 2, titles.join());
+  assert.match(titles.join(), /friction work along the profile/i);
+  assert.ok((await page.getAttribute(".work .work-edge >> nth=0", "d")).length > 20, "the arc is shaded");
+  await page.selectOption("#quantity", "edge_share");
+  await shot(page, "deburring-1280-light");
   await close();
 });
 
