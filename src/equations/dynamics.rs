@@ -6,12 +6,12 @@ use super::chain::{Link, turned};
 use super::chart::{self, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, zero};
-use super::planar::{PlanarRecursion, PlanarTask};
+use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
 use super::recursion::{
     self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
-use super::tasks::{ChainDynamics, Task};
+use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
     Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
     PointTangent, Real, StepWeights, kernels,
@@ -401,21 +401,59 @@ pub trait Compiled: Lanewise {
 
 impl Compiled for f64 {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
-        dispatch(Recursion { dynamics, task });
+        run(dynamics, task);
     }
 
     fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
-        dispatch(PlanarRecursion { dynamics, task });
+        run_planar(dynamics, task);
     }
 }
 
 impl Compiled for Lanes<LANES> {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
-        dispatch(Recursion { dynamics, task });
+        run(dynamics, task);
     }
 
     fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
-        dispatch(PlanarRecursion { dynamics, task });
+        run_planar(dynamics, task);
+    }
+}
+
+/// The largest loops have functions of their own: a single one for all would take the compiler several times as long.
+fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
+    match task {
+        Task::Factorise(step) if step.loads.loads_points() => dispatch(Factorisation::<_, true> { dynamics, step }),
+        Task::Factorise(step) => dispatch(Factorisation::<_, false> { dynamics, step }),
+        task => dispatch(Recursion { dynamics, task }),
+    }
+}
+
+fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_, T>) {
+    match task {
+        PlanarTask::Motion(Task::Factorise(step)) if step.loads.loads_points() => {
+            dispatch(PlanarFactorisation::<_, true> { dynamics, step });
+        }
+        PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
+        task => dispatch(PlanarRecursion { dynamics, task }),
+    }
+}
+
+/// A factorisation, of a chain with or without loads at points of its segments.
+struct Factorisation<'a, T, const POINTS: bool> {
+    dynamics: &'a mut Dynamics<T>,
+    step: Factorise<'a, T>,
+}
+
+impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
+    type Output = ();
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) {
+        let Dynamics { chain, charts, angles, memory } = self.dynamics;
+        let posture = Spatial::new(&*chain, charts, angles, self.step.v, self.step.clamp);
+        recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
 }
 

@@ -16,7 +16,7 @@ use super::recursion::{
     self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
-use super::tasks::{ChainDynamics, Task};
+use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
     Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent, Real,
     StepWeights, kernels,
@@ -641,6 +641,28 @@ pub enum PlanarTask<'a, T> {
     },
 }
 
+/// A factorisation of the matrices of a motion and of its variation, of a chain with or without loads at points of its segments.
+pub(super) struct PlanarFactorisation<'a, T, const POINTS: bool> {
+    pub dynamics: &'a mut PlanarDynamics<T>,
+    pub step: Factorise<'a, T>,
+}
+
+impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS> {
+    type Output = ();
+
+    const LANES: usize = T::LANES;
+
+    #[inline(always)]
+    fn run(self) {
+        let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
+        let Factorise { q, v, clamp, .. } = self.step;
+        let posture = Planar::new(&*chain, angles, q, v, clamp);
+        recursion::factorise::<T, _, 1, 2, POINTS>(memory, &posture, &self.step);
+        let posture = Lateral { planar: posture, motion: memory };
+        recursion::factorise::<T, _, 1, 1, POINTS>(lateral, &posture, &self.step);
+    }
+}
+
 /// A task with its chain.
 pub(super) struct PlanarRecursion<'a, T> {
     pub dynamics: &'a mut PlanarDynamics<T>,
@@ -660,13 +682,6 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
             PlanarTask::Motion(task) => {
                 if let Some(q) = task.new_coordinates() {
                     T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
-                }
-                if let Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } = task {
-                    let posture = Planar::new(chain, angles, q, v, clamp);
-                    recursion::factorise(memory, &posture, accelerations, loads, weights, lanes);
-                    let posture = Lateral { planar: posture, motion: memory };
-                    recursion::factorise(lateral, &posture, accelerations, loads, weights, lanes);
-                    return;
                 }
                 recursion::perform(memory, n, |clamp, q, v| Planar::new(chain, angles, q, v, clamp), task);
             }

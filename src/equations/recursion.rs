@@ -14,7 +14,7 @@ use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
-use super::tasks::Task;
+use super::tasks::{Factorise, Task};
 use super::{Clamp, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
 
 /// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
@@ -302,9 +302,7 @@ pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, co
         Task::Correction { clamp, q, v, accelerations, loads, result } => {
             correction(memory, &posture(clamp, q, v), accelerations, loads, result);
         }
-        Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes } => {
-            factorise(memory, &posture(clamp, q, v), accelerations, loads, weights, lanes);
-        }
+        Task::Factorise(_) => unreachable!("a factorisation has a function of its own"),
         Task::Solve { right_side } => solve::<T, P, D, S>(memory, n, right_side),
         Task::Shift { correction, weights } => shift::<T, P, D, S>(memory, n, correction, weights),
         Task::Dissipation { clamp, q, v, result } => *result = dissipation(&posture(clamp, q, v)),
@@ -569,36 +567,32 @@ impl<'a> Loaded<'a> {
         &forces[..=posture.segments()]
     }
 
-    /// How these shares change along a step.
-    #[inline(always)]
-    fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
-        self,
-        posture: &P,
-        loads: &dyn NodeLoads<T>,
-        memory: (&[[T; S]], &[[T; S]]),
-        weights: StepWeights<T>,
-        blocks: &'b mut [Blocks<T, S>],
-    ) -> &'b [Blocks<T, S>] {
-        if self.points {
-            blocks.fill([[zero_matrix(); 2]; 2]);
-            let (positions, velocities) = memory;
-            posture.point_changes(loads, positions, velocities, &mut |PointChange { segment, ends }| {
-                let blocks = blocks[segment].as_flattened_mut().iter_mut();
-                for (block, LoadTangent { position, velocity }) in blocks.zip(ends.as_flattened()) {
-                    for row in 0..S {
-                        let elastic = scale(weights.coordinates, position[row]);
-                        block[row] = add(block[row], add(elastic, scale(weights.rates, velocity[row])));
-                    }
-                }
-            });
-        }
-        &blocks[..posture.segments()]
-    }
-
     #[inline(always)]
     fn at(self, node: usize) -> bool {
         self.any && self.lanes.is_none_or(|lanes| !lanes[node].is_empty())
     }
+}
+
+/// How the shares of the ends of the segments in the loads at points of segments change along a step.
+#[inline(always)]
+fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    posture: &P,
+    loads: &dyn NodeLoads<T>,
+    (positions, velocities): (&[[T; S]], &[[T; S]]),
+    weights: StepWeights<T>,
+    blocks: &'b mut [Blocks<T, S>],
+) -> &'b [Blocks<T, S>] {
+    blocks.fill([[zero_matrix(); 2]; 2]);
+    posture.point_changes(loads, positions, velocities, &mut |PointChange { segment, ends }| {
+        let blocks = blocks[segment].as_flattened_mut().iter_mut();
+        for (block, LoadTangent { position, velocity }) in blocks.zip(ends.as_flattened()) {
+            for row in 0..S {
+                let elastic = scale(weights.coordinates, position[row]);
+                block[row] = add(block[row], add(elastic, scale(weights.rates, velocity[row])));
+            }
+        }
+    });
+    &blocks[..posture.segments()]
 }
 
 /// The forces inside a chain, summed inwards from the tip.
@@ -690,31 +684,13 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
 }
 
 /// Factorises `∂(residual)/∂q̈` along a step, in `lanes`, at the point of the last [`residual`].
+///
+/// With `POINTS` there may be loads at points of segments: code for them slows the loop even where there are none.
 #[inline(always)]
-pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize>(
+pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    weights: StepWeights<T>,
-    lanes: LaneSet,
-) {
-    if Loaded::new(posture, loads).points {
-        factorise_for::<T, P, D, S, true>(memory, posture, accelerations, loads, weights, lanes);
-    } else {
-        factorise_for::<T, P, D, S, false>(memory, posture, accelerations, loads, weights, lanes);
-    }
-}
-
-/// [`factorise`], with or without loads at points of segments: code for them slows the loop even where there are none.
-#[inline(always)]
-fn factorise_for<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
-    memory: &mut Memory<T, D, S>,
-    posture: &P,
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
-    weights: StepWeights<T>,
-    lanes: LaneSet,
+    &Factorise { accelerations, loads, weights, lanes, .. }: &Factorise<'_, T>,
 ) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];
@@ -723,7 +699,8 @@ fn factorise_for<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usiz
     let eliminations = &mut memory.eliminations[..n];
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
     let nodes = (positions, velocities);
-    let point_blocks = loaded.point_blocks(posture, loads, nodes, weights, &mut memory.point_blocks);
+    let blocks = &mut memory.point_blocks;
+    let point_blocks = if POINTS { point_blocks(posture, loads, nodes, weights, blocks) } else { &[] };
 
     // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.

@@ -128,7 +128,7 @@ pub trait ChainDynamics<T: Compiled> {
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        self.run(Task::Factorise { clamp, q, v, accelerations, loads, weights, lanes });
+        self.run(Task::Factorise(Factorise { clamp, q, v, accelerations, loads, weights, lanes }));
     }
 }
 
@@ -168,15 +168,7 @@ pub enum Task<'a, T> {
         loads: &'a dyn NodeLoads<T>,
         result: &'a mut [[T; 2]],
     },
-    Factorise {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    },
+    Factorise(Factorise<'a, T>),
     Solve {
         right_side: &'a mut [[T; 2]],
     },
@@ -192,6 +184,17 @@ pub enum Task<'a, T> {
     },
 }
 
+/// The arguments of [`ChainDynamics::factorise`].
+pub struct Factorise<'a, T> {
+    pub clamp: &'a Clamp<T>,
+    pub q: &'a [[T; 2]],
+    pub v: &'a [[T; 2]],
+    pub accelerations: &'a [[T; 2]],
+    pub loads: &'a dyn NodeLoads<T>,
+    pub weights: StepWeights<T>,
+    pub lanes: LaneSet,
+}
+
 impl<'a, T> Task<'a, T> {
     /// The coordinates of a task at a new point. The others are about the point of an earlier task.
     pub(super) fn new_coordinates(&self) -> Option<&'a [[T; 2]]> {
@@ -201,7 +204,7 @@ impl<'a, T> Task<'a, T> {
             | Self::Accelerations { q, .. }
             | Self::Residual { q, .. }
             | Self::Correction { q, .. } => Some(q),
-            Self::Factorise { .. } | Self::Solve { .. } | Self::Shift { .. } | Self::Dissipation { .. } => None,
+            Self::Factorise(_) | Self::Solve { .. } | Self::Shift { .. } | Self::Dissipation { .. } => None,
         }
     }
 }
