@@ -1000,7 +1000,8 @@ def parallel_filaments() -> dict[str, object]:
         "penetration_m": PENETRATION_M,
         "length_m": LENGTH_M,
         "segments": segments,
-        "source": "k_l δ per length; at an angle half k_l ∫⟨δ⟩ ds of both, δ_0² k_l/(2 angle) for small ones",
+        "source": "k_l δ per length; at an angle half k_l ∫⟨δ⟩ ds of both, "
+        "δ_0² k_l/(2 angle) for small ones",
         "closed_form_n": exact,
         "computed": [
             {"contact_points": count, "force_n": force_between(below, above, count, h)}
