@@ -22,7 +22,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 FILE = Path(__file__).parent.parent / "tests" / "data" / "reference_row.json"
-# One of each kind, by place in the file's list.
+# One of each kind; some names stand for two velocities.
 DEFAULT_NAMES = (
     "two",
     "three",
@@ -32,8 +32,8 @@ DEFAULT_NAMES = (
     "three, close, friction and damped",
 )
 TOLERANCE, LONGEST_STEP_S = 1e-10, 2e-6
-# Largest difference of impulses, over p_n of the filament or the normal impulse of the pair.
-LIMIT = 1e-4
+# Largest relative difference of p_n and of the normal impulses of pairs.
+LIMIT = 2e-6
 
 
 class Row:
