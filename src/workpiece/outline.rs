@@ -150,26 +150,27 @@ pub(super) fn touches(
     }
     let place = |i: usize| start + (end - start) * i as f64 / points as f64;
     // The angle is monotonic between the points where the curve runs towards the axis.
-    let outside = |length: f64| {
-        let [point, _] = at(length);
-        dot(point, point) > reach * reach
-    };
-    let turning = |length: f64| {
+    let sides = |length: f64| {
         let [point, direction] = at(length);
-        cross(point, direction) > 0.0
+        [dot(point, point) > reach * reach, cross(point, direction) > 0.0]
     };
     let mut cuts = vec![start];
+    let mut before = sides(start);
     for i in 0..points {
-        for side in [&outside as &dyn Fn(f64) -> bool, &turning] {
-            let before = side(place(i));
-            if side(place(i + 1)) != before {
-                cuts.push(bisect(|length| side(length) != before, place(i), place(i + 1)));
+        let after = sides(place(i + 1));
+        for side in 0..2 {
+            if after[side] != before[side] {
+                cuts.push(bisect(|length| sides(length)[side] != before[side], place(i), place(i + 1)));
             }
         }
+        before = after;
     }
     cuts.push(end);
     cuts.sort_by(f64::total_cmp);
-    let touching = cuts.windows(2).filter(|pair| !outside((pair[0] + pair[1]) / 2.0));
+    let touching = cuts.windows(2).filter(|pair| {
+        let [is_outside, _] = sides((pair[0] + pair[1]) / 2.0);
+        !is_outside
+    });
     let angles = touching.map(|pair| {
         let [a, b] = [pair[0], pair[1]].map(|length| below(at(length)[0]));
         // An interval that passes straight above the axis would go all the way round.

@@ -103,13 +103,14 @@ impl Profile {
             let (point, direction) = self.spline.at(along);
             [add(self.origin, point), direction]
         };
-        let mut found = touches(at, [0.0, length], POINTS, reach);
+        let points = (64 * self.spline.pieces()).clamp(512, POINTS);
+        let mut found = touches(at, [0.0, length], points, reach);
         if !self.spline.is_closed() {
             for end in [0.0, length] {
                 let [point, _] = at(end);
                 let way = reach + dot(point, point).sqrt();
                 let ray = if end == 0.0 { [-way, 0.0] } else { [length, length + way] };
-                found.extend(touches(at, ray, POINTS, reach));
+                found.extend(touches(at, ray, 64, reach));
             }
         }
         passage(found, plane)

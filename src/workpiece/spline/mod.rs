@@ -182,6 +182,11 @@ impl Spline {
         self.foot(best.0, point)
     }
 
+    /// Number of pieces, none of which turns by more than some 20°.
+    pub fn pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// Arc length in m, without the continuations of an open curve.
     pub fn length(&self) -> f64 {
         self.length

@@ -143,7 +143,11 @@ impl Piece {
         // The speed varies little, so that Newton's method converges from everywhere.
         for _ in 0..8 {
             let [_, velocity, _] = self.evaluate(u);
-            u -= (self.arc_length(u) - arc_length) / dot(velocity, velocity).sqrt();
+            let step = (self.arc_length(u) - arc_length) / dot(velocity, velocity).sqrt();
+            u -= step;
+            if step.abs() <= 2.0 * f64::EPSILON {
+                break;
+            }
         }
         u.clamp(-1.0, 1.0)
     }
