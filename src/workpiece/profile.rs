@@ -10,6 +10,9 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// Points at which the curvature of a profile is looked at in search of its edges.
 const POINTS: usize = 4096;
 
+/// Points of a piece of the spline, which hardly turns, in search of where the undeformed filament touches.
+const POINTS_OF_PIECE: usize = 16;
+
 /// A workpiece with a spline as profile that moves without turning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
@@ -99,18 +102,20 @@ impl Profile {
     /// How the undeformed filament passes; see [`Outline`](super::Outline).
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         let length = self.spline.length();
-        let at = |along: f64| {
-            let (point, direction) = self.spline.at(along);
-            [add(self.origin, point), direction]
-        };
-        let points = (64 * self.spline.pieces()).clamp(512, POINTS);
-        let mut found = touches(at, [0.0, length], points, reach);
+        let placed = |(point, direction): ([f64; 2], [f64; 2])| [add(self.origin, point), direction];
+        let (pieces, at) = (self.spline.pieces(), |along: f64| placed(self.spline.at(along)));
+        let mut found = touches(
+            |part| placed(self.spline.along_pieces(part)),
+            [0.0, pieces as f64],
+            POINTS_OF_PIECE * pieces,
+            reach,
+        );
         if !self.spline.is_closed() {
             for end in [0.0, length] {
                 let [point, _] = at(end);
                 let way = reach + dot(point, point).sqrt();
                 let ray = if end == 0.0 { [-way, 0.0] } else { [length, length + way] };
-                found.extend(touches(at, ray, 64, reach));
+                found.extend(touches(at, ray, POINTS_OF_PIECE, reach));
             }
         }
         passage(found, plane)

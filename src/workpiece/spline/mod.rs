@@ -211,6 +211,15 @@ impl Spline {
         (piece.global(value), unit(piece.global_direction(velocity)))
     }
 
+    /// Point (m) and unit direction of travel at a part of the way through the pieces, from 0 to their number: a parameter that
+    /// rises with the arc length and costs less.
+    pub fn along_pieces(&self, parameter: f64) -> ([f64; 2], [f64; 2]) {
+        let number = (parameter as usize).min(self.pieces.len() - 1);
+        let piece = &self.pieces[number];
+        let [value, velocity, _] = piece.evaluate(2.0 * (parameter - number as f64) - 1.0);
+        (piece.global(value), unit(piece.global_direction(velocity)))
+    }
+
     /// Whether the curve ends where it starts.
     pub fn is_closed(&self) -> bool {
         self.ends.is_none()
