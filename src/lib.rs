@@ -8,8 +8,10 @@
 //! 2. [`tool`], [`workpiece`], [`contact`]: the physics of the parts;
 //! 3. [`equations`]: kernels that the build step has derived and emitted, and the O(n) loops over them;
 //! 4. [`integrate`]: implicit, error-controlled steps;
-//! 5. [`simulation`]: one pass over the workpiece, through located contact events.
+//! 5. [`simulation`]: one pass over the workpiece, through located contact events;
+//! 6. [`brush`]: filaments that touch each other.
 
+pub mod brush;
 pub mod contact;
 pub mod equations;
 pub mod integrate;

@@ -149,6 +149,18 @@ impl From<UniformChain> for Chain<f64> {
     }
 }
 
+impl Chain<f64> {
+    /// The coordinates of the relaxed chain in rad, by segment, where those of the clamp are `[φ, θ]`.
+    ///
+    /// Each segment is turned about `z` from the one before it, by which its polar angle stays that of the clamp.
+    pub fn relaxed(&self, [polar, mut azimuth]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+        self.links.iter().map(move |link| {
+            azimuth += link.relaxed_angle.angle();
+            [polar, azimuth]
+        })
+    }
+}
+
 impl<T: Lanewise> Chain<T> {
     /// The constants of several chains with the same number of segments, one chain per lane.
     ///

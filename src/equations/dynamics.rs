@@ -198,6 +198,16 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
+    fn in_frame(vector: [T; 3]) -> [T; 3] {
+        vector
+    }
+
+    #[inline(always)]
+    fn components(vector: [T; 3]) -> [T; 3] {
+        vector
+    }
+
+    #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 2, 3> {
         let Link { mass, inertia, .. } = &self.links[k];
         let segment = kernels::segment(self.angles[k], self.v[k], self.length, *mass, *inertia);

@@ -255,6 +255,16 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
+    fn in_frame(vector: [T; 2]) -> [T; 3] {
+        to_frame(vector)
+    }
+
+    #[inline(always)]
+    fn components(vector: [T; 3]) -> [T; 2] {
+        in_plane(vector)
+    }
+
+    #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 2> {
         let Link { mass, inertia, .. } = &self.links[k];
         let kernels::PlanarSegment {
@@ -448,6 +458,16 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     #[inline(always)]
     fn put(block: &mut [T; 2], [variation]: [T; 1]) {
         block[0] = variation;
+    }
+
+    #[inline(always)]
+    fn in_frame([z]: [T; 1]) -> [T; 3] {
+        [T::from_f64(0.0), T::from_f64(0.0), z]
+    }
+
+    #[inline(always)]
+    fn components([_, _, z]: [T; 3]) -> [T; 1] {
+        [z]
     }
 
     #[inline(always)]

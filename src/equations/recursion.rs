@@ -111,6 +111,12 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Puts them into a block.
     fn put(block: &mut [T; 2], values: [T; D]);
 
+    /// A vector in the frame.
+    fn in_frame(vector: [T; S]) -> [T; 3];
+
+    /// The components of a vector in the frame.
+    fn components(vector: [T; 3]) -> [T; S];
+
     /// Kinematics and inertia of segment `k`.
     fn segment(&self, k: usize) -> Segment<T, D, S>;
 
@@ -305,6 +311,8 @@ pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, co
         Task::Factorise(_) => unreachable!("a factorisation has a function of its own"),
         Task::Solve { right_side } => solve::<T, P, D, S>(memory, n, right_side),
         Task::Shift { correction, weights } => shift::<T, P, D, S>(memory, n, correction, weights),
+        Task::Displacements { change, result } => displacements::<T, P, D, S>(memory, n, change, result),
+        Task::Torques { forces, result } => torques::<T, P, D, S>(memory, n, forces, result),
         Task::Dissipation { clamp, q, v, result } => *result = dissipation(&posture(clamp, q, v)),
     }
 }
@@ -814,6 +822,38 @@ fn substitute<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         neighbour = sub(partial[k], inner);
         base = add(base, mul(&elimination.outer, neighbour));
         P::put(&mut solution[k], neighbour);
+    }
+}
+
+/// How the nodes move with a `change` of the coordinates, to first order, into `result`.
+#[inline(always)]
+fn displacements<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &Memory<T, D, S>,
+    n: usize,
+    change: &[[T; 2]],
+    result: &mut [[T; 3]],
+) {
+    let (jacobians, change, result) = (&memory.jacobians[..n], &change[..n], &mut result[..n]);
+    let mut displacement = zero();
+    for k in 0..n {
+        displacement = add(displacement, mul(&jacobians[k], P::take(change[k])));
+        result[k] = P::in_frame(displacement);
+    }
+}
+
+/// The generalised forces of `forces` on the nodes, into `result`.
+#[inline(always)]
+fn torques<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
+    memory: &Memory<T, D, S>,
+    n: usize,
+    forces: &[[T; 3]],
+    result: &mut [[T; 2]],
+) {
+    let (jacobians, forces, result) = (&memory.jacobians[..n], &forces[..n], &mut result[..n]);
+    let mut force = zero();
+    for k in (0..n).rev() {
+        force = add(force, P::components(forces[k]));
+        P::put(&mut result[k], mul_transposed(&jacobians[k], force));
     }
 }
 

@@ -47,6 +47,24 @@ pub trait ChainDynamics<T: Compiled> {
         self.run(Task::Shift { correction, weights });
     }
 
+    /// How the nodes move with a small `change` of the coordinates (rad), into `displacements` (m), at the state of the last
+    /// [`ChainDynamics::residual`].
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    fn displacements(&mut self, change: &[[T; 2]], displacements: &mut [[T; 3]]) {
+        self.run(Task::Displacements { change, result: displacements });
+    }
+
+    /// The generalised forces of `forces` (N) on the nodes, into `torques` (N m), at the state of the last
+    /// [`ChainDynamics::residual`]: the transpose of [`ChainDynamics::displacements`].
+    ///
+    /// # Panics
+    /// If a slice is shorter than the chain.
+    fn torques(&mut self, forces: &[[T; 3]], torques: &mut [[T; 2]]) {
+        self.run(Task::Torques { forces, result: torques });
+    }
+
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
     ///
     /// Exact up to rounding: solves `M q̈ = f + Q` by elimination from the tip to the root, without
@@ -176,6 +194,14 @@ pub enum Task<'a, T> {
         correction: &'a [[T; 2]],
         weights: StepWeights<T>,
     },
+    Displacements {
+        change: &'a [[T; 2]],
+        result: &'a mut [[T; 3]],
+    },
+    Torques {
+        forces: &'a [[T; 3]],
+        result: &'a mut [[T; 2]],
+    },
     Dissipation {
         clamp: &'a Clamp<T>,
         q: &'a [[T; 2]],
@@ -204,7 +230,12 @@ impl<'a, T> Task<'a, T> {
             | Self::Accelerations { q, .. }
             | Self::Residual { q, .. }
             | Self::Correction { q, .. } => Some(q),
-            Self::Factorise(_) | Self::Solve { .. } | Self::Shift { .. } | Self::Dissipation { .. } => None,
+            Self::Factorise(_)
+            | Self::Solve { .. }
+            | Self::Shift { .. }
+            | Self::Displacements { .. }
+            | Self::Torques { .. }
+            | Self::Dissipation { .. } => None,
         }
     }
 }

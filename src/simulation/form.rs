@@ -18,7 +18,7 @@ pub enum Form {
 /// The equations of one chain, or of one per lane.
 #[allow(clippy::large_enum_variant, reason = "a pass has one")]
 #[derive(Clone, Debug)]
-pub(super) enum Equations<T> {
+pub(crate) enum Equations<T> {
     Spatial(Dynamics<T>),
     Planar(PlanarDynamics<T>),
 }
@@ -87,6 +87,13 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
             let [value, rate, acceleration] = dynamics.node_motion(node, lane);
             *knot = Knot { value, rate, acceleration };
+        });
+    }
+
+    /// Positions in m and velocities in m/s of all nodes but the root, where they were last placed.
+    pub fn nodes_in_lanes(&self, positions: &mut [[T; 3]], velocities: &mut [[T; 3]]) {
+        each!(self, dynamics => for (k, (position, velocity)) in positions.iter_mut().zip(velocities).enumerate() {
+            [*position, *velocity] = dynamics.node(k);
         });
     }
 

@@ -29,6 +29,7 @@ mod trajectory;
 mod turns;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
+pub(crate) use form::Equations;
 pub use form::Form;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub use profile::ProfileCell;
@@ -279,6 +280,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         &self.nominal
     }
 
+    /// The turns that it takes.
+    pub fn turns(&self) -> Turns {
+        self.turns
+    }
+
     /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
         Kind::new(self.form, &self.filament)
@@ -303,13 +309,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             // Along a clamp tilted by τ: φ = π/2 − τ.
             (q[0], v[0]) = (-1.0, 0.0);
         }
-        // Each segment is turned about z from the one before it, by which its polar angle stays that of the clamp.
-        let [polar, mut azimuth] = q;
-        let relaxed = self.filament.chain.links.iter().map(|link| {
-            azimuth += link.relaxed_angle.angle();
-            [polar, azimuth]
-        });
-        system.state(0.0, relaxed.collect(), vec![v; n])
+        system.state(0.0, self.filament.chain.relaxed(q).collect(), vec![v; n])
     }
 
     /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it

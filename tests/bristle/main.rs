@@ -7,6 +7,8 @@ mod agreement;
 mod allocations;
 mod batch;
 #[cfg(feature = "serde")]
+mod brush;
+#[cfg(feature = "serde")]
 mod edges;
 mod fingerprint;
 mod lateral;

@@ -1,0 +1,173 @@
+//! Vectors at the nodes of many filaments, in lanes.
+
+use crate::equations::linear::{add, scale};
+use crate::equations::{LANES, Lanes, Lanewise};
+
+/// A number of each filament of a group.
+pub type Lane = Lanes<LANES>;
+
+/// A node: filaments are in groups of [`LANES`], whose nodes follow each other from the root to the tip.
+///
+/// A segment has the number of its inner end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Node(usize);
+
+impl Node {
+    /// The node `k` of a filament of `segments` segments; 0 is the root.
+    pub fn new(filament: usize, k: usize, segments: usize) -> Self {
+        Self(((filament / LANES) * (segments + 1) + k) * LANES + filament % LANES)
+    }
+
+    /// The next one outwards.
+    pub fn outer(self) -> Self {
+        Self(self.0 + LANES)
+    }
+
+    /// The filament that it belongs to.
+    pub fn filament(self, segments: usize) -> usize {
+        self.0 / LANES / (segments + 1) * LANES + self.lane()
+    }
+
+    /// A number that tells it apart.
+    pub fn number(self) -> u64 {
+        self.0 as u64
+    }
+
+    /// Its row in a field.
+    fn row(self) -> usize {
+        self.0 / LANES
+    }
+
+    fn lane(self) -> usize {
+        self.0 % LANES
+    }
+}
+
+/// A vector at each node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field(pub Vec<[Lane; 3]>);
+
+impl Field {
+    /// Zero at the nodes of so many groups.
+    pub fn new(groups: usize, segments: usize) -> Self {
+        Self(vec![[Lane::from_lanes(|_| 0.0); 3]; groups * (segments + 1)])
+    }
+
+    /// The vector at a node.
+    #[inline]
+    pub fn at(&self, node: Node) -> [f64; 3] {
+        let [x, y, z] = &self.0[node.row()];
+        let lane = node.lane();
+        [x.lane(lane), y.lane(lane), z.lane(lane)]
+    }
+
+    /// Adds to the vector at a node.
+    #[inline]
+    pub fn add(&mut self, node: Node, vector: [f64; 3]) {
+        add_in_lane(&mut self.0[node.row()], node.lane(), vector);
+    }
+
+    /// Puts a vector at a node.
+    #[cfg(test)]
+    pub fn set(&mut self, node: Node, vector: [f64; 3]) {
+        for (component, value) in self.0[node.row()].iter_mut().zip(vector) {
+            component.set_lane(node.lane(), value);
+        }
+    }
+
+    /// Zero everywhere.
+    pub fn clear(&mut self) {
+        self.0.fill([Lane::from_lanes(|_| 0.0); 3]);
+    }
+
+    /// The nodes of a group, from the root.
+    pub fn group(&self, group: usize, segments: usize) -> &[[Lane; 3]] {
+        &self.0[group * (segments + 1)..(group + 1) * (segments + 1)]
+    }
+
+    /// The same, to be changed.
+    pub fn group_mut(&mut self, group: usize, segments: usize) -> &mut [[Lane; 3]] {
+        &mut self.0[group * (segments + 1)..(group + 1) * (segments + 1)]
+    }
+}
+
+/// A 3 × 3 matrix.
+pub type Matrix = [[f64; 3]; 3];
+
+/// How the forces on both ends of each segment change with the motion of these ends: `[force][motion]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Changes(pub Vec<[[[[Lane; 3]; 3]; 2]; 2]>);
+
+impl Changes {
+    /// Zero for the segments of so many groups; the tip counts as one.
+    pub fn new(groups: usize, segments: usize) -> Self {
+        Self(vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; groups * (segments + 1)])
+    }
+
+    /// Zero everywhere.
+    pub fn clear(&mut self) {
+        self.0.fill([[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]);
+    }
+
+    /// Adds to one block of a segment.
+    #[inline]
+    pub fn add(&mut self, segment: Node, force: usize, motion: usize, change: &Matrix) {
+        let block = &mut self.0[segment.row()][force][motion];
+        for (row, change) in block.iter_mut().zip(change) {
+            add_in_lane(row, segment.lane(), *change);
+        }
+    }
+
+    /// Adds to all blocks of a segment the change of the force at a point of it with that point, by the `shares` of its ends.
+    #[inline]
+    pub fn add_at(&mut self, segment: Node, shares: [f64; 2], change: &Matrix) {
+        for (force, force_share) in shares.into_iter().enumerate() {
+            for (motion, motion_share) in shares.into_iter().enumerate() {
+                self.add(segment, force, motion, &change.map(|row| scale(force_share * motion_share, row)));
+            }
+        }
+    }
+
+    /// The segments of a group.
+    pub fn group(&self, group: usize, segments: usize) -> &[[[[[Lane; 3]; 3]; 2]; 2]] {
+        &self.0[group * (segments + 1)..][..segments]
+    }
+}
+
+#[inline]
+fn add_in_lane(vector: &mut [Lane; 3], lane: usize, values: [f64; 3]) {
+    for (component, value) in vector.iter_mut().zip(values) {
+        component.set_lane(lane, component.lane(lane) + value);
+    }
+}
+
+/// A point of a filament: a segment, and the fraction of it from its inner end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The segment.
+    pub segment: Node,
+    /// The fraction.
+    pub fraction: f64,
+}
+
+impl Place {
+    /// The shares of a force there on both ends of the segment.
+    pub fn shares(&self) -> [f64; 2] {
+        [1.0 - self.fraction, self.fraction]
+    }
+
+    /// The mean of a field at both ends, by share.
+    #[inline]
+    pub fn of(&self, field: &Field) -> [f64; 3] {
+        let [inner, outer] = self.shares();
+        add(scale(inner, field.at(self.segment)), scale(outer, field.at(self.segment.outer())))
+    }
+
+    /// Adds a force there to those on the ends.
+    #[inline]
+    pub fn load(&self, force: [f64; 3], forces: &mut Field) {
+        let [inner, outer] = self.shares();
+        forces.add(self.segment, scale(inner, force));
+        forces.add(self.segment.outer(), scale(outer, force));
+    }
+}

@@ -1,0 +1,469 @@
+//! Contact of filaments with each other (docs/MODEL.md, "Filaments that touch").
+//!
+//! Filaments are capsules of radius `d/2` about their centrelines. Each integral of the energy is a midpoint rule: every segment has
+//! `N_q` points, and each point is pressed off the nearest point of the other filament's polyline. A force at a point of a segment acts
+//! on both its ends, in proportion to their share of the point's displacement.
+//!
+//! Friction acts midway between both points, where the surfaces touch. So a brush that turns rigidly does not rub, and in the plane
+//! the moments of both filaments balance. (In space a segment takes no torque about itself.)
+
+use super::field::{Changes, Field, Matrix, Node, Place};
+use crate::equations::linear::{add, dot, mul, mul_transposed, product, scale, sub, transposed_product};
+use crate::model::settings::Settings;
+
+/// The law of contact between filaments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PressLaw {
+    /// `k_l` in N/m².
+    pub stiffness: f64,
+    /// Hunt and Crossley's `χ` in s/m.
+    pub damping: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Sliding speed over which friction is regularised, in m/s.
+    pub regularisation: f64,
+    /// Sum of the radii of two filaments, in m.
+    pub reach: f64,
+}
+
+impl PressLaw {
+    /// The default `k_l` in N/m².
+    pub const STIFFNESS: f64 = 6e7;
+
+    /// The law between filaments as `settings` state them, with the default stiffness, neither damped nor with friction.
+    pub fn of(settings: &Settings) -> Self {
+        Self {
+            stiffness: Self::STIFFNESS,
+            damping: 0.0,
+            friction: 0.0,
+            regularisation: settings.contact.friction_regularisation_m_s,
+            reach: settings.filament.diameter_m,
+        }
+    }
+}
+
+/// How the velocities of both ends of a segment add up to that of a point that the segment carries at `arm` (m) from `place`.
+fn carried(place: &Place, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
+    let (projection, square) = (dot(along, arm), dot(along, along));
+    let turn: Matrix =
+        std::array::from_fn(|i| std::array::from_fn(|j| (identity(i, j) * projection - along[i] * arm[j]) / square));
+    let [inner, outer]: [Matrix; 2] =
+        place.shares().map(|share| std::array::from_fn(|i| std::array::from_fn(|j| share * identity(i, j))));
+    [difference(&inner, &turn), sum(&outer, &turn)]
+}
+
+/// A point of a filament, and the point of a segment of another one that is nearest to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// The point `x` of the rule.
+    pub point: Place,
+    /// The nearest point `y`.
+    pub nearest: Place,
+    /// True if `y` lies inside its segment, and not at an end of it.
+    pub is_inside: bool,
+    /// The segment of `y`, from its inner end to its outer end, in m.
+    pub along: [f64; 3],
+    /// From `y` to `x`, in m.
+    pub offset: [f64; 3],
+}
+
+impl Near {
+    /// The point of `segment` that is nearest to `point`.
+    #[cfg(test)]
+    pub fn on_segment(point: Place, segment: Node, positions: &Field) -> Self {
+        Self::between(point, point.of(positions), segment, [positions.at(segment), positions.at(segment.outer())])
+    }
+
+    /// The same for a point at `x` and a segment with the given ends, all in m.
+    #[inline]
+    pub fn between(point: Place, x: [f64; 3], segment: Node, [inner, outer]: [[f64; 3]; 2]) -> Self {
+        let (along, from) = (sub(outer, inner), sub(x, inner));
+        let at = dot(along, from) / dot(along, along);
+        let fraction = at.clamp(0.0, 1.0);
+        let offset = sub(from, scale(fraction, along));
+        Self { point, nearest: Place { segment, fraction }, is_inside: fraction == at, along, offset }
+    }
+
+    /// The square of the distance in m².
+    #[inline]
+    pub fn square(&self) -> f64 {
+        dot(self.offset, self.offset)
+    }
+}
+
+/// A point of one filament that presses on another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Press {
+    /// The points.
+    pub near: Near,
+    /// Unit vector from `y` to `x`.
+    normal: [f64; 3],
+    /// Distance from `y` to `x` in m.
+    distance: f64,
+    /// Overlap `d − distance` in m.
+    overlap: f64,
+    /// `½ k_l Δs` in N/m.
+    stiffness: f64,
+    /// `1 + χ δ̇`, which is not negative.
+    rate_factor: f64,
+    /// Normal force in N.
+    pub normal_force: f64,
+    /// Power that damping and friction take, in W.
+    pub dissipated: f64,
+    rub: Option<Rub>,
+}
+
+/// Friction of a press.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rub {
+    /// How the velocities of the ends of both segments add up to that of the surface of `x`'s filament relative to the other.
+    carried: [Matrix; 4],
+    /// That velocity across the normal in m/s.
+    sliding: [f64; 3],
+    /// Its regularised size.
+    speed: f64,
+    /// Friction on `x`'s filament in N.
+    force: [f64; 3],
+}
+
+impl Press {
+    /// A point of a filament that is nearer to another one than the law's reach, and stands for the length `length` (m) of its segment.
+    pub fn new(law: &PressLaw, near: &Near, length: f64, [positions, velocities]: [&Field; 2]) -> Self {
+        let distance = near.square().sqrt();
+        let normal = scale(1.0 / distance, near.offset);
+        let (overlap, stiffness) = (law.reach - distance, 0.5 * law.stiffness * length);
+        let mut press = Self {
+            near: *near,
+            normal,
+            distance,
+            overlap,
+            stiffness,
+            rate_factor: 1.0,
+            normal_force: stiffness * overlap,
+            dissipated: 0.0,
+            rub: None,
+        };
+        if law.damping > 0.0 {
+            let rate = -dot(normal, sub(near.point.of(velocities), near.nearest.of(velocities)));
+            press.rate_factor = (1.0 + law.damping * rate).max(0.0);
+            press.normal_force *= press.rate_factor;
+            press.dissipated = (press.normal_force - stiffness * overlap) * rate;
+        }
+        if law.friction > 0.0 {
+            let segment = near.point.segment;
+            let (own, half) = (sub(positions.at(segment.outer()), positions.at(segment)), scale(0.5, near.offset));
+            let [a, b] = carried(&near.point, own, scale(-1.0, half));
+            let [c, d] = carried(&near.nearest, near.along, half).map(|matrix| scaled(-1.0, &matrix));
+            let carried = [a, b, c, d];
+            let relative = press
+                .nodes()
+                .iter()
+                .zip(&carried)
+                .fold([0.0; 3], |sum, (&node, matrix)| add(sum, mul(matrix, velocities.at(node))));
+            let sliding = sub(relative, scale(dot(normal, relative), normal));
+            let speed = (dot(sliding, sliding) + law.regularisation.powi(2)).sqrt();
+            let force = scale(-law.friction * press.normal_force / speed, sliding);
+            press.dissipated -= dot(force, sliding);
+            press.rub = Some(Rub { carried, sliding, speed, force });
+        }
+        press
+    }
+
+    /// The ends of both segments among all nodes: those of `x`'s, then those of `y`'s.
+    fn nodes(&self) -> [Node; 4] {
+        let (point, nearest) = (self.near.point.segment, self.near.nearest.segment);
+        [point, point.outer(), nearest, nearest.outer()]
+    }
+
+    /// By how much `x − y` moves with each of the ends.
+    fn shares(&self) -> [f64; 4] {
+        let ([a, b], [c, d]) = (self.near.point.shares(), self.near.nearest.shares());
+        [a, b, -c, -d]
+    }
+
+    /// Adds the forces on both filaments to those on the `nodes`.
+    pub fn load(&self, forces: &mut Field) {
+        let force = scale(self.normal_force, self.normal);
+        self.near.point.load(force, forces);
+        self.near.nearest.load(scale(-1.0, force), forces);
+        if let Some(rub) = &self.rub {
+            for (node, carried) in self.nodes().into_iter().zip(&rub.carried) {
+                forces.add(node, mul_transposed(carried, rub.force));
+            }
+        }
+    }
+
+    /// Energy stored in J: `½ · ½ k_l Δs ⟨d − r⟩²`.
+    #[cfg(test)]
+    fn energy(&self) -> f64 {
+        0.5 * self.stiffness * self.overlap * self.overlap
+    }
+
+    /// How the forces change with the accelerations of the ends, where a step moves these by `w_q` and their velocities by `w_v`.
+    pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
+        let [by_position, by_rate] = weights;
+        let Self { normal, distance, overlap, stiffness, rate_factor, .. } = *self;
+        let share = self.near.nearest.fraction;
+        let shares = [1.0, share - 1.0, -share];
+        let elastic = stiffness * overlap;
+        let damping = if rate_factor > 0.0 { law.damping } else { 0.0 };
+        // How the normal force falls as `x` moves away from `y`.
+        let fall = by_position * stiffness * rate_factor + by_rate * elastic * damping;
+        // (I − n nᵀ)/r is the curvature of the distance from a fixed point.
+        let across = by_position * elastic * rate_factor / distance;
+        let common: Matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| across * (identity(i, j) - normal[i] * normal[j]) - fall * normal[i] * normal[j])
+        });
+        let mut elastic_blocks: [[Matrix; 3]; 3] =
+            std::array::from_fn(|force| std::array::from_fn(|motion| scaled(shares[force] * shares[motion], &common)));
+        if self.near.is_inside {
+            self.shift_nearest(by_position * elastic * rate_factor, &mut elastic_blocks);
+        }
+        let rub = self.rub.map(|Rub { carried, sliding, speed, .. }| {
+            let viscous = law.friction * self.normal_force * by_rate / speed;
+            RubTangent {
+                carried,
+                by_velocity: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| {
+                        let turning = sliding[i] * sliding[j] / (speed * speed);
+                        -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
+                    })
+                }),
+                by_normal: scale(law.friction * fall / speed, sliding),
+                normal,
+                shares: self.shares(),
+            }
+        });
+        PressTangent { point: self.near.point, nearest: self.near.nearest.segment, elastic: elastic_blocks, rub }
+    }
+
+    /// The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
+    fn shift_nearest(&self, force: f64, blocks: &mut [[Matrix; 3]; 3]) {
+        let Near { along, offset, nearest, .. } = self.near;
+        let [inner, outer] = nearest.shares();
+        let slopes = [scale(-1.0, along), add(scale(inner, along), offset), sub(scale(outer, along), offset)];
+        let factor = -force / (self.distance * dot(along, along));
+        for (row, force) in blocks.iter_mut().zip(slopes) {
+            for (block, motion) in row.iter_mut().zip(slopes) {
+                for (line, component) in block.iter_mut().zip(force) {
+                    *line = add(*line, scale(factor * component, motion));
+                }
+            }
+        }
+    }
+}
+
+/// How the forces of a press change along a step; see [`Press::tangent`].
+#[derive(Clone, Copy, Debug)]
+pub struct PressTangent {
+    point: Place,
+    /// `y`'s segment.
+    nearest: Node,
+    /// Of the normal force, for `x` and both ends of `y`'s segment: `[force][motion]`.
+    elastic: [[Matrix; 3]; 3],
+    rub: Option<RubTangent>,
+}
+
+/// How friction changes.
+#[derive(Clone, Copy, Debug)]
+struct RubTangent {
+    carried: [Matrix; 4],
+    /// With the motion of the surfaces.
+    by_velocity: Matrix,
+    /// With the distance.
+    by_normal: [f64; 3],
+    normal: [f64; 3],
+    shares: [f64; 4],
+}
+
+impl RubTangent {
+    /// The change of friction with the motion of one end.
+    fn by_end(&self, end: usize) -> Matrix {
+        let mut change = product(&self.by_velocity, &self.carried[end]);
+        for (row, by_normal) in change.iter_mut().zip(self.by_normal) {
+            *row = add(*row, scale(by_normal * self.shares[end], self.normal));
+        }
+        change
+    }
+}
+
+impl PressTangent {
+    /// Adds how the forces on the ends of each segment change with its own motion.
+    pub fn add_own(&self, changes: &mut Changes) {
+        changes.add_at(self.point.segment, self.point.shares(), &self.elastic[0][0]);
+        for force in 0..2 {
+            for motion in 0..2 {
+                changes.add(self.nearest, force, motion, &self.elastic[force + 1][motion + 1]);
+            }
+        }
+        let Some(rub) = &self.rub else { return };
+        for (first, segment) in [(0, self.point.segment), (2, self.nearest)] {
+            for motion in 0..2 {
+                let change = rub.by_end(first + motion);
+                for force in 0..2 {
+                    changes.add(segment, force, motion, &transposed_product(&rub.carried[first + force], &change));
+                }
+            }
+        }
+    }
+
+    /// Adds to `forces` how those on each filament change with the `displacements` of the other.
+    pub fn add_coupling(&self, displacements: &Field, forces: &mut Field) {
+        let ends = |segment: Node| [displacements.at(segment), displacements.at(segment.outer())];
+        let (moved, [inner, outer]) = (self.point.of(displacements), ends(self.nearest));
+        let [[_, by_inner, by_outer], [on_inner, ..], [on_outer, ..]] = &self.elastic;
+        self.point.load(add(mul(by_inner, inner), mul(by_outer, outer)), forces);
+        forces.add(self.nearest, mul(on_inner, moved));
+        forces.add(self.nearest.outer(), mul(on_outer, moved));
+        let Some(rub) = &self.rub else { return };
+        for (first, segment, other) in [(0, self.point.segment, self.nearest), (2, self.nearest, self.point.segment)] {
+            let [inner, outer] = ends(other);
+            let from = 2 - first;
+            let friction = add(mul(&rub.by_end(from), inner), mul(&rub.by_end(from + 1), outer));
+            forces.add(segment, mul_transposed(&rub.carried[first], friction));
+            forces.add(segment.outer(), mul_transposed(&rub.carried[first + 1], friction));
+        }
+    }
+}
+
+fn identity(row: usize, column: usize) -> f64 {
+    f64::from(u8::from(row == column))
+}
+
+fn scaled(factor: f64, matrix: &Matrix) -> Matrix {
+    matrix.map(|row| scale(factor, row))
+}
+
+fn sum(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|row| add(a[row], b[row]))
+}
+
+fn difference(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|row| sub(a[row], b[row]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equations::Lanewise;
+
+    const LAW: PressLaw = PressLaw { stiffness: 6e7, damping: 0.1, friction: 0.2, regularisation: 1e-3, reach: 1.2e-3 };
+    /// Two segments that cross, and the velocities of their ends.
+    const POSITIONS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [2e-3, 1e-4, 0.0], [8e-4, -9e-4, 1e-3], [1.1e-3, 9e-4, 1.2e-3]];
+    const VELOCITIES: [[f64; 3]; 4] = [[1.0, 0.2, 0.3], [0.8, -0.4, 0.7], [0.1, 0.5, -0.2], [-0.3, 0.2, 0.4]];
+
+    /// The ends of the first segment, which is of one filament, and of the second, which is of another.
+    fn nodes() -> [Node; 4] {
+        [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(filament, k)| Node::new(filament, k, 1))
+    }
+
+    fn field(vectors: &[[f64; 3]; 4]) -> Field {
+        let mut field = Field::new(1, 1);
+        for (node, vector) in nodes().into_iter().zip(vectors) {
+            field.set(node, *vector);
+        }
+        field
+    }
+
+    fn press(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> Press {
+        let (positions, velocities) = (field(positions), field(velocities));
+        let [first, _, second, _] = nodes();
+        let near = Near::on_segment(Place { segment: first, fraction: 0.4 }, second, &positions);
+        assert!(near.is_inside && near.square() < law.reach * law.reach);
+        Press::new(law, &near, 4e-4, [&positions, &velocities])
+    }
+
+    fn forces(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> [[f64; 3]; 4] {
+        let mut forces = Field::new(1, 1);
+        press(law, positions, velocities).load(&mut forces);
+        nodes().map(|node| forces.at(node))
+    }
+
+    #[test]
+    fn forces_are_the_gradient_of_the_energy() {
+        let law = PressLaw { damping: 0.0, friction: 0.0, ..LAW };
+        let forces = forces(&law, &POSITIONS, &VELOCITIES);
+        let step = 1e-8;
+        for end in 0..4 {
+            for component in 0..3 {
+                let energy = |by: f64| {
+                    let mut positions = POSITIONS;
+                    positions[end][component] += by;
+                    press(&law, &positions, &VELOCITIES).energy()
+                };
+                let slope = (energy(step) - energy(-step)) / (2.0 * step);
+                assert!((forces[end][component] + slope).abs() < 1e-6, "{forces:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_and_moments_balance() {
+        let in_plane = |vectors: [[f64; 3]; 4]| vectors.map(|[x, y, _]| [x, y, 0.0]);
+        let beside = [[0.0, 0.0, 0.0], [2e-3, 1e-4, 0.0], [1e-4, 1e-3, 0.0], [2.1e-3, 1.2e-3, 0.0]];
+        // A segment takes no torque about itself, so that friction in space lacks the moment that twists it.
+        let smooth = PressLaw { friction: 0.0, ..LAW };
+        for (law, positions, velocities) in [(smooth, POSITIONS, VELOCITIES), (LAW, beside, in_plane(VELOCITIES))] {
+            let forces = forces(&law, &positions, &velocities);
+            let force = forces.iter().fold([0.0; 3], |sum, force| add(sum, *force));
+            let moment = forces.iter().zip(positions).fold([0.0; 3], |sum, ([fx, fy, fz], [x, y, z])| {
+                add(sum, [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
+            });
+            assert!(dot(force, force).sqrt() < 1e-15 && dot(moment, moment).sqrt() < 1e-17, "{force:?} {moment:?}");
+        }
+    }
+
+    #[test]
+    fn a_rigid_rotation_does_not_rub() {
+        let spin = [3.0, -2.0, 5.0];
+        let turning = POSITIONS
+            .map(|[x, y, z]| [spin[1] * z - spin[2] * y, spin[2] * x - spin[0] * z, spin[0] * y - spin[1] * x]);
+        // A segment does not turn about itself: across it, the rotation is that of its ends.
+        let planar = POSITIONS.map(|[x, y, _]| [x, y, 0.0]);
+        let planar = [planar[0], planar[1], add(planar[0], [2e-4, 1.1e-3, 0.0]), add(planar[1], [-2e-4, 1.1e-3, 0.0])];
+        let about_z = planar.map(|[x, y, _]| [-5.0 * y, 5.0 * x, 0.0]);
+        assert!(press(&LAW, &planar, &about_z).dissipated.abs() < 1e-15);
+        assert!(press(&PressLaw { friction: 0.0, ..LAW }, &POSITIONS, &turning).dissipated.abs() < 1e-12);
+    }
+
+    #[test]
+    fn tangents_are_derivatives_of_the_forces() {
+        let elastic = PressLaw { damping: 0.0, friction: 0.0, ..LAW };
+        let damped = PressLaw { friction: 0.0, ..LAW };
+        // A step that moves by its velocities alone leaves out how the surfaces turn with the positions, as the tangent does.
+        for (law, weights) in [(elastic, [1.0, 0.0]), (damped, [0.0, 1.0]), (LAW, [0.0, 1.0])] {
+            let tangent = press(&law, &POSITIONS, &VELOCITIES).tangent(&law, weights);
+            let mut own = Changes::new(1, 1);
+            tangent.add_own(&mut own);
+            let step = 1e-7;
+            for end in 0..4 {
+                for component in 0..3 {
+                    let at = |by: f64| {
+                        let (mut positions, mut velocities) = (POSITIONS, VELOCITIES);
+                        positions[end][component] += weights[0] * by;
+                        velocities[end][component] += weights[1] * by;
+                        forces(&law, &positions, &velocities)
+                    };
+                    let (above, below) = (at(step), at(-step));
+                    let mut moved = [[0.0; 3]; 4];
+                    moved[end][component] = 1.0;
+                    let mut coupling = Field::new(1, 1);
+                    tangent.add_coupling(&field(&moved), &mut coupling);
+                    let mut change = nodes().map(|node| coupling.at(node));
+                    let (first, side) = (end / 2 * 2, end % 2);
+                    for force in 0..2 {
+                        let block = own.group(0, 1)[0][force][side].map(|row| row.map(|value| value.lane(first / 2)));
+                        change[first + force] = add(change[first + force], mul(&block, moved[end]));
+                    }
+                    for (node, change) in change.iter().enumerate() {
+                        for i in 0..3 {
+                            let slope = (above[node][i] - below[node][i]) / (2.0 * step);
+                            let scale = law.stiffness * 4e-4 * weights[0] + 1e3 * weights[1];
+                            assert!((slope - change[i]).abs() < 1e-6 * scale, "{slope} {change:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
