@@ -128,7 +128,7 @@ fn the_tutorial_does_what_it_says() {
 fn deburring_does_what_it_says() {
     let directory = TempDir::new().expect("a temporary directory");
     let (commands, compared) = follow(DEBURRING, directory.path());
-    assert_eq!((commands, compared), (5, 1), "the numbers of commands and outputs on the page have changed");
+    assert_eq!((commands, compared), (9, 1), "the numbers of commands and outputs on the page have changed");
     for name in [
         "leaving/figures/profile_drawn.png",
         "entering/figures/profile_unrolled.png",
@@ -153,4 +153,18 @@ fn deburring_does_what_it_says() {
         has_metrics(&directory.path().join(name).join("metrics.json"), &told);
     }
     has_metrics(&directory.path().join("entering/metrics.json"), &[("edge_evenness", 0.14, 0.01)]);
+    for (name, angle, impulse, force, work) in [
+        ("shaft", 0.111, 0.59e-3, 55.0, 0.59e-3),
+        ("plane", 0.298, 1.26e-3, 117.0, 2.79e-3),
+        ("ridge", 0.302, 1.29e-3, 119.0, 2.74e-3),
+        ("pipe", 0.558, 2.40e-3, 223.0, 6.50e-3),
+    ] {
+        let told = [
+            ("contact_angle_rad", angle, 0.001),
+            ("contact_normal_impulse_n_s", impulse, 0.01e-3),
+            ("tool_contact_normal_force_n", force, 1.0),
+            ("friction_work_j", work, 0.01e-3),
+        ];
+        has_metrics(&directory.path().join(name).join("metrics.json"), &told);
+    }
 }
