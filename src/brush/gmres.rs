@@ -41,7 +41,8 @@ pub fn solve(system: &mut impl Coupled, right_side: &mut Vector, tolerance: f64,
     let mut rotations: Vec<[f64; 2]> = Vec::new();
     let mut remaining = vec![size];
     let mut next = krylov.vector(0, right_side.len());
-    set_scaled(&mut next, 1.0 / size, right_side);
+    next.clone_from(right_side);
+    scale(&mut next, 1.0 / size);
     for step in 0..MAX_VECTORS {
         let mut z = std::mem::take(&mut krylov.preconditioned[step]);
         z.clone_from(&next);
@@ -82,10 +83,7 @@ pub fn solve(system: &mut impl Coupled, right_side: &mut Vector, tolerance: f64,
             return None;
         }
         next = image;
-        let scaled = 1.0 / rest;
-        for block in &mut next {
-            *block = block.map(|value| value * Lanes::from_lanes(|_| scaled));
-        }
+        scale(&mut next, 1.0 / rest);
     }
     None
 }
@@ -97,7 +95,7 @@ fn combine(triangle: &[Vec<f64>], right_side: &[f64], krylov: &Krylov, solution:
         let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
-    set_scaled_in_place(solution, 0.0);
+    scale(solution, 0.0);
     for (weight, vector) in weights.into_iter().zip(&krylov.preconditioned) {
         add_scaled(solution, weight, vector);
     }
@@ -121,13 +119,7 @@ fn splat(value: f64) -> Lanes<LANES> {
     Lanes::from_lanes(|_| value)
 }
 
-fn set_scaled(vector: &mut Vector, factor: f64, other: &Vector) {
-    for (block, other) in vector.iter_mut().zip(other) {
-        *block = other.map(|value| value * splat(factor));
-    }
-}
-
-fn set_scaled_in_place(vector: &mut Vector, factor: f64) {
+fn scale(vector: &mut Vector, factor: f64) {
     for block in vector {
         *block = block.map(|value| value * splat(factor));
     }

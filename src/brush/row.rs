@@ -1,5 +1,7 @@
 //! Filaments in contact with the workpiece and with each other: their equations at one instant, and their solution.
 
+use std::ops::AddAssign;
+
 use super::candidates::{Candidates, Layout};
 use super::field::{Changes, Field, Lane, Node, Place};
 use super::gmres::{self, Coupled, Krylov, Vector};
@@ -98,6 +100,13 @@ pub struct Effort {
     pub newton_iterations: usize,
     /// Vectors of the linear solutions.
     pub krylov_vectors: usize,
+}
+
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Self) {
+        self.newton_iterations += other.newton_iterations;
+        self.krylov_vectors += other.krylov_vectors;
+    }
 }
 
 /// Filaments that touch each other.

@@ -176,8 +176,7 @@ pub fn simulate_row(pass: &Pass, settings: &RowSettings) -> Result<RowResult, Ro
             match stepper.step(&mut row, &motion, h) {
                 Ok(stages) => {
                     result_steps += 1;
-                    effort.newton_iterations += stages.effort.newton_iterations;
-                    effort.krylov_vectors += stages.effort.krylov_vectors;
+                    effort += stages.effort;
                     let begin = motion.time;
                     std::mem::swap(&mut motion, &mut stepper.end);
                     if (end - motion.time).abs() < 1e-9 * length {
@@ -232,9 +231,7 @@ impl Stepper {
         set_sum(base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
-        let second = row.solve_stage(end, [base_q, base_v], weights, *tolerance)?;
-        effort.newton_iterations += second.newton_iterations;
-        effort.krylov_vectors += second.krylov_vectors;
+        effort += row.solve_stage(end, [base_q, base_v], weights, *tolerance)?;
         Ok(Stages { loads: [first, row.loads().to_vec()], effort })
     }
 }
