@@ -1,0 +1,135 @@
+//! The result of a brush.
+
+use crate::model::metrics::Metrics;
+
+use super::row::Effort;
+
+/// One filament of a brush.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilamentResult {
+    /// Its column; 0 meets the workpiece first.
+    pub column: usize,
+    /// Its row, from that at the least `z`.
+    pub row: usize,
+    /// The angle of its root about the tool axis, behind that of column 0, in rad.
+    pub root_angle_rad: f64,
+    /// `z` of its root in m.
+    pub root_z_m: f64,
+    /// Whether the metrics of the tool count it.
+    pub is_counted: bool,
+    /// Its contact with the workpiece.
+    pub metrics: Metrics,
+    /// Impulse with which other filaments press on it, without regard to direction, in N s.
+    pub press_impulse_n_s: f64,
+}
+
+/// The forces of the tool at the end of a step: sums over all filaments of the sector.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ToolSample {
+    /// Time in s.
+    pub time_s: f64,
+    /// Contact normal force in N.
+    pub contact_normal_force_n: f64,
+    /// Force of the workpiece on the filaments in N.
+    pub contact_force_n: [f64; 3],
+    /// Its moment about the tool axis in N m.
+    pub contact_moment_n_m: f64,
+    /// Sum of the forces with which filaments press on each other in N.
+    pub press_force_n: f64,
+    /// Number of filaments that touch the workpiece.
+    pub touching_filaments: usize,
+    /// Number of pairs of filaments that touch.
+    pub touching_pairs: usize,
+}
+
+/// How two filaments press on each other, over the whole simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairResult {
+    /// Column and row of one.
+    pub filament: [usize; 2],
+    /// Column and row of the other.
+    pub other: [usize; 2],
+    /// Impulse of the normal force between them, in N s.
+    pub impulse_n_s: f64,
+    /// Largest normal force in N.
+    pub peak_force_n: f64,
+    /// Time in which they touch, in s.
+    pub contact_time_s: f64,
+    /// Where, as the mean distance along both filaments from the root weighted by the force, in m.
+    pub arc_length_m: f64,
+    /// Work of friction and damping between them in J.
+    pub dissipated_j: f64,
+}
+
+/// All filaments at one time.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Frame {
+    /// Time in s.
+    pub time_s: f64,
+    /// Angle `β` of the filament in column 0 in rad.
+    pub tool_angle_rad: f64,
+    /// By filament, from root to tip, in m.
+    pub nodes_m: Vec<Vec<[f64; 3]>>,
+    /// By filament: contact normal force on the workpiece in N.
+    pub contact_normal_force_n: Vec<f64>,
+    /// By filament: sum of the forces of other filaments on it in N.
+    pub press_force_n: Vec<f64>,
+}
+
+/// The steady stretch of columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The first column that counts.
+    pub first: usize,
+    /// The last one.
+    pub last: usize,
+    /// Standard deviation of `p_n` over its filaments, over the mean.
+    pub scatter: f64,
+    /// How much the mean of its first half differs from that of its last half, over the mean.
+    pub drift: f64,
+    /// Estimate of how much the mean would change with a quarter more columns, over the mean.
+    pub change_with_more_columns: f64,
+}
+
+/// The result of a brush.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrushResult {
+    /// The filaments, column by column.
+    pub filaments: Vec<FilamentResult>,
+    /// Means over the filaments that count (largest values of extremes); forces of the whole tool.
+    pub tool: Metrics,
+    /// One filament alone.
+    pub alone: Metrics,
+    /// Mean `p_n` over that of one filament alone; zero if that is zero.
+    pub interaction_factor: f64,
+    /// The columns that count.
+    pub stretch: Stretch,
+    /// Number of columns and rows.
+    pub columns: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of filaments around in a row, as a mean: `N_f/rows`.
+    pub filaments_around: f64,
+    /// The tool over time.
+    pub history: Vec<ToolSample>,
+    /// Pairs of filaments that touched, by filament.
+    pub pairs: Vec<PairResult>,
+    /// The sector at equally spaced times.
+    pub frames: Vec<Frame>,
+    /// Work done.
+    pub statistics: BrushStatistics,
+}
+
+/// Work done by the simulation of a brush.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BrushStatistics {
+    /// Steps.
+    pub steps: usize,
+    /// Steps repeated with half their length.
+    pub halved_steps: usize,
+    /// Iterations of Newton's method and vectors of the linear solutions.
+    pub effort: Effort,
+}
