@@ -35,8 +35,8 @@ pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
-pub(crate) use turns::is_steady;
 pub use trajectory::{Step, Trajectory, integrate};
+pub(crate) use turns::is_steady;
 
 use observers::Sampler;
 use profile::Ledger;
@@ -215,7 +215,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     fn assemble(settings: &Settings, tool: T, workpiece: W, tool_radius: f64, passage: Passage) -> Self {
-        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } = settings;
+        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } =
+            settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
         let time = |angle: f64| (process.lead_angle_rad + angle) / nominal.rate();
