@@ -4,15 +4,17 @@
 //! s.
 
 use std::error::Error;
+use std::f64::consts::TAU;
 use std::hint::black_box;
 use std::io::{BufRead, Write, stdin, stdout};
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
+use bristle::brush::{PressLaw, RowSettings, simulate_row};
 use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
 use bristle::model::filament;
-use bristle::model::settings::Settings;
-use bristle::simulation::simulate;
+use bristle::model::settings::{FilamentSettings, Settings};
+use bristle::simulation::{Pass, simulate};
 use bristle::tool::radial_clamp;
 use bristle_study::document::Document;
 use bristle_study::study::{Study, run_study};
@@ -32,6 +34,8 @@ enum Request {
     Step { state: Posture, calls: u32 },
     /// One contact on one thread.
     Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
+    /// A planar row of filaments that touch each other, in steps in which the tips travel `step_m`.
+    Row { brushing_velocity_m_s: f64, penetration_depth_m: f64, segments: usize, columns: usize, step_m: f64 },
     /// The 120 contacts; on all cores if no number of threads is given.
     Study { relative_tolerance: f64, threads: Option<NonZeroUsize> },
 }
@@ -80,6 +84,12 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
             let contact = simulate(black_box(&settings))?;
             let seconds = start.elapsed().as_secs_f64();
             json!({ "seconds": seconds, "impulse": contact.metrics.contact_normal_impulse_n_s, "steps": contact.statistics.steps })
+        }
+        Request::Row { brushing_velocity_m_s, penetration_depth_m, segments, columns, step_m } => {
+            settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
+            settings.process.penetration_depth_m = penetration_depth_m;
+            settings.filament.segments = segments;
+            row(&settings, columns, step_m)?
         }
         Request::Study { relative_tolerance, threads } => {
             settings.solver.relative_tolerance = relative_tolerance;
@@ -134,6 +144,26 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
+}
+
+/// Filaments around in a row of the paper's brush at equal pitch both ways.
+const FILAMENTS_AROUND: f64 = 682.0;
+
+fn row(settings: &Settings, columns: usize, step: f64) -> Result<Value, Box<dyn Error>> {
+    let FilamentSettings { length_m, diameter_m, segments, .. } = settings.filament;
+    let row = RowSettings {
+        columns,
+        pitch: TAU / FILAMENTS_AROUND,
+        law: PressLaw::of(settings),
+        points: (length_m / segments as f64 / diameter_m).ceil() as usize,
+        step,
+        newton_tolerance: 3e-4,
+    };
+    let start = Instant::now();
+    let result = simulate_row(&Pass::new(black_box(settings)), &row)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let impulses: Vec<_> = result.metrics.iter().map(|metrics| metrics.contact_normal_impulse_n_s).collect();
+    Ok(json!({ "seconds": seconds, "impulses": impulses, "steps": result.steps }))
 }
 
 fn study(study: Study, threads: Option<NonZeroUsize>) -> Result<Value, Box<dyn Error>> {
