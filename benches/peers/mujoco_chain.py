@@ -89,7 +89,9 @@ def pair_xml(first: str, second: str) -> str:
     return f'<pair geom1="{first}" geom2="{second}" condim="1"/>'
 
 
-def pass_model(at: Pass, step_s: float, filaments: str, pairs: str, more: str = "") -> mujoco.MjModel:
+def pass_model(
+    at: Pass, step_s: float, filaments: str, pairs: str, more: str = ""
+) -> mujoco.MjModel:
     """Filaments and the plane workpiece, in steps of `step_s`; only the pairs touch."""
     return mujoco.MjModel.from_xml_string(
         f"""<mujoco><compiler angle="radian" boundmass="0" boundinertia="0"
