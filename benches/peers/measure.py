@@ -778,14 +778,16 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
             ("its own contacts everywhere", (False, False), None),
         ):
 
-            def line(
-                name: str, springs: tuple[bool, bool] = springs, goal: Goal | None = goal
-            ) -> Measured:
+            def measured(
+                name: str = f"MuJoCo, capsules, {name}",
+                springs: tuple[bool, bool] = springs,
+                kind: int = kind,
+                goal: Goal | None = goal,
+            ) -> list[Measured]:
                 peer, note = mujoco_row(*springs)
-                return peer.line(name, note, kind, goal)
+                return [peer.line(name, note, kind, goal)]
 
-            name = f"MuJoCo, capsules, {name}"
-            peers.add(name, lambda line=line, name=name: [line(name)])
+            peers.add(f"MuJoCo, capsules, {name}", measured)
         first = ours.line("Bristle", "planar, all metrics of each filament", kind)
         lines = interleaved([first, *peers.measured], min(setup.rounds, 7))
         title = f"a row of {columns} filaments, n = {segments}, one thread, {accurate} to 2 %"

@@ -1,4 +1,4 @@
-"""The chain in MuJoCo: accelerations at a state, one contact, and what a row of chains shares with it.
+"""The chain in MuJoCo: accelerations at a state, one contact, and the parts that rows share.
 
 Contact. MuJoCo has no springs between bodies and a plane but a soft constraint, whose force is
 d (k δ + b v + a_0)/Â with the impedance d, the acceleration a_0 that the node would have without
