@@ -49,8 +49,8 @@ class Touch:
     shape: str = "capsules"
     filaments_are_springs: bool = True
     workpiece_is_spring: bool = True
-    # Times k_l.
-    stiffness_factor: float = 1.0
+    # k_l, of springs between filaments.
+    stiffness_n_m2: float = STIFFNESS_N_M2
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class Row:
         self._model = pass_model(self._pass, step_s, filaments, pairs, sensors)
         self._model.opt.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")
         contacts = 2 * points if points else CAPSULE_CONTACTS
-        between_n_m = touch.stiffness_factor * STIFFNESS_N_M2 * chain.length_m / contacts
+        between_n_m = touch.stiffness_n_m2 * chain.length_m / contacts
         for pair in range(self._model.npair):
             if pair < columns * segments:
                 is_spring, stiffness_n_m = touch.workpiece_is_spring, CONTACT_STIFFNESS_N_M

@@ -27,7 +27,7 @@ import mujoco_chain
 import numpy as np
 import paper_case
 from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
-from mujoco_row import FILAMENTS, STIFFNESS_N_M2, Motion, Row, Touch, contact_points
+from mujoco_row import FILAMENTS, Motion, Row, Touch, contact_points
 from paper_case import SEGMENTS, Case, Pass
 from pass_motion import COLUMNS, PassMotion
 
@@ -41,6 +41,7 @@ MUJOCO_STEPS = 1_320_000
 ROW_SEGMENTS = 5
 ROW_COLUMNS = 6
 ROW_STEP_S = 5e-8
+HERTZ_STIFFNESS_N_M2 = 9e8
 
 CABLE = Settings(elements=64, steps=132_000, tolerance_n=1e-5)
 SPIN_UP = Settings(elements=64, steps=128_000, tolerance_n=1e-3)
@@ -222,7 +223,7 @@ def passes() -> None:
     write_text("pass_metrics.csv", text.getvalue())
 
 
-def row_input() -> dict[str, dict[str, float]]:
+def row_input(stiffness_n_m2: float) -> dict[str, dict[str, float]]:
     """Settings of the row, as reference_row.json names them."""
     return {
         "tool": {
@@ -242,7 +243,7 @@ def row_input() -> dict[str, dict[str, float]]:
         "brush": {
             "columns": ROW_COLUMNS,
             "rows": 1,
-            "stiffness_n_m2": STIFFNESS_N_M2,
+            "stiffness_n_m2": stiffness_n_m2,
             "contact_points": contact_points(ROW_SEGMENTS),
             "damping_s_m": 0.0,
             "friction_coefficient": 0.0,
@@ -260,10 +261,14 @@ def row_input() -> dict[str, dict[str, float]]:
 def row() -> None:
     """The file of the row: what each filament does, with both shapes of filaments."""
     cases = []
-    for shape in ("points", "capsules"):
+    for name, touch in (
+        ("points", Touch("points")),
+        ("points, Hertz's stiffness", Touch("points", stiffness_n_m2=HERTZ_STIFFNESS_N_M2)),
+        ("capsules", Touch("capsules")),
+    ):
 
-        def motion(step_s: float, shape: str = shape) -> Motion:
-            return Row(CASE, ROW_SEGMENTS, ROW_COLUMNS, step_s, Touch(shape)).run()
+        def motion(step_s: float, touch: Touch = touch) -> Motion:
+            return Row(CASE, ROW_SEGMENTS, ROW_COLUMNS, step_s, touch).run()
 
         fine, coarse = motion(ROW_STEP_S), motion(2 * ROW_STEP_S)
         filaments = [
@@ -284,8 +289,8 @@ def row() -> None:
         }
         cases.append(
             {
-                "name": shape,
-                "input": row_input(),
+                "name": name,
+                "input": row_input(touch.stiffness_n_m2),
                 "friction_at": None,
                 "filaments": filaments,
                 "own_errors": {
