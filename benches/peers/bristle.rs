@@ -13,7 +13,7 @@ use bristle::brush::simulate_brush;
 use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
 use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
-use bristle::simulation::{Pass, simulate};
+use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
 use bristle_study::document::Document;
 use bristle_study::study::{Study, run_study};
