@@ -121,7 +121,7 @@ fn rows_are_those_of_mujoco() {
     let cases = references_of("reference_row_mujoco.json");
     assert_eq!(cases.len(), 3);
     for case in &cases {
-        let result = case.input.simulate(1e-5);
+        let result = case.input.simulate(3e-6);
         let pairs: Vec<_> = result.filaments.iter().map(|filament| &filament.metrics).zip(&case.filaments).collect();
         let sum = |of: &dyn Fn(&(&Metrics, &Filament)) -> f64| pairs.iter().map(of).sum::<f64>();
         let computed = sum(&|(metrics, _)| metrics.contact_normal_impulse_n_s);
