@@ -214,7 +214,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     fn assemble(settings: &Settings, tool: T, workpiece: W, tool_radius: f64, passage: Passage) -> Self {
-        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } = settings;
+        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } =
+            settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
         let time = |angle: f64| (process.lead_angle_rad + angle) / nominal.rate();

@@ -31,6 +31,9 @@ const LEAST_SHAPES: usize = 300;
 /// The number of turns up to which there are so many of each.
 const MOST_TURNS: usize = 8;
 
+/// What is said of a file for `bristle brush`.
+const ALONE: &str = "note: this filament is alone; `bristle brush` simulates those of [brush] together";
+
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
@@ -73,6 +76,9 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    if settings.brush.is_some() {
+        say(ALONE);
+    }
     prepare_directory(&arguments.out)?;
     let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];
     let _occupied = occupy(
