@@ -33,6 +33,22 @@ impl Node {
         self.0 as u64
     }
 
+    /// The group that it belongs to.
+    pub fn group(self, segments: usize) -> usize {
+        self.row() / (segments + 1)
+    }
+
+    /// Its place from the root: the number of a node, or of the segment that begins there.
+    pub fn index(self, segments: usize) -> usize {
+        self.row() % (segments + 1)
+    }
+
+    /// Its entry in `values`, which has the rows of a field.
+    #[inline]
+    pub fn of(self, values: &[Lane]) -> f64 {
+        values[self.row()].lane(self.lane())
+    }
+
     /// Its row in a field.
     fn row(self) -> usize {
         self.0 / LANES
@@ -42,6 +58,9 @@ impl Node {
         self.0 % LANES
     }
 }
+
+/// A 3 × 3 matrix.
+pub type Matrix = [[f64; 3]; 3];
 
 /// A vector at each node.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,12 +80,6 @@ impl Field {
         [x.lane(lane), y.lane(lane), z.lane(lane)]
     }
 
-    /// Adds to the vector at a node.
-    #[inline]
-    pub fn add(&mut self, node: Node, vector: [f64; 3]) {
-        add_in_lane(&mut self.0[node.row()], node.lane(), vector);
-    }
-
     /// Puts a vector at a node.
     #[cfg(test)]
     pub fn set(&mut self, node: Node, vector: [f64; 3]) {
@@ -75,44 +88,65 @@ impl Field {
         }
     }
 
+}
+
+/// The vectors at the nodes of one group, from the root.
+pub struct GroupField<'a> {
+    /// Row of the root.
+    first: usize,
+    vectors: &'a mut [[Lane; 3]],
+}
+
+impl<'a> GroupField<'a> {
+    /// The part of a field that belongs to `group`, in `vectors`.
+    pub fn new(group: usize, segments: usize, vectors: &'a mut [[Lane; 3]]) -> Self {
+        Self { first: group * (segments + 1), vectors }
+    }
+
     /// Zero everywhere.
     pub fn clear(&mut self) {
-        self.0.fill([Lane::from_lanes(|_| 0.0); 3]);
+        self.vectors.fill([Lane::from_lanes(|_| 0.0); 3]);
     }
 
-    /// The nodes of a group, from the root.
-    pub fn group(&self, group: usize, segments: usize) -> &[[Lane; 3]] {
-        &self.0[group * (segments + 1)..(group + 1) * (segments + 1)]
+    /// Adds to the vector at a node.
+    #[inline]
+    pub fn add(&mut self, node: Node, vector: [f64; 3]) {
+        add_in_lane(&mut self.vectors[node.row() - self.first], node.lane(), vector);
     }
 
-    /// The same, to be changed.
-    pub fn group_mut(&mut self, group: usize, segments: usize) -> &mut [[Lane; 3]] {
-        &mut self.0[group * (segments + 1)..(group + 1) * (segments + 1)]
+    /// All nodes.
+    pub fn vectors(&self) -> &[[Lane; 3]] {
+        self.vectors
     }
 }
 
-/// A 3 × 3 matrix.
-pub type Matrix = [[f64; 3]; 3];
-
-/// How the forces on both ends of each segment change with the motion of these ends: `[force][motion]`.
+/// How the forces on both ends of each segment of a group change with the motion of these ends: `[force][motion]`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Changes(pub Vec<[[[[Lane; 3]; 3]; 2]; 2]>);
+pub struct Changes {
+    /// Row of the group's root in a field.
+    first: usize,
+    blocks: Vec<Blocks>,
+}
+
+/// Those of one segment.
+pub type Blocks = [[[[Lane; 3]; 3]; 2]; 2];
 
 impl Changes {
-    /// Zero for the segments of so many groups; the tip counts as one.
-    pub fn new(groups: usize, segments: usize) -> Self {
-        Self(vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; groups * (segments + 1)])
+    /// Memory for groups of so many segments; the tip counts as one.
+    pub fn new(segments: usize) -> Self {
+        Self { first: 0, blocks: vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; segments + 1] }
     }
 
-    /// Zero everywhere.
-    pub fn clear(&mut self) {
-        self.0.fill([[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]);
+    /// Zero everywhere, for `group`.
+    pub fn clear(&mut self, group: usize) {
+        self.first = group * self.blocks.len();
+        self.blocks.fill([[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]);
     }
 
     /// Adds to one block of a segment.
     #[inline]
     pub fn add(&mut self, segment: Node, force: usize, motion: usize, change: &Matrix) {
-        let block = &mut self.0[segment.row()][force][motion];
+        let block = &mut self.blocks[segment.row() - self.first][force][motion];
         for (row, change) in block.iter_mut().zip(change) {
             add_in_lane(row, segment.lane(), *change);
         }
@@ -128,9 +162,9 @@ impl Changes {
         }
     }
 
-    /// The segments of a group.
-    pub fn group(&self, group: usize, segments: usize) -> &[[[[[Lane; 3]; 3]; 2]; 2]] {
-        &self.0[group * (segments + 1)..][..segments]
+    /// The segments.
+    pub fn blocks(&self) -> &[Blocks] {
+        &self.blocks[..self.blocks.len() - 1]
     }
 }
 
@@ -165,7 +199,7 @@ impl Place {
 
     /// Adds a force there to those on the ends.
     #[inline]
-    pub fn load(&self, force: [f64; 3], forces: &mut Field) {
+    pub fn load(&self, force: [f64; 3], forces: &mut GroupField<'_>) {
         let [inner, outer] = self.shares();
         forces.add(self.segment, scale(inner, force));
         forces.add(self.segment.outer(), scale(outer, force));

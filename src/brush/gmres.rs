@@ -1,8 +1,10 @@
 //! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between them.
 
+use rayon::prelude::*;
+
 use crate::equations::{LANES, Lanes, Lanewise};
 
-/// Blocks of coordinates of all filaments, in lanes.
+/// Blocks of coordinates of filaments, in lanes, group by group.
 pub type Vector = Vec<[Lanes<LANES>; 2]>;
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
@@ -10,8 +12,8 @@ pub trait Coupled {
     /// `M⁻¹ x`, in place.
     fn precondition(&mut self, x: &mut Vector);
 
-    /// `C x`, into `result`.
-    fn couple(&mut self, x: &Vector, result: &mut Vector);
+    /// `C x`, where `x` was preconditioned last, for each group: `combine` gets its number and what is `C x` there, in place.
+    fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync);
 }
 
 /// Memory of [`solve`].
@@ -19,17 +21,34 @@ pub trait Coupled {
 pub struct Krylov {
     basis: Vec<Vector>,
     preconditioned: Vec<Vector>,
+    partial: Vec<Vec<f64>>,
+}
+
+/// How vectors are divided: into groups of so many blocks, and into parts of at least so many groups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Division {
+    /// Blocks of a group.
+    pub blocks: usize,
+    /// The least number of groups that a thread takes.
+    pub share: usize,
 }
 
 /// The most vectors of the Krylov space.
-const MAX_VECTORS: usize = 60;
+pub const MAX_VECTORS: usize = 60;
 
 /// Solves for `right_side`, in place, until the residual is less than `tolerance` of it, by the generalised minimal residual method of
 /// Saad and Schultz (1986), preconditioned on the right by `M`. Returns the number of vectors, or none if it did not converge.
 ///
-/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`.
-pub fn solve(system: &mut impl Coupled, right_side: &mut Vector, tolerance: f64, krylov: &mut Krylov) -> Option<usize> {
-    let size = norm(right_side);
+/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`. Sums go over groups in their
+/// order, so that they do not depend on the number of threads.
+pub fn solve(
+    system: &mut impl Coupled,
+    right_side: &mut Vector,
+    tolerance: f64,
+    krylov: &mut Krylov,
+    division: Division,
+) -> Option<usize> {
+    let size = krylov.norm(right_side, division);
     if size == 0.0 {
         return Some(0);
     }
@@ -40,25 +59,27 @@ pub fn solve(system: &mut impl Coupled, right_side: &mut Vector, tolerance: f64,
     let mut triangle: Vec<Vec<f64>> = Vec::new();
     let mut rotations: Vec<[f64; 2]> = Vec::new();
     let mut remaining = vec![size];
-    let mut next = krylov.vector(0, right_side.len());
+    let mut next = krylov.vector(0);
     next.clone_from(right_side);
-    scale(&mut next, 1.0 / size);
+    division.each(&mut next, |_, part| scale(part, 1.0 / size));
     for step in 0..MAX_VECTORS {
         let mut z = std::mem::take(&mut krylov.preconditioned[step]);
         z.clone_from(&next);
         krylov.basis[step] = next;
         system.precondition(&mut z);
-        let mut image = krylov.vector(step + 1, z.len());
-        system.couple(&z, &mut image);
+        let mut image = krylov.vector(step + 1);
+        image.clone_from(&z);
         krylov.preconditioned[step] = z;
-        add_scaled(&mut image, 1.0, &krylov.basis[step]);
-        let mut column: Vec<f64> = Vec::with_capacity(step + 2);
-        for vector in &krylov.basis[..=step] {
-            let projection = dot(vector, &image);
-            add_scaled(&mut image, -projection, vector);
-            column.push(projection);
-        }
-        let rest = norm(&image);
+        let basis = &krylov.basis[..=step];
+        let at = |group: usize| group * division.blocks..(group + 1) * division.blocks;
+        system.couple(&mut image, |group, part| add_scaled(part, 1.0, &basis[step][at(group)]));
+        let mut column = projections(basis, &image, &mut krylov.partial, division);
+        division.each(&mut image, |group, part| {
+            for (vector, projection) in basis.iter().zip(&column) {
+                add_scaled(part, -projection, &vector[at(group)]);
+            }
+        });
+        let rest = krylov.norm(&image, division);
         for (k, [cos, sin]) in rotations.iter().enumerate() {
             let (upper, lower) = (column[k], column[k + 1]);
             column[k] = cos * upper + sin * lower;
@@ -76,42 +97,65 @@ pub fn solve(system: &mut impl Coupled, right_side: &mut Vector, tolerance: f64,
         triangle.push(column);
         let left = remaining[step + 1].abs();
         if left <= tolerance * size {
-            combine(&triangle, &remaining[..=step], krylov, right_side);
+            combine(&triangle, &remaining[..=step], &krylov.preconditioned, right_side, division);
             return Some(step + 1);
         }
         if rest == 0.0 {
             return None;
         }
         next = image;
-        scale(&mut next, 1.0 / rest);
+        division.each(&mut next, |_, part| scale(part, 1.0 / rest));
     }
     None
 }
 
 /// Solves the triangle by substitution, and sums the preconditioned vectors.
-fn combine(triangle: &[Vec<f64>], right_side: &[f64], krylov: &Krylov, solution: &mut Vector) {
+fn combine(triangle: &[Vec<f64>], right_side: &[f64], vectors: &[Vector], solution: &mut Vector, division: Division) {
     let mut weights = right_side.to_vec();
     for row in (0..weights.len()).rev() {
         let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
-    scale(solution, 0.0);
-    for (weight, vector) in weights.into_iter().zip(&krylov.preconditioned) {
-        add_scaled(solution, weight, vector);
-    }
+    division.each(solution, |group, part| {
+        part.fill([splat(0.0); 2]);
+        for (weight, vector) in weights.iter().zip(vectors) {
+            add_scaled(part, *weight, &vector[group * division.blocks..(group + 1) * division.blocks]);
+        }
+    });
 }
 
 impl Krylov {
-    /// A vector with memory for `length` blocks, and that at `index` ready to be replaced.
-    fn vector(&mut self, index: usize, length: usize) -> Vector {
+    /// The vector at `index`, to be replaced.
+    fn vector(&mut self, index: usize) -> Vector {
         if self.basis.len() <= index {
             self.basis.resize_with(index + 1, Vector::new);
             self.preconditioned.resize_with(index + 1, Vector::new);
         }
-        let mut vector = std::mem::take(&mut self.basis[index]);
-        vector.clear();
-        vector.resize(length, [Lanes::from_lanes(|_| 0.0); 2]);
-        vector
+        std::mem::take(&mut self.basis[index])
+    }
+
+    fn norm(&mut self, vector: &Vector, division: Division) -> f64 {
+        projections(std::slice::from_ref(vector), vector, &mut self.partial, division)[0].sqrt()
+    }
+}
+
+/// The products of a vector with each of a basis.
+fn projections(basis: &[Vector], vector: &Vector, partial: &mut Vec<Vec<f64>>, division: Division) -> Vec<f64> {
+    partial.resize_with(vector.len() / division.blocks, Vec::new);
+    let parts = partial.par_iter_mut().zip(vector.par_chunks(division.blocks)).enumerate();
+    parts.with_min_len(division.share).for_each(|(group, (sums, part))| {
+        sums.clear();
+        let at = group * division.blocks..(group + 1) * division.blocks;
+        sums.extend(basis.iter().map(|other| dot(&other[at.clone()], part)));
+    });
+    (0..basis.len()).map(|k| partial.iter().map(|sums| sums[k]).sum()).collect()
+}
+
+impl Division {
+    /// Calls `change` for each group.
+    fn each(self, vector: &mut Vector, change: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync) {
+        let parts = vector.par_chunks_mut(self.blocks).enumerate();
+        parts.with_min_len(self.share).for_each(|(group, part)| change(group, part));
     }
 }
 
@@ -119,30 +163,26 @@ fn splat(value: f64) -> Lanes<LANES> {
     Lanes::from_lanes(|_| value)
 }
 
-fn scale(vector: &mut Vector, factor: f64) {
-    for block in vector {
+fn scale(part: &mut [[Lanes<LANES>; 2]], factor: f64) {
+    for block in part {
         *block = block.map(|value| value * splat(factor));
     }
 }
 
-fn add_scaled(vector: &mut Vector, factor: f64, other: &Vector) {
-    for (block, other) in vector.iter_mut().zip(other) {
+fn add_scaled(part: &mut [[Lanes<LANES>; 2]], factor: f64, other: &[[Lanes<LANES>; 2]]) {
+    for (block, other) in part.iter_mut().zip(other) {
         for (value, other) in block.iter_mut().zip(other) {
             *value = *value + splat(factor) * *other;
         }
     }
 }
 
-fn dot(a: &Vector, b: &Vector) -> f64 {
+fn dot(a: &[[Lanes<LANES>; 2]], b: &[[Lanes<LANES>; 2]]) -> f64 {
     let mut sum = splat(0.0);
     for (a, b) in a.iter().zip(b) {
         sum = sum + a[0] * b[0] + a[1] * b[1];
     }
     (0..LANES).map(|lane| sum.lane(lane)).sum()
-}
-
-fn norm(vector: &Vector) -> f64 {
-    dot(vector, vector).sqrt()
 }
 
 #[cfg(test)]
@@ -154,6 +194,8 @@ mod tests {
         diagonal: Vec<f64>,
         coupling: Vec<Vec<f64>>,
     }
+
+    const BLOCKS: usize = 2;
 
     fn flat(vector: &Vector) -> Vec<f64> {
         vector
@@ -174,10 +216,11 @@ mod tests {
             *x = folded(&solved);
         }
 
-        fn couple(&mut self, x: &Vector, result: &mut Vector) {
-            let x = flat(x);
+        fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync) {
+            let x = flat(image);
             let product = |row: &Vec<f64>| row.iter().zip(&x).map(|(a, b)| a * b).sum();
-            *result = folded(&self.coupling.iter().map(product).collect::<Vec<f64>>());
+            *image = folded(&self.coupling.iter().map(product).collect::<Vec<f64>>());
+            image.chunks_mut(BLOCKS).enumerate().for_each(|(group, part)| combine(group, part));
         }
     }
 
@@ -191,9 +234,10 @@ mod tests {
         let right_side: Vec<f64> = (0..size)
             .map(|i| diagonal[i] * expected[i] + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>())
             .collect();
+        let division = Division { blocks: BLOCKS, share: 1 };
         let mut solution = folded(&right_side);
         let mut system = Dense { diagonal, coupling };
-        let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default()).expect("it converges");
+        let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");
         assert!(vectors > 3 && vectors <= size, "{vectors}");
         for (value, expected) in flat(&solution).iter().zip(&expected) {
             assert!((value - expected).abs() < 1e-10, "{value} for {expected}");

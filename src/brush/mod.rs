@@ -1,37 +1,55 @@
 //! Filaments that touch each other and the workpiece (docs/MODEL.md, "Filaments that touch").
 //!
-//! [`simulate_row`] simulates filaments that follow each other around the tool. Contact is ten thousand times as stiff as a filament in
-//! bending, so that all filaments are solved together, implicitly: Newton's method, whose linear equations are solved by the
-//! generalised minimal residual method, with each filament's own O(n) factorisation as preconditioner. docs/design.md says why.
+//! [`simulate_brush`] simulates a sector of a brush; [`BrushRun`] does so in parts, which can be stopped and resumed. Contact is ten
+//! thousand times as stiff as a filament in bending, so that all filaments are solved together, implicitly: Newton's method, whose linear
+//! equations are solved by the generalised minimal residual method, with each filament's own O(n) factorisation as preconditioner.
+//! docs/design.md says why.
 //!
 //! ```
-//! use bristle::brush::{PressLaw, RowSettings, simulate_row};
-//! use bristle::model::settings::Settings;
-//! use bristle::simulation::Pass;
+//! use bristle::brush::simulate_brush;
+//! use bristle::model::settings::{BrushSettings, Settings};
 //!
 //! let mut settings = Settings::paper(10.0, 1e-3);
 //! settings.filament.segments = 5;
-//! let row = RowSettings {
-//!     columns: 3,
-//!     pitch: std::f64::consts::TAU / 682.0,
-//!     law: PressLaw::of(&settings),
-//!     points: 3,
-//!     step: 2e-4,
-//!     newton_tolerance: 3e-4,
-//! };
-//! let result = simulate_row(&Pass::new(&settings), &row)?;
-//! let [first, _, last] = &result.metrics[..] else { unreachable!("three filaments") };
-//! assert!(first.contact_normal_impulse_n_s > last.contact_normal_impulse_n_s);
-//! # Ok::<(), bristle::brush::RowError>(())
+//! let brush = BrushSettings { columns: Some(3), rows: Some(1), steady: false, ..BrushSettings::default() };
+//! settings.tool.filament_count = 682.0;
+//! settings.brush = Some(brush);
+//! let result = simulate_brush(&settings, 1)?;
+//! let [first, _, last] = &result.filaments[..] else { unreachable!("three filaments") };
+//! assert!(first.metrics.contact_normal_impulse_n_s > last.metrics.contact_normal_impulse_n_s);
+//! # Ok::<(), bristle::brush::BrushError>(())
 //! ```
 
+mod arrangement;
+mod bundle;
 mod candidates;
+mod error;
 mod field;
+mod filaments;
 mod gmres;
 mod presses;
-mod row;
+mod result;
+mod run;
 mod sector;
+mod stretch;
+mod words;
 
+pub use bundle::Effort;
+pub use error::BrushError;
 pub use presses::PressLaw;
-pub use row::Effort;
-pub use sector::{RowError, RowResult, RowSettings, simulate_row};
+pub use result::{
+    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Stretch, ToolSample,
+};
+pub use run::{BrushRun, RunOptions, memory_estimate};
+
+use crate::model::settings::Settings;
+
+/// Simulates the sector of a brush that `settings` state, on so many threads.
+///
+/// # Errors
+/// See [`BrushError`].
+pub fn simulate_brush(settings: &Settings, threads: usize) -> Result<BrushResult, BrushError> {
+    let mut run = BrushRun::new(settings, RunOptions { threads, ..RunOptions::default() })?;
+    while run.advance()? {}
+    run.finish()
+}

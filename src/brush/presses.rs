@@ -7,7 +7,7 @@
 //! Friction acts midway between both points, where the surfaces touch. So a brush that turns rigidly does not rub, and in the plane
 //! the moments of both filaments balance. (In space a segment takes no torque about itself.)
 
-use super::field::{Changes, Field, Matrix, Node, Place};
+use super::field::{Changes, Field, GroupField, Matrix, Node, Place};
 use crate::equations::linear::{add, dot, mul, mul_transposed, product, scale, sub, transposed_product};
 use crate::model::settings::Settings;
 
@@ -22,22 +22,17 @@ pub struct PressLaw {
     pub friction: f64,
     /// Sliding speed over which friction is regularised, in m/s.
     pub regularisation: f64,
-    /// Sum of the radii of two filaments, in m.
-    pub reach: f64,
 }
 
 impl PressLaw {
-    /// The default `k_l` in N/m².
-    pub const STIFFNESS: f64 = 6e7;
-
-    /// The law between filaments as `settings` state them, with the default stiffness, neither damped nor with friction.
+    /// The law that `settings` state, or that of the defaults.
     pub fn of(settings: &Settings) -> Self {
+        let brush = settings.brush.clone().unwrap_or_default();
         Self {
-            stiffness: Self::STIFFNESS,
-            damping: 0.0,
-            friction: 0.0,
+            stiffness: brush.stiffness_n_m2,
+            damping: brush.damping_s_m,
+            friction: brush.friction_coefficient,
             regularisation: settings.contact.friction_regularisation_m_s,
-            reach: settings.filament.diameter_m,
         }
     }
 }
@@ -65,23 +60,25 @@ pub struct Near {
     pub along: [f64; 3],
     /// From `y` to `x`, in m.
     pub offset: [f64; 3],
+    /// Sum of the radii of both filaments there, in m.
+    pub reach: f64,
 }
 
 impl Near {
     /// The point of `segment` that is nearest to `point`.
     #[cfg(test)]
-    pub fn on_segment(point: Place, segment: Node, positions: &Field) -> Self {
-        Self::between(point, point.of(positions), segment, [positions.at(segment), positions.at(segment.outer())])
+    pub fn on_segment(point: Place, segment: Node, positions: &Field, reach: f64) -> Self {
+        Self::between(point, point.of(positions), segment, [positions.at(segment), positions.at(segment.outer())], reach)
     }
 
     /// The same for a point at `x` and a segment with the given ends, all in m.
     #[inline]
-    pub fn between(point: Place, x: [f64; 3], segment: Node, [inner, outer]: [[f64; 3]; 2]) -> Self {
+    pub fn between(point: Place, x: [f64; 3], segment: Node, [inner, outer]: [[f64; 3]; 2], reach: f64) -> Self {
         let (along, from) = (sub(outer, inner), sub(x, inner));
         let at = dot(along, from) / dot(along, along);
         let fraction = at.clamp(0.0, 1.0);
         let offset = sub(from, scale(fraction, along));
-        Self { point, nearest: Place { segment, fraction }, is_inside: fraction == at, along, offset }
+        Self { point, nearest: Place { segment, fraction }, is_inside: fraction == at, along, offset, reach }
     }
 
     /// The square of the distance in m².
@@ -131,7 +128,7 @@ impl Press {
     pub fn new(law: &PressLaw, near: &Near, length: f64, [positions, velocities]: [&Field; 2]) -> Self {
         let distance = near.square().sqrt();
         let normal = scale(1.0 / distance, near.offset);
-        let (overlap, stiffness) = (law.reach - distance, 0.5 * law.stiffness * length);
+        let (overlap, stiffness) = (near.reach - distance, 0.5 * law.stiffness * length);
         let mut press = Self {
             near: *near,
             normal,
@@ -181,21 +178,36 @@ impl Press {
         [a, b, -c, -d]
     }
 
-    /// Adds the forces on both filaments to those on the `nodes`.
-    pub fn load(&self, forces: &mut Field) {
-        let force = scale(self.normal_force, self.normal);
-        self.near.point.load(force, forces);
-        self.near.nearest.load(scale(-1.0, force), forces);
-        if let Some(rub) = &self.rub {
-            for (node, carried) in self.nodes().into_iter().zip(&rub.carried) {
-                forces.add(node, mul_transposed(carried, rub.force));
-            }
-        }
+    /// The force on `x`'s filament in N.
+    pub fn force(&self) -> [f64; 3] {
+        let normal = scale(self.normal_force, self.normal);
+        self.rub.map_or(normal, |rub| add(normal, rub.force))
+    }
+
+    /// Adds the force on `x`'s filament.
+    #[inline]
+    pub fn load_point(&self, forces: &mut GroupField<'_>) {
+        self.near.point.load(scale(self.normal_force, self.normal), forces);
+        self.rub_ends(0, self.near.point.segment, forces);
+    }
+
+    /// Adds the force on `y`'s filament.
+    #[inline]
+    pub fn load_nearest(&self, forces: &mut GroupField<'_>) {
+        self.near.nearest.load(scale(-self.normal_force, self.normal), forces);
+        self.rub_ends(2, self.near.nearest.segment, forces);
+    }
+
+    /// Adds the friction on the ends of one of both segments, the first of which is the end `first`.
+    #[inline]
+    fn rub_ends(&self, first: usize, segment: Node, forces: &mut GroupField<'_>) {
+        let Some(Rub { carried, force, .. }) = &self.rub else { return };
+        forces.add(segment, mul_transposed(&carried[first], *force));
+        forces.add(segment.outer(), mul_transposed(&carried[first + 1], *force));
     }
 
     /// Energy stored in J: `½ · ½ k_l Δs ⟨d − r⟩²`.
-    #[cfg(test)]
-    fn energy(&self) -> f64 {
+    pub fn energy(&self) -> f64 {
         0.5 * self.stiffness * self.overlap * self.overlap
     }
 
@@ -288,42 +300,67 @@ impl RubTangent {
 }
 
 impl PressTangent {
-    /// Adds how the forces on the ends of each segment change with its own motion.
-    pub fn add_own(&self, changes: &mut Changes) {
+    /// Adds how the forces on the ends of `x`'s segment change with its own motion.
+    pub fn add_of_point(&self, changes: &mut Changes) {
         changes.add_at(self.point.segment, self.point.shares(), &self.elastic[0][0]);
+        self.add_rub(0, self.point.segment, changes);
+    }
+
+    /// Adds how the forces on the ends of `y`'s segment change with its own motion.
+    pub fn add_of_nearest(&self, changes: &mut Changes) {
         for force in 0..2 {
             for motion in 0..2 {
                 changes.add(self.nearest, force, motion, &self.elastic[force + 1][motion + 1]);
             }
         }
+        self.add_rub(2, self.nearest, changes);
+    }
+
+    fn add_rub(&self, first: usize, segment: Node, changes: &mut Changes) {
         let Some(rub) = &self.rub else { return };
-        for (first, segment) in [(0, self.point.segment), (2, self.nearest)] {
-            for motion in 0..2 {
-                let change = rub.by_end(first + motion);
-                for force in 0..2 {
-                    changes.add(segment, force, motion, &transposed_product(&rub.carried[first + force], &change));
-                }
+        for motion in 0..2 {
+            let change = rub.by_end(first + motion);
+            for force in 0..2 {
+                changes.add(segment, force, motion, &transposed_product(&rub.carried[first + force], &change));
             }
         }
     }
 
-    /// Adds to `forces` how those on each filament change with the `displacements` of the other.
-    pub fn add_coupling(&self, displacements: &Field, forces: &mut Field) {
-        let ends = |segment: Node| [displacements.at(segment), displacements.at(segment.outer())];
-        let (moved, [inner, outer]) = (self.point.of(displacements), ends(self.nearest));
-        let [[_, by_inner, by_outer], [on_inner, ..], [on_outer, ..]] = &self.elastic;
+    /// Adds to the `forces` on `x`'s filament how they change with the `displacements` of `y`'s.
+    #[inline]
+    pub fn couple_point(&self, displacements: &Field, forces: &mut GroupField<'_>) {
+        let [inner, outer] = ends(self.nearest, displacements);
+        let [[_, by_inner, by_outer], ..] = &self.elastic;
         self.point.load(add(mul(by_inner, inner), mul(by_outer, outer)), forces);
+        self.couple_rub(0, self.point.segment, [inner, outer], forces);
+    }
+
+    /// Adds to the `forces` on `y`'s filament how they change with the `displacements` of `x`'s.
+    #[inline]
+    pub fn couple_nearest(&self, displacements: &Field, forces: &mut GroupField<'_>) {
+        let moved = self.point.of(displacements);
+        let [_, [on_inner, ..], [on_outer, ..]] = &self.elastic;
         forces.add(self.nearest, mul(on_inner, moved));
         forces.add(self.nearest.outer(), mul(on_outer, moved));
-        let Some(rub) = &self.rub else { return };
-        for (first, segment, other) in [(0, self.point.segment, self.nearest), (2, self.nearest, self.point.segment)] {
-            let [inner, outer] = ends(other);
-            let from = 2 - first;
-            let friction = add(mul(&rub.by_end(from), inner), mul(&rub.by_end(from + 1), outer));
-            forces.add(segment, mul_transposed(&rub.carried[first], friction));
-            forces.add(segment.outer(), mul_transposed(&rub.carried[first + 1], friction));
+        if self.rub.is_some() {
+            self.couple_rub(2, self.nearest, ends(self.point.segment, displacements), forces);
         }
     }
+
+    /// Adds how friction on the ends of a segment changes with the displacements of the ends of the other.
+    #[inline]
+    fn couple_rub(&self, first: usize, segment: Node, [inner, outer]: [[f64; 3]; 2], forces: &mut GroupField<'_>) {
+        let Some(rub) = &self.rub else { return };
+        let from = 2 - first;
+        let friction = add(mul(&rub.by_end(from), inner), mul(&rub.by_end(from + 1), outer));
+        forces.add(segment, mul_transposed(&rub.carried[first], friction));
+        forces.add(segment.outer(), mul_transposed(&rub.carried[first + 1], friction));
+    }
+}
+
+#[inline]
+fn ends(segment: Node, field: &Field) -> [[f64; 3]; 2] {
+    [field.at(segment), field.at(segment.outer())]
 }
 
 fn identity(row: usize, column: usize) -> f64 {
@@ -347,7 +384,8 @@ mod tests {
     use super::*;
     use crate::equations::Lanewise;
 
-    const LAW: PressLaw = PressLaw { stiffness: 6e7, damping: 0.1, friction: 0.2, regularisation: 1e-3, reach: 1.2e-3 };
+    const LAW: PressLaw = PressLaw { stiffness: 6e7, damping: 0.1, friction: 0.2, regularisation: 1e-3 };
+    const REACH: f64 = 1.2e-3;
     /// Two segments that cross, and the velocities of their ends.
     const POSITIONS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [2e-3, 1e-4, 0.0], [8e-4, -9e-4, 1e-3], [1.1e-3, 9e-4, 1.2e-3]];
     const VELOCITIES: [[f64; 3]; 4] = [[1.0, 0.2, 0.3], [0.8, -0.4, 0.7], [0.1, 0.5, -0.2], [-0.3, 0.2, 0.4]];
@@ -368,15 +406,24 @@ mod tests {
     fn press(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> Press {
         let (positions, velocities) = (field(positions), field(velocities));
         let [first, _, second, _] = nodes();
-        let near = Near::on_segment(Place { segment: first, fraction: 0.4 }, second, &positions);
-        assert!(near.is_inside && near.square() < law.reach * law.reach);
+        let near = Near::on_segment(Place { segment: first, fraction: 0.4 }, second, &positions, REACH);
+        assert!(near.is_inside && near.square() < REACH * REACH);
         Press::new(law, &near, 4e-4, [&positions, &velocities])
     }
 
+    /// The forces that `load` adds.
+    fn in_group(load: impl FnOnce(&mut GroupField<'_>)) -> [[f64; 3]; 4] {
+        let mut field = Field::new(1, 1);
+        load(&mut GroupField::new(0, 1, &mut field.0));
+        nodes().map(|node| field.at(node))
+    }
+
     fn forces(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> [[f64; 3]; 4] {
-        let mut forces = Field::new(1, 1);
-        press(law, positions, velocities).load(&mut forces);
-        nodes().map(|node| forces.at(node))
+        let press = press(law, positions, velocities);
+        in_group(|forces| {
+            press.load_point(forces);
+            press.load_nearest(forces);
+        })
     }
 
     #[test]
@@ -433,8 +480,10 @@ mod tests {
         // A step that moves by its velocities alone leaves out how the surfaces turn with the positions, as the tangent does.
         for (law, weights) in [(elastic, [1.0, 0.0]), (damped, [0.0, 1.0]), (LAW, [0.0, 1.0])] {
             let tangent = press(&law, &POSITIONS, &VELOCITIES).tangent(&law, weights);
-            let mut own = Changes::new(1, 1);
-            tangent.add_own(&mut own);
+            let mut own = Changes::new(1);
+            own.clear(0);
+            tangent.add_of_point(&mut own);
+            tangent.add_of_nearest(&mut own);
             let step = 1e-7;
             for end in 0..4 {
                 for component in 0..3 {
@@ -447,12 +496,13 @@ mod tests {
                     let (above, below) = (at(step), at(-step));
                     let mut moved = [[0.0; 3]; 4];
                     moved[end][component] = 1.0;
-                    let mut coupling = Field::new(1, 1);
-                    tangent.add_coupling(&field(&moved), &mut coupling);
-                    let mut change = nodes().map(|node| coupling.at(node));
+                    let mut change = in_group(|forces| {
+                        tangent.couple_point(&field(&moved), forces);
+                        tangent.couple_nearest(&field(&moved), forces);
+                    });
                     let (first, side) = (end / 2 * 2, end % 2);
                     for force in 0..2 {
-                        let block = own.group(0, 1)[0][force][side].map(|row| row.map(|value| value.lane(first / 2)));
+                        let block = own.blocks()[0][force][side].map(|row| row.map(|value| value.lane(first / 2)));
                         change[first + force] = add(change[first + force], mul(&block, moved[end]));
                     }
                     for (node, change) in change.iter().enumerate() {

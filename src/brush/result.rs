@@ -1,8 +1,11 @@
 //! The result of a brush.
 
+use std::ops::AddAssign;
+
+use crate::equations::linear::{add, scale};
 use crate::model::metrics::Metrics;
 
-use super::row::Effort;
+use super::bundle::Effort;
 
 /// One filament of a brush.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +28,6 @@ pub struct FilamentResult {
 
 /// The forces of the tool at the end of a step: sums over all filaments of the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ToolSample {
     /// Time in s.
     pub time_s: f64,
@@ -52,6 +54,8 @@ pub struct PairResult {
     pub other: [usize; 2],
     /// Impulse of the normal force between them, in N s.
     pub impulse_n_s: f64,
+    /// Impulse of the force on the filament, friction included, in N s.
+    pub vector_impulse_n_s: [f64; 3],
     /// Largest normal force in N.
     pub peak_force_n: f64,
     /// Time in which they touch, in s.
@@ -64,18 +68,17 @@ pub struct PairResult {
 
 /// All filaments at one time.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
     /// Time in s.
     pub time_s: f64,
     /// Angle `β` of the filament in column 0 in rad.
     pub tool_angle_rad: f64,
     /// By filament, from root to tip, in m.
-    pub nodes_m: Vec<Vec<[f64; 3]>>,
+    pub nodes_m: Vec<Vec<[f32; 3]>>,
     /// By filament: contact normal force on the workpiece in N.
-    pub contact_normal_force_n: Vec<f64>,
+    pub contact_normal_force_n: Vec<f32>,
     /// By filament: sum of the forces of other filaments on it in N.
-    pub press_force_n: Vec<f64>,
+    pub press_force_n: Vec<f32>,
 }
 
 /// The steady stretch of columns.
@@ -120,11 +123,47 @@ pub struct BrushResult {
     pub frames: Vec<Frame>,
     /// Work done.
     pub statistics: BrushStatistics,
+    /// Mean contact normal impulse of each turn in N s; empty for a single pass.
+    pub turn_contact_normal_impulses_n_s: Vec<f64>,
+    /// The balance of the energies, if requested.
+    pub energies: Option<EnergyBalance>,
+}
+
+/// The balance of the energies of a sector.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyBalance {
+    /// By how much the energy of filaments and contacts grew, in J.
+    pub gain_j: f64,
+    /// Work of the clamps and of a moving workpiece in J.
+    pub work_j: f64,
+    /// Energy that joints, contact damping and friction took, in J.
+    pub dissipated_j: f64,
+}
+
+impl ToolSample {
+    /// Adds the forces of another sector, `weight` times.
+    pub(super) fn add(&mut self, other: &Self, weight: usize) {
+        let times = weight as f64;
+        self.time_s = other.time_s;
+        self.contact_normal_force_n += times * other.contact_normal_force_n;
+        self.contact_force_n = add(self.contact_force_n, scale(times, other.contact_force_n));
+        self.contact_moment_n_m += times * other.contact_moment_n_m;
+        self.press_force_n += times * other.press_force_n;
+        self.touching_filaments += weight * other.touching_filaments;
+        self.touching_pairs += weight * other.touching_pairs;
+    }
+}
+
+impl AddAssign for BrushStatistics {
+    fn add_assign(&mut self, other: Self) {
+        self.steps += other.steps;
+        self.halved_steps += other.halved_steps;
+        self.effort += other.effort;
+    }
 }
 
 /// Work done by the simulation of a brush.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BrushStatistics {
     /// Steps.
     pub steps: usize,

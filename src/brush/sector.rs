@@ -1,18 +1,19 @@
-//! A row of filaments on its way over the workpiece, in fixed steps.
+//! Filaments that are coupled, on their way over the workpiece, in fixed steps.
 
-use std::error::Error;
+use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
-use std::fmt::{self, Display, Formatter};
 
-use super::candidates::Layout;
+use super::bundle::{Bundle, Effort, Motion, NoConvergence, WorkpieceLoad};
+use super::field::Lane;
 use super::gmres::Vector;
-use super::presses::PressLaw;
-use super::row::{Bristle, Effort, Motion, NoConvergence, Row, WorkpieceLoad};
-use crate::equations::{LANES, Lanes, Lanewise};
-use crate::model::metrics::{ContactRecord, Metrics, tip_deflection};
-use crate::model::settings::Turns;
-use crate::simulation::{Form, Pass};
-use crate::tool::{ClampMotion, Tool, Turning};
+use super::filaments::Mount;
+use super::result::{BrushStatistics, ToolSample};
+use super::words::{Reader, Writer};
+use crate::equations::{LANES, Lanewise, PolarAxis};
+use crate::equations::linear::{add, scale};
+use crate::model::metrics::{ContactRecord, tip_deflection};
+use crate::model::parameters::MAX_TURNS;
+use crate::tool::{ClampMotion, Turning};
 
 /// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine 1996).
 const MIDDLE: f64 = 2.0 - SQRT_2;
@@ -21,185 +22,525 @@ const OWN: f64 = 0.5 * MIDDLE;
 /// Weights of the first two stages in the last.
 const OTHERS: f64 = 0.25 * SQRT_2;
 
-/// What a row is made of, and how it is solved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RowSettings {
-    /// Number of filaments around.
-    pub columns: usize,
-    /// Angle between neighbouring filaments in rad.
-    pub pitch: f64,
-    /// Contact between filaments.
-    pub law: PressLaw,
-    /// Number of contact points of a segment, `N_q`.
-    pub points: usize,
-    /// Way of the tips in a step in m.
-    pub step: f64,
-    /// Largest last correction of a node's velocity, as a share of the brushing velocity.
-    pub newton_tolerance: f64,
-}
-
-/// The result of a row.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowResult {
-    /// The contact of each filament; column 0 meets the workpiece first.
-    pub metrics: Vec<Metrics>,
-    /// Steps taken.
-    pub steps: usize,
-    /// Steps repeated with half their length.
-    pub halved_steps: usize,
-    /// Work of the solutions.
-    pub effort: Effort,
-    /// Time simulated in s.
-    pub end_time: f64,
+/// When a filament passes, in s.
+#[derive(Clone, Debug)]
+pub struct Timetable {
+    /// Its first turn begins.
+    pub begin: f64,
+    /// The time of a whole turn.
+    pub turn: f64,
+    /// Between which times the undeformed filament touches in the first turn.
+    pub touches: Vec<[f64; 2]>,
 }
 
 /// One filament's contact so far.
 #[derive(Clone, Debug)]
-struct Account {
+pub struct Account {
+    /// That of the current turn.
     record: ContactRecord,
+    /// That of the turn before.
+    completed: Option<ContactRecord>,
+    /// The impulses of the turns before, in N s.
+    pub impulses: Vec<f64>,
+    timetable: Timetable,
     load: WorkpieceLoad,
-    /// By how much the filament is behind the first, in s.
-    delay: f64,
 }
 
-/// Why a row could not be simulated.
+/// How two filaments have pressed on each other so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PairAccount {
+    /// `∫` of the normal force in N s.
+    pub impulse: f64,
+    /// `∫` of the force on the first filament in N s.
+    pub vector_impulse: [f64; 3],
+    /// Largest normal force in N.
+    pub peak: f64,
+    /// Time of contact in s.
+    pub time: f64,
+    /// `∫` of the normal force times the distance from the root, mean of both filaments, in N m s.
+    pub moment: f64,
+    /// Energy that damping and friction took, in J.
+    pub dissipated: f64,
+}
+
+/// Energies of a sector, and what went in and out so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Energy of the filaments and their contacts at the start and now, in J.
+    pub energies: [f64; 2],
+    /// Work of the clamps and of a moving workpiece in J.
+    pub work: f64,
+    /// Energy that joints and contacts took, in J.
+    pub dissipated: f64,
+    /// Their rates at the end of the last step in W.
+    rates: [f64; 2],
+}
+
+/// Why a step was not possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RowError {
-    /// The motion is not planar by symmetry.
-    NotPlanar,
-    /// The pass has several turns.
-    Turns,
-    /// The relaxed filaments overlap.
-    Overlap {
-        /// Distance of neighbouring roots in m.
-        pitch: f64,
-        /// The least that they need, in m.
-        reach: f64,
-    },
-    /// The shortest step did not converge.
-    NoConvergence {
-        /// When, in s.
-        time: f64,
-    },
+pub struct Failure {
+    /// When, in s.
+    pub time: f64,
+    /// The filaments that cross each other, if that is why.
+    pub crossing: Option<[usize; 2]>,
 }
 
-impl Error for RowError {}
+/// Filaments that are coupled.
+pub struct Sector {
+    bundle: Bundle<Turning<Mount>>,
+    motion: Motion,
+    stepper: Stepper,
+    accounts: Vec<Account>,
+    pairs: BTreeMap<[usize; 2], PairAccount>,
+    statistics: BrushStatistics,
+    balance: Option<Balance>,
+}
 
-impl Display for RowError {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotPlanar => {
-                write!(f, "a row is simulated in the plane of rotation: leave out tilt, and gravity along z")
-            }
-            Self::Turns => write!(f, "a row is simulated for a single turn: leave out process.turns"),
-            Self::Overlap { pitch, reach } => {
-                write!(
-                    f,
-                    "the roots of neighbouring filaments are {pitch} m apart, less than their diameter of {reach} m"
-                )
-            }
-            Self::NoConvergence { time } => {
-                write!(f, "Newton's method does not converge at {time} s: filaments may fold, or cross each other")
-            }
+impl Sector {
+    /// Filaments at the start of their motion, with their timetables. A stage is solved once velocities change by less than `tolerance`
+    /// (m/s). With `tracks_energy` the balance of the energies is kept.
+    pub fn new(
+        mut bundle: Bundle<Turning<Mount>>,
+        motion: Motion,
+        timetables: Vec<Timetable>,
+        tolerance: f64,
+        tracks_energy: bool,
+    ) -> Self {
+        let accounts = timetables
+            .into_iter()
+            .map(|timetable| Account {
+                record: ContactRecord { turn: 1, ..ContactRecord::default() },
+                completed: None,
+                impulses: Vec::new(),
+                load: WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() },
+                timetable,
+            })
+            .collect();
+        let balance = tracks_energy.then(|| {
+            let (energy, rates) = bundle.energy(&motion);
+            Balance { energies: [energy; 2], rates, ..Balance::default() }
+        });
+        Self {
+            stepper: Stepper::new(&motion, tolerance),
+            bundle,
+            motion,
+            accounts,
+            pairs: BTreeMap::new(),
+            statistics: BrushStatistics::default(),
+            balance,
         }
     }
-}
 
-/// Simulates the filaments of one row, which touch each other and the workpiece. The filament, its tool and the workpiece are those of
-/// `pass`; column 0 meets the workpiece first, at the times of the pass.
-///
-/// TR-BDF2 in steps of equal length, of which one is halved where Newton's method fails. Impulses are summed with the weights of
-/// the method. Times of contact begin and end where the penetration passes zero between two steps.
-///
-/// # Errors
-/// See [`RowError`].
-///
-/// # Panics
-/// If there is no column, or no contact point.
-pub fn simulate_row(pass: &Pass, settings: &RowSettings) -> Result<RowResult, RowError> {
-    assert!(settings.columns > 0 && settings.points > 0, "a row has filaments, and a segment has contact points");
-    if pass.form() != Form::Planar {
-        return Err(RowError::NotPlanar);
+    /// The contacts with the workpiece so far, by filament.
+    pub fn accounts(&self) -> &[Account] {
+        &self.accounts
     }
-    if pass.turns() != Turns::Count(1) {
-        return Err(RowError::Turns);
+
+    /// How filaments have pressed on each other so far.
+    pub fn pairs(&self) -> &BTreeMap<[usize; 2], PairAccount> {
+        &self.pairs
     }
-    let template = pass.filament();
-    let pitch = 2.0 * template.motion.tool.body_radius * (0.5 * settings.pitch).sin();
-    if settings.columns > 1 && pitch < settings.law.reach {
-        return Err(RowError::Overlap { pitch, reach: settings.law.reach });
+
+    /// The filaments.
+    pub fn bundle(&self) -> &Bundle<Turning<Mount>> {
+        &self.bundle
     }
-    let n = template.chain.segments();
-    let rate = template.motion.rate;
-    let bristles: Vec<Bristle> = (0..settings.columns)
-        .map(|column| {
-            let initial_angle = template.motion.initial_angle - column as f64 * settings.pitch;
-            Bristle { motion: Turning { initial_angle, ..template.motion }, ..template.clone() }
-        })
-        .collect();
-    let layout = Layout {
-        filaments: settings.columns,
-        segments: n,
-        length: template.chain.length,
-        points: settings.points,
-        reach: settings.law.reach,
-    };
-    let starts: Vec<[Vec<[f64; 2]>; 2]> = bristles
-        .iter()
-        .map(|bristle| {
-            let Turning { tool, rate, initial_angle } = &bristle.motion;
-            let [q, v] = tool.undeformed(*initial_angle, *rate);
-            [bristle.chain.relaxed(q).collect(), vec![v; n]]
-        })
-        .collect();
-    let mut row = Row::new(pass.form(), bristles, settings.law, layout);
-    let mut motion = row.start(|filament| starts[filament].clone());
-    let mut accounts: Vec<Account> = (0..settings.columns)
-        .map(|column| Account {
-            record: ContactRecord { turn: 1, ..ContactRecord::default() },
-            load: WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() },
-            delay: column as f64 * settings.pitch / rate,
-        })
-        .collect();
-    let velocity = pass.nominal().brushing_velocity;
-    let length = settings.step / velocity;
-    let end_time = pass.end_time() + accounts.last().map_or(0.0, |last| last.delay);
-    let steps = (end_time / length).ceil() as usize;
-    let length = end_time / steps as f64;
-    let (mut result_steps, mut halved, mut effort) = (0, 0, Effort::default());
-    let mut stepper = Stepper::new(&motion, settings.newton_tolerance * velocity);
-    for step in 0..steps {
-        let end = (step + 1) as f64 * length;
-        let mut part = end - motion.time;
-        while motion.time < end {
-            let h = part.min(end - motion.time);
-            match stepper.step(&mut row, &motion, h) {
-                Ok(stages) => {
-                    result_steps += 1;
-                    effort += stages.effort;
-                    let begin = motion.time;
-                    std::mem::swap(&mut motion, &mut stepper.end);
-                    if (end - motion.time).abs() < 1e-9 * length {
-                        motion.time = end;
+
+    /// Work done so far.
+    pub fn statistics(&self) -> &BrushStatistics {
+        &self.statistics
+    }
+
+    /// The balance of the energies.
+    pub fn balance(&self) -> Option<&Balance> {
+        self.balance.as_ref()
+    }
+
+    /// Whether a filament touches the workpiece.
+    pub fn is_touching(&self) -> bool {
+        self.accounts.iter().any(|account| account.load.pressing > 0.0)
+    }
+
+    /// Begins anew: what follows does not depend on what was found on the way here.
+    pub fn begin_anew(&mut self) {
+        self.bundle.begin_anew(&self.motion);
+    }
+
+    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails, in shorter ones.
+    ///
+    /// # Errors
+    /// If the shortest step fails.
+    pub fn advance(&mut self, end: f64, length: f64) -> Result<ToolSample, Failure> {
+        /// The shortest step, as a share of the whole.
+        const SHORTEST: f64 = 1e-4;
+        let mut part = end - self.motion.time;
+        self.bundle.leave_poles(&mut self.motion);
+        while self.motion.time < end {
+            let h = part.min(end - self.motion.time);
+            match self.attempt(h) {
+                Ok(effort) => {
+                    self.statistics.steps += 1;
+                    self.statistics.effort += effort;
+                    std::mem::swap(&mut self.motion, &mut self.stepper.end);
+                    if (end - self.motion.time).abs() < 1e-9 * length {
+                        self.motion.time = end;
                     }
-                    observe(&row, pass, &mut accounts, &stages, [begin, h]);
                 }
-                Err(NoConvergence) if h > 1e-4 * length => {
-                    halved += 1;
+                Err(_) if h > SHORTEST * length => {
+                    self.statistics.halved_steps += 1;
                     part = 0.5 * h;
                 }
-                Err(NoConvergence) => return Err(RowError::NoConvergence { time: motion.time }),
+                Err(crossing) => return Err(Failure { time: self.motion.time, crossing }),
             }
         }
+        Ok(self.sample())
     }
-    let metrics = accounts.iter().map(|account| pass.metrics(&account.record)).collect();
-    Ok(RowResult { metrics, steps: result_steps, halved_steps: halved, effort, end_time })
+
+    /// Tries a step of `h` (s). Returns the filaments that cross each other, if that is why it is not possible.
+    fn attempt(&mut self, h: f64) -> Result<Effort, Option<[usize; 2]>> {
+        let Self { bundle, motion, stepper, accounts, pairs, balance, .. } = self;
+        let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
+        let middle = Stage::of(bundle, &stepper.middle, balance.is_some());
+        effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
+        if let Some(crossing) = crossing(bundle) {
+            return Err(Some(crossing));
+        }
+        let end = Stage::of(bundle, &stepper.end, balance.is_some());
+        for (index, account) in accounts.iter_mut().enumerate() {
+            let bristle = &bundle.bristles()[index];
+            let clamp = bristle.motion.at(motion.time + h);
+            let n = bristle.chain.segments();
+            let tip = bundle.node(index, n);
+            let length = bristle.chain.length * n as f64;
+            let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
+            let [.., tilt] = clamp.direction;
+            let excursion = if tilt == 0.0 { 0.0 } else { ((tip[2] - clamp.position[2]) / (length * tilt)).abs() };
+            account.observe([&middle.loads[index], &end.loads[index]], [motion.time, h], [deflection, excursion]);
+        }
+        for (stage, weight) in [(&middle, OTHERS), (&end, OTHERS + OWN)] {
+            for (filaments, press) in &stage.presses {
+                pairs.entry(*filaments).or_default().add(press, h * weight);
+            }
+        }
+        if let Some(balance) = balance {
+            let [work, dissipated] =
+                [0, 1].map(|i| h * (OTHERS * (balance.rates[i] + middle.rates[i]) + OWN * end.rates[i]));
+            balance.work += work;
+            balance.dissipated += dissipated;
+            balance.rates = end.rates;
+            balance.energies[1] = end.energy;
+        }
+        Ok(effort)
+    }
+
+    /// The forces where the last step ended.
+    fn sample(&self) -> ToolSample {
+        let mut sample = ToolSample { time_s: self.motion.time, ..ToolSample::default() };
+        for account in &self.accounts {
+            sample.contact_normal_force_n += account.load.normal;
+            sample.contact_force_n = add(sample.contact_force_n, account.load.force);
+            sample.contact_moment_n_m += account.load.moment;
+            sample.touching_filaments += usize::from(account.load.pressing > 0.0);
+        }
+        for (_, press) in press_sums(&self.bundle) {
+            sample.press_force_n += press.normal;
+            sample.touching_pairs += 1;
+        }
+        sample
+    }
+
+    /// By filament: normal force on the workpiece, and of other filaments, in N.
+    pub fn forces(&self) -> [Vec<f64>; 2] {
+        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
+        let mut others = vec![0.0; workpiece.len()];
+        for (filaments, press) in press_sums(&self.bundle) {
+            for filament in filaments {
+                others[filament] += press.normal;
+            }
+        }
+        [workpiece, others]
+    }
+
+    /// Writes the state.
+    pub fn save(&self, words: &mut Writer) {
+        words.number(self.motion.time);
+        for vector in [&self.motion.q, &self.motion.v, &self.motion.accelerations] {
+            for block in vector {
+                for value in block {
+                    (0..LANES).for_each(|lane| words.number(value.lane(lane)));
+                }
+            }
+        }
+        self.bundle.charts().into_iter().for_each(|axis| words.count(usize::from(axis == PolarAxis::X)));
+        self.bundle.resting().into_iter().for_each(|rests| words.count(usize::from(rests)));
+        self.accounts.iter().for_each(|account| account.save(words));
+        words.count(self.pairs.len());
+        for (filaments, pair) in &self.pairs {
+            filaments.iter().for_each(|filament| words.count(*filament));
+            let PairAccount { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = *pair;
+            [impulse, x, y, z, peak, time, moment, dissipated].into_iter().for_each(|value| words.number(value));
+        }
+        let BrushStatistics { steps, halved_steps, effort } = self.statistics;
+        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
+        [steps, halved_steps, newton_iterations, krylov_vectors, factorisations]
+            .into_iter()
+            .for_each(|count| words.count(count));
+        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = self.balance {
+            [start, now, work, dissipated, put, taken].into_iter().for_each(|value| words.number(value));
+        }
+    }
+
+    /// Goes back to a state that was written. `None` if the words are not those of such a sector.
+    pub fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
+        self.motion.time = words.number()?;
+        for vector in [&mut self.motion.q, &mut self.motion.v, &mut self.motion.accelerations] {
+            for value in vector.iter_mut().flatten() {
+                for lane in 0..LANES {
+                    value.set_lane(lane, words.number()?);
+                }
+            }
+        }
+        let charts = self.bundle.charts().len();
+        let charts: Option<Vec<PolarAxis>> =
+            (0..charts).map(|_| Some(if words.count()? == 1 { PolarAxis::X } else { PolarAxis::Z })).collect();
+        self.bundle.set_charts(&charts?);
+        let groups = self.bundle.resting().len();
+        let resting: Option<Vec<bool>> = (0..groups).map(|_| Some(words.count()? == 1)).collect();
+        self.bundle.set_resting(&resting?);
+        for account in &mut self.accounts {
+            account.restore(words)?;
+        }
+        self.pairs.clear();
+        for _ in 0..words.count()? {
+            let filaments = [words.count()?, words.count()?];
+            let mut pair = PairAccount::default();
+            let PairAccount { impulse, vector_impulse, peak, time, moment, dissipated } = &mut pair;
+            let [x, y, z] = vector_impulse;
+            for value in [impulse, x, y, z, peak, time, moment, dissipated] {
+                *value = words.number()?;
+            }
+            self.pairs.insert(filaments, pair);
+        }
+        let BrushStatistics { steps, halved_steps, effort } = &mut self.statistics;
+        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
+        for count in [steps, halved_steps, newton_iterations, krylov_vectors, factorisations] {
+            *count = words.count()?;
+        }
+        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = &mut self.balance {
+            for value in [start, now, work, dissipated, put, taken] {
+                *value = words.number()?;
+            }
+        }
+        self.begin_anew();
+        Some(())
+    }
 }
 
-/// The loads at both stages of a step.
-struct Stages {
-    loads: [Vec<WorkpieceLoad>; 2],
-    effort: Effort,
+impl Account {
+    /// The last turn that has ended, or the first one.
+    pub fn last(&self) -> &ContactRecord {
+        self.completed.as_ref().unwrap_or(&self.record)
+    }
+
+    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
+    fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], [deflection, excursion]: [f64; 2]) {
+        let Timetable { begin: first, turn, touches } = &self.timetable;
+        if begin >= first + self.record.turn as f64 * turn {
+            self.impulses.push(self.record.impulse);
+            self.completed = Some(self.record);
+            self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+        }
+        let earlier = (self.record.turn - 1) as f64 * turn;
+        let start = self.load;
+        let mean = |of: &dyn Fn(&WorkpieceLoad) -> f64| h * (OTHERS * (of(&start) + of(middle)) + OWN * of(end));
+        let record = &mut self.record;
+        record.impulse += mean(&|load| load.normal);
+        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|load| load.force[i]));
+        record.angular_impulse += mean(&|load| load.moment);
+        record.edge_impulse += mean(&|load| load.on_edges);
+        record.friction_work += mean(&|load| load.friction_power);
+        record.peak_force = record.peak_force.max(middle.normal).max(end.normal);
+        record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
+        let part = contact_part(start.pressing, end.pressing);
+        if part[1] > part[0] {
+            record.time += h * (part[1] - part[0]);
+            record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
+            let times = part.map(|part| begin + part * h);
+            for touch in touches {
+                let [entry, exit] = touch.map(|time| time + earlier);
+                record.nominal_time += (times[1].min(exit) - times[0].max(entry)).max(0.0);
+            }
+        }
+        record.max_deflection = record.max_deflection.max(deflection);
+        record.lateral_amplification = record.lateral_amplification.max(excursion);
+        self.load = *end;
+    }
+
+    fn save(&self, words: &mut Writer) {
+        let mut account = self.clone();
+        words.count(self.impulses.len());
+        words.count(usize::from(self.completed.is_some()));
+        account.counts().into_iter().for_each(|count| words.count(*count));
+        account.numbers().into_iter().for_each(|number| words.number(*number));
+    }
+
+    fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
+        self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
+        self.completed = (words.count()? == 1).then(ContactRecord::default);
+        for count in self.counts() {
+            *count = words.count()?;
+        }
+        for number in self.numbers() {
+            *number = words.number()?;
+        }
+        Some(())
+    }
+
+    /// All counts of the state.
+    fn counts(&mut self) -> Vec<&mut usize> {
+        let records = std::iter::once(&mut self.record).chain(&mut self.completed);
+        records.flat_map(|record| [&mut record.turn, &mut record.count]).collect()
+    }
+
+    /// All numbers of the state.
+    fn numbers(&mut self) -> Vec<&mut f64> {
+        let Self { record, completed, impulses, load, timetable: _ } = self;
+        let WorkpieceLoad {
+            normal,
+            force: [x, y, z],
+            moment,
+            on_edges,
+            friction_power,
+            damped_power,
+            moving_power,
+            energy,
+            pressing,
+            edge_penetration,
+        } = load;
+        let records = std::iter::once(record).chain(completed).flat_map(|record| {
+            let ContactRecord {
+                turn: _,
+                is_unsteady: _,
+                time,
+                nominal_time,
+                count: _,
+                impulse,
+                vector_impulse: [x, y, z],
+                angular_impulse,
+                edge_impulse,
+                edge_evenness,
+                edge_penetration,
+                friction_work,
+                peak_force,
+                max_deflection,
+                lateral_amplification,
+            } = record;
+            [
+                time,
+                nominal_time,
+                impulse,
+                x,
+                y,
+                z,
+                angular_impulse,
+                edge_impulse,
+                edge_evenness,
+                edge_penetration,
+                friction_work,
+                peak_force,
+                max_deflection,
+                lateral_amplification,
+            ]
+        });
+        let load = [
+            normal,
+            x,
+            y,
+            z,
+            moment,
+            on_edges,
+            friction_power,
+            damped_power,
+            moving_power,
+            energy,
+            pressing,
+            edge_penetration,
+        ];
+        records.chain(load).chain(impulses).collect()
+    }
+}
+
+/// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its ends.
+fn contact_part(start: f64, end: f64) -> [f64; 2] {
+    match (start > 0.0, end > 0.0) {
+        (true, true) => [0.0, 1.0],
+        (false, false) => [0.0, 0.0],
+        (false, true) => [if start.is_finite() { start / (start - end) } else { 1.0 }, 1.0],
+        (true, false) => [0.0, if end.is_finite() { start / (start - end) } else { 0.0 }],
+    }
+}
+
+/// How one filament presses on another.
+#[derive(Clone, Copy, Debug, Default)]
+struct PressSum {
+    normal: f64,
+    /// On the filament of the smaller number.
+    force: [f64; 3],
+    moment: f64,
+    dissipated: f64,
+}
+
+impl PairAccount {
+    fn add(&mut self, press: &PressSum, time: f64) {
+        self.impulse += time * press.normal;
+        self.vector_impulse = add(self.vector_impulse, scale(time, press.force));
+        self.peak = self.peak.max(press.normal);
+        self.time += time;
+        self.moment += time * press.moment;
+        self.dissipated += time * press.dissipated;
+    }
+}
+
+/// The forces between all pairs of filaments that touch, in the last evaluation.
+fn press_sums(bundle: &Bundle<Turning<Mount>>) -> BTreeMap<[usize; 2], PressSum> {
+    let mut sums: BTreeMap<[usize; 2], PressSum> = BTreeMap::new();
+    for ([own, other], press) in bundle.presses() {
+        let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
+        let sum = sums.entry(pair).or_default();
+        sum.normal += press.normal_force;
+        sum.force = add(sum.force, scale(sign, press.force()));
+        let [point, nearest] = [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
+        sum.moment += press.normal_force * 0.5 * (point + nearest);
+        sum.dissipated += press.dissipated;
+    }
+    sums
+}
+
+/// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
+/// short that filaments that were apart before it cannot have passed each other beyond that.
+fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
+    /// The least distance of the centrelines, as a share of the reach.
+    const LEAST: f64 = 0.5;
+    let is_deep = |(_, press): &&([usize; 2], super::presses::Press)| {
+        press.near.square() < (LEAST * press.near.reach).powi(2)
+    };
+    bundle.presses().find(is_deep).map(|(filaments, _)| *filaments)
+}
+
+/// What a stage ended with.
+struct Stage {
+    loads: Vec<WorkpieceLoad>,
+    presses: BTreeMap<[usize; 2], PressSum>,
+    /// Energy in J, and powers put in and taken in W, where they are tracked.
+    energy: f64,
+    rates: [f64; 2],
+}
+
+impl Stage {
+    fn of(bundle: &mut Bundle<Turning<Mount>>, motion: &Motion, tracks_energy: bool) -> Self {
+        let (energy, rates) = if tracks_energy { bundle.energy(motion) } else { (0.0, [0.0; 2]) };
+        Self { loads: bundle.loads().to_vec(), presses: press_sums(bundle), energy, rates }
+    }
 }
 
 struct Stepper {
@@ -215,24 +556,36 @@ impl Stepper {
         Self { tolerance, middle: motion.clone(), end: motion.clone(), base }
     }
 
-    /// A step of `h` (s) from `start`, into `self.end`.
-    fn step(&mut self, row: &mut Row, start: &Motion, h: f64) -> Result<Stages, NoConvergence> {
+    /// The middle stage of a step of `h` (s) from `start`.
+    fn middle_stage<M: ClampMotion + Sync>(
+        &mut self,
+        bundle: &mut Bundle<M>,
+        start: &Motion,
+        h: f64,
+    ) -> Result<Effort, NoConvergence> {
         let own = OWN * h;
-        let weights = [own * own, own];
-        let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
+        let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
         set_sum(base_v, &start.v, &[(own, &start.accelerations)]);
         set_sum(base_q, &start.q, &[(own, &start.v), (own, base_v)]);
         middle.time = start.time + MIDDLE * h;
         middle.accelerations.clone_from(&start.accelerations);
-        let mut effort = row.solve_stage(middle, [base_q, base_v], weights, *tolerance)?;
-        let first = row.loads().to_vec();
-        let others = OTHERS * h;
+        bundle.solve_stage(middle, [base_q, base_v], [own * own, own], *tolerance)
+    }
+
+    /// The stage at its end.
+    fn end_stage<M: ClampMotion + Sync>(
+        &mut self,
+        bundle: &mut Bundle<M>,
+        start: &Motion,
+        h: f64,
+    ) -> Result<Effort, NoConvergence> {
+        let (own, others) = (OWN * h, OTHERS * h);
+        let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
         set_sum(base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
         set_sum(base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
-        effort += row.solve_stage(end, [base_q, base_v], weights, *tolerance)?;
-        Ok(Stages { loads: [first, row.loads().to_vec()], effort })
+        bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
     }
 }
 
@@ -242,51 +595,9 @@ fn set_sum(result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
         for i in 0..2 {
             let mut value = start[i];
             for (factor, vector) in terms {
-                value = value + Lanes::<LANES>::from_lanes(|_| *factor) * vector[k][i];
+                value = value + Lane::from_lanes(|_| *factor) * vector[k][i];
             }
             block[i] = value;
         }
-    }
-}
-
-/// Adds a step from `begin` over `h` (s) to the accounts.
-fn observe(row: &Row, pass: &Pass, accounts: &mut [Account], stages: &Stages, [begin, h]: [f64; 2]) {
-    for (index, account) in accounts.iter_mut().enumerate() {
-        let [middle, end] = [&stages.loads[0][index], &stages.loads[1][index]];
-        let mean = |of: &dyn Fn(&WorkpieceLoad) -> f64| h * (OTHERS * (of(&account.load) + of(middle)) + OWN * of(end));
-        let record = &mut account.record;
-        record.impulse += mean(&|load| load.normal);
-        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|load| load.force[i]));
-        record.angular_impulse += mean(&|load| load.moment);
-        record.edge_impulse += mean(&|load| load.on_edges);
-        record.friction_work += mean(&|load| load.friction_power);
-        record.peak_force = record.peak_force.max(middle.normal).max(end.normal);
-        record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
-        let part = contact_part(account.load.pressing, end.pressing);
-        if part[1] > part[0] {
-            record.time += h * (part[1] - part[0]);
-            record.count += usize::from(part[0] > 0.0 || account.load.pressing <= 0.0);
-            let times = part.map(|part| begin + part * h);
-            for touch in pass.touches() {
-                let [entry, exit] = touch.map(|time| time + account.delay);
-                record.nominal_time += (times[1].min(exit) - times[0].max(entry)).max(0.0);
-            }
-        }
-        let bristle = &row.bristles()[index];
-        let clamp = bristle.motion.at(begin + h);
-        let tip = row.tip(index);
-        let length = bristle.chain.length * bristle.chain.segments() as f64;
-        record.max_deflection = record.max_deflection.max(tip_deflection(tip, clamp.position, clamp.direction, length));
-        account.load = *end;
-    }
-}
-
-/// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its ends.
-fn contact_part(start: f64, end: f64) -> [f64; 2] {
-    match (start > 0.0, end > 0.0) {
-        (true, true) => [0.0, 1.0],
-        (false, false) => [0.0, 0.0],
-        (false, true) => [if start.is_finite() { start / (start - end) } else { 1.0 }, 1.0],
-        (true, false) => [0.0, start / (start - end)],
     }
 }

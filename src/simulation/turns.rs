@@ -100,7 +100,7 @@ impl Itinerary {
 }
 
 /// Whether two successive turns have the same impulse. Two turns without contact have.
-fn is_steady(before: f64, last: f64) -> bool {
+pub(crate) fn is_steady(before: f64, last: f64) -> bool {
     last == before || (last - before).abs() < STEADY * last
 }
 

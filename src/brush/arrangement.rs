@@ -1,0 +1,196 @@
+//! Where the roots of a brush are (docs/MODEL.md, "Filaments that touch").
+
+use std::f64::consts::TAU;
+
+use crate::model::settings::{BrushSettings, Ends, Pattern, Settings};
+
+use super::error::BrushError;
+
+/// The root of a filament on the cylinder of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Root {
+    /// Its column; 0 meets the workpiece first.
+    pub column: usize,
+    /// Its row, from that at the least `z`.
+    pub row: usize,
+    /// Angle behind that of an unshifted root of column 0, in rad.
+    pub angle: f64,
+    /// `z` in m.
+    pub z: f64,
+}
+
+/// The roots of a sector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrangement {
+    /// Number of columns.
+    pub columns: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of filaments around, `N_f/rows`.
+    pub around: f64,
+    /// Column by column.
+    pub roots: Vec<Root>,
+    /// After which distance along `z` the rows repeat, in m, if they do.
+    pub period: Option<f64>,
+}
+
+/// Number of rows of a brush whose settings do not state it: that of a pitch as equal both ways as it can be.
+pub fn default_rows(settings: &Settings) -> usize {
+    let tool = &settings.tool;
+    // Without a filament there is one row, and no column.
+    let pitch = (TAU * tool.body_radius_m * tool.width_m / tool.filament_count).sqrt();
+    ((tool.width_m / pitch).round() as usize).max(1)
+}
+
+impl Arrangement {
+    /// The roots of a sector of `columns` columns of the brush that `settings` state.
+    ///
+    /// # Errors
+    /// If there are more columns than the brush has, or if two roots are closer than `reach` (m), the least distance of filaments that do
+    /// not overlap.
+    pub fn new(settings: &Settings, columns: usize, reach: f64) -> Result<Self, BrushError> {
+        let BrushSettings { rows, pattern, ends, seed, .. } = settings.brush.clone().unwrap_or_default();
+        let rows = rows.unwrap_or_else(|| default_rows(settings));
+        let around = settings.tool.filament_count / rows as f64;
+        if columns as f64 > around.floor() {
+            return Err(BrushError::TooManyColumns { columns, around: around.floor() as usize });
+        }
+        let (angle, height) = (TAU / around, settings.tool.width_m / rows as f64);
+        let regular = (0..columns).flat_map(|column| {
+            (0..rows).map(move |row| {
+                let shift = if pattern == Pattern::Aligned || row % 2 == 0 { 0.0 } else { 0.5 };
+                let z = if rows == 1 { 0.0 } else { (row as f64 + 0.5 - 0.5 * rows as f64) * height };
+                Root { column, row, angle: (column as f64 + shift) * angle, z }
+            })
+        });
+        let period = (ends == Ends::Periodic).then_some(settings.tool.width_m);
+        let mut arrangement = Self { columns, rows, around, roots: regular.collect(), period };
+        let radius = settings.tool.body_radius_m;
+        if pattern == Pattern::Random {
+            arrangement.shake(radius, columns as f64 * angle, settings.tool.width_m, reach, u64::from(seed));
+        }
+        arrangement.check(radius, reach)?;
+        Ok(arrangement)
+    }
+
+    /// Distance of two roots in m, with the other one moved by `shift` (m) along `z`.
+    fn distance(a: &Root, b: &Root, radius: f64, shift: f64) -> f64 {
+        let chord = 2.0 * radius * (0.5 * (a.angle - b.angle)).sin();
+        chord.hypot(b.z + shift - a.z)
+    }
+
+    /// The shifts along `z` under which others are met.
+    fn shifts(&self) -> Vec<f64> {
+        self.period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period])
+    }
+
+    /// Checks that no two roots are closer than `reach` (m).
+    fn check(&self, radius: f64, reach: f64) -> Result<(), BrushError> {
+        let mut order: Vec<&Root> = self.roots.iter().collect();
+        order.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        let (shifts, count) = (self.shifts(), order.len());
+        // A filament meets its own image too.
+        if self.period.is_some_and(|period| period < reach) {
+            return Err(BrushError::Overlap { distance: self.period.unwrap_or_default(), reach, pair: [[0, 0], [0, 0]] });
+        }
+        let window = if reach < 2.0 * radius { 2.0 * (0.5 * reach / radius).asin() } else { TAU };
+        for (index, a) in order.iter().enumerate() {
+            for b in (1..count).map(|ahead| order[(index + ahead) % count]) {
+                if (b.angle - a.angle).rem_euclid(TAU) > window {
+                    break;
+                }
+                let nearest = shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
+                // A brush whose filaments just touch is one that can be built.
+                if nearest < reach * (1.0 - 1e-9) {
+                    let pair = [[a.column, a.row], [b.column, b.row]];
+                    return Err(BrushError::Overlap { distance: nearest, reach, pair });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Shakes regular roots until they are random: a Markov chain of Metropolis et al. (1953) for hard discs, on the developed cylinder
+    /// over the angle `sector` (rad) and the `width` (m), which both repeat as far as the rows do. Its steady distribution is uniform over
+    /// all arrangements in which no two are closer than `reach` (m).
+    fn shake(&mut self, radius: f64, sector: f64, width: f64, reach: f64, seed: u64) {
+        /// Times that each root is tried. The order of the start is gone after some ten.
+        const SWEEPS: usize = 400;
+        let mut random = fastrand::Rng::with_seed(seed);
+        let count = self.roots.len();
+        // Discs in cells not smaller than the reach meet those of neighbouring cells only.
+        let cells = [(sector * radius / reach).floor().max(1.0) as usize, (width / reach).floor().max(1.0) as usize];
+        let cell = |angle: f64, z: f64| {
+            let share = [(angle / sector).rem_euclid(1.0), (z / width + 0.5).rem_euclid(1.0)];
+            [0, 1].map(|i| ((share[i] * cells[i] as f64) as usize).min(cells[i] - 1))
+        };
+        let number = |[i, j]: [usize; 2]| i * cells[1] + j;
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells[0] * cells[1]];
+        for (index, root) in self.roots.iter().enumerate() {
+            members[number(cell(root.angle, root.z))].push(index);
+        }
+        let (shifts, is_periodic) = (self.shifts(), self.period.is_some());
+        let step = 0.5 * (self.roots.len() as f64).recip() * sector * radius * width / reach;
+        let step = step.min(reach);
+        for _ in 0..SWEEPS * count {
+            let index = random.usize(0..count);
+            let old = self.roots[index];
+            let mut new = old;
+            new.angle = (old.angle + step / radius * (random.f64() - 0.5)).rem_euclid(sector);
+            new.z = old.z + step * (random.f64() - 0.5);
+            if is_periodic {
+                new.z = (new.z + 0.5 * width).rem_euclid(width) - 0.5 * width;
+            } else if new.z.abs() > 0.5 * width {
+                continue;
+            }
+            let [i, j] = cell(new.angle, new.z);
+            let around = |at: usize, count: usize| -> Vec<usize> {
+                let mut all = vec![(at + count - 1) % count, at, (at + 1) % count];
+                all.sort_unstable();
+                all.dedup();
+                all
+            };
+            let is_free = around(i, cells[0]).into_iter().all(|i| {
+                around(j, cells[1]).into_iter().all(|j| {
+                    members[number([i, j])].iter().filter(|&&other| other != index).all(|&other| {
+                        let other = &self.roots[other];
+                        // The sector repeats, so that its density is even up to its ends.
+                        [-sector, 0.0, sector].iter().all(|turn| {
+                            let other = Root { angle: other.angle + turn, ..*other };
+                            shifts.iter().all(|shift| Self::distance(&new, &other, radius, *shift) >= reach)
+                        })
+                    })
+                })
+            });
+            if is_free {
+                let (from, to) = (number(cell(old.angle, old.z)), number([i, j]));
+                if from != to {
+                    members[from].retain(|&member| member != index);
+                    members[to].push(index);
+                }
+                self.roots[index] = new;
+            }
+        }
+        // Columns and rows are names here: in the order in which they meet the workpiece, and along the axis.
+        self.roots.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        for (column, roots) in self.roots.chunks_mut(self.rows).enumerate() {
+            roots.sort_by(|a, b| a.z.total_cmp(&b.z));
+            for (row, root) in roots.iter_mut().enumerate() {
+                (root.column, root.row) = (column, row);
+            }
+        }
+    }
+
+    /// Whether no filament that stays in its plane can touch one in another plane: all rows are regular, and farther apart than `reach`
+    /// (m).
+    pub fn has_separate_rows(&self, settings: &Settings, reach: f64) -> bool {
+        let pattern = settings.brush.as_ref().map_or(Pattern::default(), |brush| brush.pattern);
+        let pitch = settings.tool.width_m / self.rows as f64;
+        self.rows == 1 || (pattern != Pattern::Random && pitch > reach)
+    }
+
+    /// The angle of the root that is farthest behind in rad.
+    pub fn latest(&self) -> f64 {
+        self.roots.iter().fold(0.0_f64, |latest, root| latest.max(root.angle))
+    }
+}

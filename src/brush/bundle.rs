@@ -1,0 +1,984 @@
+//! Filaments in contact with the workpiece and with each other: their equations at one instant, and their solution.
+//!
+//! Filaments are in groups, one per lane. Everything is done group by group, on as many threads as there are: each group takes the forces
+//! of its own points on other filaments, and of the points of others on its own. Sums have an order of their own, so that results do not
+//! depend on the number of threads.
+
+use std::ops::AddAssign;
+
+use rayon::prelude::*;
+
+use super::candidates::{Candidates, Layout};
+use super::field::{Blocks, Changes, Field, GroupField, Lane, Node, Place};
+use super::gmres::{self, Coupled, Division, Krylov, Vector};
+use super::presses::{Press, PressLaw, PressTangent};
+use crate::contact::ContactForce;
+use crate::equations::linear::{add, dot, scale, zero};
+use crate::equations::{
+    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent, PolarAxis,
+    StepWeights,
+};
+use crate::simulation::{Equations, Filament, Form};
+use crate::tool::ClampMotion;
+use crate::workpiece::{Part, Workpiece};
+
+/// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without loads.
+struct Group {
+    /// Its number.
+    index: usize,
+    equations: Equations<Lane>,
+    clamp: Clamp<Lane>,
+    /// The first filament.
+    first: usize,
+    /// The number of filaments.
+    count: usize,
+    /// The weights of the step and the contacts of each filament for which the matrix was factorised.
+    factorised: Option<([u64; 2], [u64; LANES])>,
+    changes: Changes,
+    activity: Activity,
+    /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
+    largest: f64,
+}
+
+/// What a group needs in an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Activity {
+    /// Its straight filaments have not been touched yet: they turn with the body, and have no equations to solve.
+    Rests,
+    /// Its equations are solved for this stage.
+    Solved,
+    /// Its equations are to be solved by themselves.
+    Alone,
+    /// The same, together with those of other groups.
+    Coupled,
+}
+
+/// The loads of a group.
+struct GroupLoads<'a> {
+    /// By node, from the root.
+    forces: &'a [[Lane; 3]],
+    /// By segment; for a factorisation.
+    changes: &'a [Blocks],
+}
+
+impl NodeLoads<Lane> for GroupLoads<'_> {
+    fn loads_points(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
+    fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lane>)) {
+        let none = [zero(); 3];
+        for (segment, ends) in self.changes.iter().enumerate() {
+            let ends = ends.map(|ends| ends.map(|position| NodeTangent { position, velocity: none }));
+            add(PointTangent { segment, ends });
+        }
+    }
+
+    fn force(&self, node: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<[Lane; 3]> {
+        Some(self.forces[node + 1])
+    }
+
+    fn tangent(&self, _: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<NodeTangent<Lane>> {
+        None
+    }
+}
+
+/// The force of the workpiece on one filament.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct WorkpieceLoad {
+    /// `F_n` in N.
+    pub normal: f64,
+    /// The whole force in N.
+    pub force: [f64; 3],
+    /// Its moment about the tool axis in N m.
+    pub moment: f64,
+    /// The part of `F_n` on edges in N.
+    pub on_edges: f64,
+    /// Power taken by friction in W.
+    pub friction_power: f64,
+    /// Power taken by contact damping in W.
+    pub damped_power: f64,
+    /// Power of a moving workpiece in W.
+    pub moving_power: f64,
+    /// Energy stored in J.
+    pub energy: f64,
+    /// The deepest penetration of its possible contacts in m; negative where there is none. Not known far from the workpiece: minus
+    /// infinity.
+    pub pressing: f64,
+    /// The deepest penetration of an edge in m.
+    pub edge_penetration: f64,
+}
+
+/// Coordinates, rates and accelerations of all filaments, group by group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Time in s.
+    pub time: f64,
+    /// Coordinates in rad.
+    pub q: Vector,
+    /// Their rates in rad/s.
+    pub v: Vector,
+    /// Their accelerations in rad/s².
+    pub accelerations: Vector,
+}
+
+/// How far a filament is from the workpiece.
+#[derive(Clone, Copy, Debug)]
+struct Clearance {
+    /// How fast it can go relative to the workpiece in m/s, if it turns with the body; infinite where a workpiece does not only translate.
+    speed: f64,
+    /// Velocity of the workpiece in m/s.
+    workpiece_velocity: [f64; 3],
+    /// Before this time, in s, the filament does not meet the workpiece.
+    first_contact: f64,
+    /// When it was last looked at, in s.
+    time: f64,
+    /// How far its nodes had then gone relative to the body, in m.
+    way: f64,
+    /// The distance of the nearest node in m.
+    gap: f64,
+}
+
+impl Clearance {
+    /// Filaments that are nearer than this to the workpiece are always looked at, in m: when their contact begins is found from how near
+    /// they were before.
+    const NOTICED: f64 = 1e-3;
+
+    /// Unknown.
+    fn new<M: ClampMotion>(bristle: &Filament<M, Part>, rate: f64) -> Self {
+        let Filament { chain, motion, workpiece, .. } = bristle;
+        let [x, y, _] = motion.at(0.0).position;
+        let radius = x.hypot(y) + chain.length * chain.segments() as f64;
+        let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
+        let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
+        let speed = if workpiece.translates() { radius * rate.abs() + along } else { f64::INFINITY };
+        Self { speed, workpiece_velocity, first_contact: f64::NEG_INFINITY, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
+    }
+
+    /// Whether the filament is surely farther away than [`Clearance::NOTICED`] at `time` (s), where it has gone `way` (m).
+    fn is_sure(&self, time: f64, way: f64) -> bool {
+        // A gap changes by at most twice the way.
+        self.gap - 2.0 * ((way - self.way) + self.speed * (time - self.time).abs()) > Self::NOTICED
+    }
+}
+
+/// The work of a solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Effort {
+    /// Iterations of Newton's method.
+    pub newton_iterations: usize,
+    /// Vectors of the linear solutions.
+    pub krylov_vectors: usize,
+    /// Factorisations of the matrices of a group.
+    pub factorisations: usize,
+}
+
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Self) {
+        self.newton_iterations += other.newton_iterations;
+        self.krylov_vectors += other.krylov_vectors;
+        self.factorisations += other.factorisations;
+    }
+}
+
+/// Filaments that touch each other.
+pub struct Bundle<M> {
+    bristles: Vec<Filament<M, Part>>,
+    groups: Vec<Group>,
+    law: PressLaw,
+    layout: Layout,
+    /// Rate at which the body turns about `z`, in rad/s.
+    rate: f64,
+    candidates: Candidates,
+    positions: Field,
+    velocities: Field,
+    displacements: Field,
+    forces: Field,
+    residual: Vector,
+    /// Where filaments press on each other, by the group of the point, with both filaments.
+    presses: Vec<Vec<([usize; 2], Press)>>,
+    tangents: Vec<Vec<PressTangent>>,
+    /// By group, which presses are on it: the group of the point, and the index there.
+    incoming: Vec<Vec<[u32; 2]>>,
+    loads: Vec<WorkpieceLoad>,
+    clearances: Vec<Clearance>,
+    krylov: Krylov,
+    division: Division,
+}
+
+/// Newton's method did not converge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoConvergence;
+
+impl<M: ClampMotion + Sync> Bundle<M> {
+    /// Filaments with equations of the given form, that press on each other under `law`, on a body that turns at `rate` (rad/s) about
+    /// `z`, for so many threads. If `at_rest`, they turn rigidly with it as long as nothing touches them.
+    ///
+    /// # Panics
+    /// If there is no filament, or if their numbers of segments differ.
+    pub fn new(
+        form: Form,
+        bristles: Vec<Filament<M, Part>>,
+        law: PressLaw,
+        layout: Layout,
+        rate: f64,
+        at_rest: bool,
+        threads: usize,
+    ) -> Self {
+        let n = layout.segments;
+        assert!(!bristles.is_empty() && bristles.iter().all(|bristle| bristle.chain.segments() == n));
+        let groups: Vec<Group> = (0..bristles.len())
+            .step_by(LANES)
+            .enumerate()
+            .map(|(index, first)| {
+                let count = LANES.min(bristles.len() - first);
+                let bristle = |lane: usize| &bristles[first + lane.min(count - 1)];
+                Group {
+                    index,
+                    equations: Equations::new(form, Chain::from_lanes(|lane| &bristle(lane).chain)),
+                    clamp: Clamp::from_lanes(|lane| bristle(lane).motion.at(0.0)),
+                    first,
+                    count,
+                    factorised: None,
+                    changes: Changes::new(n),
+                    activity: if at_rest { Activity::Rests } else { Activity::Solved },
+                    largest: 0.0,
+                }
+            })
+            .collect();
+        let field = Field::new(groups.len(), n);
+        let share = if threads > 1 { groups.len().div_ceil(4 * threads) } else { groups.len() };
+        Self {
+            law,
+            rate,
+            candidates: Candidates::new(layout.clone()),
+            positions: field.clone(),
+            velocities: field.clone(),
+            displacements: field.clone(),
+            forces: field,
+            residual: vec![[Lane::from_lanes(|_| 0.0); 2]; groups.len() * n],
+            presses: vec![Vec::new(); groups.len()],
+            tangents: vec![Vec::new(); groups.len()],
+            incoming: vec![Vec::new(); groups.len()],
+            loads: vec![WorkpieceLoad::default(); bristles.len()],
+            clearances: bristles.iter().map(|bristle| Clearance::new(bristle, rate)).collect(),
+            krylov: Krylov::default(),
+            division: Division { blocks: n, share },
+            layout,
+            groups,
+            bristles,
+        }
+    }
+
+    /// The filaments.
+    pub fn bristles(&self) -> &[Filament<M, Part>] {
+        &self.bristles
+    }
+
+    /// Sets when each filament may meet the workpiece for the first time, in s.
+    pub fn set_first_contacts(&mut self, times: Vec<f64>) {
+        for (clearance, time) in self.clearances.iter_mut().zip(times) {
+            clearance.first_contact = time;
+        }
+    }
+
+    /// Position of a node in m, where it was last evaluated; 0 is the root.
+    pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
+        self.positions.at(Node::new(filament, k, self.layout.segments))
+    }
+
+    /// The forces of the workpiece on each filament, in the last evaluation.
+    pub fn loads(&self) -> &[WorkpieceLoad] {
+        &self.loads
+    }
+
+    /// Where filaments press on each other, in the last evaluation: both filaments, that of the point first.
+    pub fn presses(&self) -> impl Iterator<Item = &([usize; 2], Press)> {
+        self.presses.iter().flatten()
+    }
+
+    /// The distance of a point from the root of its filament in m.
+    pub fn arc_length(&self, place: &Place) -> f64 {
+        let n = self.layout.segments;
+        let length = self.layout.lengths[place.segment.filament(n)];
+        (place.segment.index(n) as f64 + place.fraction) * length
+    }
+
+    /// Begins anew at `motion`: what follows does not depend on what was found on the way here.
+    pub fn begin_anew(&mut self, motion: &Motion) {
+        self.candidates.forget();
+        for group in &mut self.groups {
+            group.factorised = None;
+        }
+        for clearance in &mut self.clearances {
+            clearance.gap = f64::NEG_INFINITY;
+        }
+        self.evaluate(motion);
+    }
+
+    /// Which groups have not been touched yet.
+    pub fn resting(&self) -> Vec<bool> {
+        self.groups.iter().map(|group| group.activity == Activity::Rests).collect()
+    }
+
+    /// Sets which groups have not been touched yet.
+    pub fn set_resting(&mut self, resting: &[bool]) {
+        for (group, &rests) in self.groups.iter_mut().zip(resting) {
+            group.activity = if rests { Activity::Rests } else { Activity::Solved };
+        }
+    }
+
+    /// The charts of the coordinates, group by group.
+    pub fn charts(&self) -> Vec<PolarAxis> {
+        self.groups.iter().flat_map(|group| group.equations.charts().iter().copied()).collect()
+    }
+
+    /// Takes coordinates about `charts` from now on.
+    pub fn set_charts(&mut self, charts: &[PolarAxis]) {
+        for (group, charts) in self.groups.iter_mut().zip(charts.chunks(self.layout.segments)) {
+            group.equations.set_charts(charts);
+        }
+    }
+
+    /// The motion at `time` (s), where each filament has the given coordinates about `z` and rates.
+    pub fn start(&mut self, time: f64, coordinates: impl Fn(usize) -> [Vec<[f64; 2]>; 2]) -> Motion {
+        let (n, groups) = (self.layout.segments, self.groups.len());
+        let none = vec![[Lane::from_lanes(|_| 0.0); 2]; groups * n];
+        let mut motion = Motion { time, q: none.clone(), v: none.clone(), accelerations: none };
+        for (index, group) in self.groups.iter().enumerate() {
+            for lane in 0..LANES {
+                let [q, v] = coordinates(group.first + lane.min(group.count - 1));
+                for k in 0..n {
+                    for i in 0..2 {
+                        motion.q[index * n + k][i].set_lane(lane, q[k][i]);
+                        motion.v[index * n + k][i].set_lane(lane, v[k][i]);
+                    }
+                }
+            }
+        }
+        self.leave_poles(&mut motion);
+        self.evaluate(&motion);
+        let Self { groups, forces, .. } = self;
+        for (index, group) in groups.iter_mut().enumerate() {
+            let at = index * n..(index + 1) * n;
+            let loads = GroupLoads { forces: &forces.0[index * (n + 1)..][..=n], changes: &[] };
+            let (q, v, accelerations) = (&motion.q[at.clone()], &motion.v[at.clone()], &mut motion.accelerations[at]);
+            if group.activity != Activity::Rests {
+                group.equations.accelerations(&group.clamp, q, v, &loads, accelerations);
+            }
+        }
+        motion
+    }
+
+    /// Switches segments near a pole of their coordinates to their other chart, all those of a group together, where that is better for
+    /// the one that is nearest to a pole.
+    pub fn leave_poles(&mut self, motion: &mut Motion) {
+        /// By how much the least sine must be larger in the other chart.
+        const BETTER: f64 = 2.0;
+        /// Above this least sine, a chart is good enough.
+        const GOOD: f64 = 0.3;
+        let n = self.layout.segments;
+        for (index, group) in self.groups.iter_mut().enumerate() {
+            let mut charts = group.equations.charts().to_vec();
+            let mut has_changed = false;
+            for (k, chart) in charts.iter_mut().enumerate() {
+                let at = index * n + k;
+                let sine = |lane: usize| motion.q[at][0].lane(lane).sin().abs();
+                let least = (0..LANES).map(sine).fold(f64::INFINITY, f64::min);
+                if least > GOOD {
+                    continue;
+                }
+                let turned: [_; LANES] = std::array::from_fn(|lane| {
+                    let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
+                    let blocks = [block(&motion.q), block(&motion.v), block(&motion.accelerations)];
+                    chart.other().coordinates(chart.direction(blocks))
+                });
+                let other = turned.iter().map(|[q, ..]| q[0].sin().abs()).fold(f64::INFINITY, f64::min);
+                if other < BETTER * least {
+                    continue;
+                }
+                for (lane, blocks) in turned.iter().enumerate() {
+                    for (vector, block) in [&mut motion.q, &mut motion.v, &mut motion.accelerations].into_iter().zip(blocks) {
+                        for (value, turned) in vector[at].iter_mut().zip(block) {
+                            value.set_lane(lane, *turned);
+                        }
+                    }
+                }
+                *chart = chart.other();
+                has_changed = true;
+            }
+            if has_changed {
+                group.equations.set_charts(&charts);
+                group.factorised = None;
+            }
+        }
+    }
+
+    /// Places all filaments, and evaluates all contacts.
+    pub fn evaluate(&mut self, motion: &Motion) {
+        self.begin_stage();
+        self.place(motion);
+        self.find_presses(motion.time, None);
+        self.add_loads(motion.time);
+    }
+
+    fn begin_stage(&mut self) {
+        for group in &mut self.groups {
+            if group.activity != Activity::Rests {
+                group.activity = Activity::Alone;
+            }
+        }
+    }
+
+    fn place(&mut self, motion: &Motion) {
+        let n = self.layout.segments;
+        let Self { groups, positions, velocities, bristles, division, .. } = self;
+        let Motion { q, v, time, .. } = motion;
+        groups
+            .par_iter_mut()
+            .zip(q.par_chunks(n))
+            .zip(v.par_chunks(n))
+            .zip(positions.0.par_chunks_mut(n + 1))
+            .zip(velocities.0.par_chunks_mut(n + 1))
+            .with_min_len(division.share)
+            .for_each(|((((group, q), v), positions), velocities)| {
+                if group.activity != Activity::Solved {
+                    group.place(bristles, *time, [q, v], [positions, velocities]);
+                }
+            });
+    }
+
+    /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
+    fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
+        let n = self.layout.segments;
+        let Self { candidates, positions, velocities, presses, tangents, incoming, groups, law, division, .. } = self;
+        candidates.update(positions, self.rate * time, division.share);
+        let lengths: Vec<f64> = (0..self.layout.filaments).map(|filament| candidates.length(filament)).collect();
+        // By the motion of the positions: solutions multiply by its weight.
+        let relative = weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]);
+        candidates
+            .by_group()
+            .zip(&mut *presses)
+            .zip(&mut *tangents)
+            .with_min_len(division.share)
+            .for_each(|((watched, presses), tangents)| {
+                presses.clear();
+                watched.for_each_near(positions, |filaments, near| {
+                    presses.push((filaments, Press::new(law, near, lengths[filaments[0]], [positions, velocities])));
+                });
+                tangents.clear();
+                if let Some(relative) = relative {
+                    tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, relative)));
+                }
+            });
+        incoming.iter_mut().for_each(Vec::clear);
+        for group in groups.iter_mut().filter(|group| group.activity == Activity::Coupled) {
+            group.activity = Activity::Alone;
+        }
+        for (own, presses) in presses.iter().enumerate() {
+            for (index, (_, press)) in presses.iter().enumerate() {
+                let other = press.near.nearest.segment.group(n);
+                incoming[other].push([own as u32, index as u32]);
+                groups[other].activity = Activity::Coupled;
+            }
+            if !presses.is_empty() {
+                groups[own].activity = Activity::Coupled;
+            }
+        }
+    }
+
+    /// Adds up the forces on all filaments.
+    fn add_loads(&mut self, time: f64) {
+        let n = self.layout.segments;
+        let Self { groups, forces, loads, clearances, positions, velocities, bristles, presses, incoming, candidates, .. } =
+            self;
+        let fields = [&*positions, &*velocities];
+        let parts = forces.0.chunks_mut(n + 1).zip(loads.chunks_mut(LANES)).zip(clearances.chunks_mut(LANES));
+        for (group, ((forces, loads), clearances)) in groups.iter_mut().zip(parts) {
+            let mut forces = GroupField::new(group.index, n, forces);
+            forces.clear();
+            let mut met = [0; LANES];
+            group.meet_workpiece(bristles, fields, time, candidates, (loads, clearances), &mut forces, &mut met);
+            group.meet_others(presses, incoming, &mut forces, &mut met, n);
+        }
+    }
+
+    /// The energy of the filaments and their contacts in J, and two powers in W: that of the clamps and of a moving workpiece, and what
+    /// joints and contacts take.
+    pub fn energy(&mut self, motion: &Motion) -> (f64, [f64; 2]) {
+        let n = self.layout.segments;
+        self.evaluate(motion);
+        let Self { groups, forces, residual, .. } = self;
+        let (mut energy, mut work, mut taken) = (0.0, 0.0, 0.0);
+        for (index, group) in groups.iter_mut().enumerate() {
+            let at = index * n..(index + 1) * n;
+            let state = [&motion.q[at.clone()], &motion.v[at.clone()], &motion.accelerations[at.clone()]];
+            group.residual(state, &forces.0[index * (n + 1)..][..=n], &mut residual[at]);
+            let energies = group.equations.energies(&group.clamp, state[0], state[1]);
+            let power = dot(group.equations.root_force(), group.clamp.velocity) + energies.clamp_torque_power;
+            for lane in 0..group.count {
+                energy += [energies.kinetic, energies.spring, energies.gravity].map(|part| part.lane(lane)).iter().sum::<f64>();
+                work += power.lane(lane);
+                taken += 2.0 * energies.dissipation.lane(lane);
+            }
+        }
+        for load in &self.loads {
+            energy += load.energy;
+            work += load.moving_power;
+            taken += load.friction_power + load.damped_power;
+        }
+        for (_, press) in self.presses() {
+            energy += press.energy();
+            taken += press.dissipated;
+        }
+        (energy, [work, taken])
+    }
+
+    /// Solves the equations of a stage for `motion.accelerations`: `q` and `v` are `base` and their products with `weights`.
+    ///
+    /// The solution is good enough once the last correction of any node's velocity is below `tolerance` (m/s).
+    ///
+    /// # Errors
+    /// If Newton's method does not converge.
+    pub fn solve_stage(
+        &mut self,
+        motion: &mut Motion,
+        [base_q, base_v]: [&Vector; 2],
+        weights: [f64; 2],
+        tolerance: f64,
+    ) -> Result<Effort, NoConvergence> {
+        /// Iterations after which a step had better be shorter.
+        const MOST: usize = 14;
+        /// Share of the residual that the linear solution may leave.
+        const FORCING: f64 = 0.02;
+        let mut effort = Effort::default();
+        self.begin_stage();
+        while effort.newton_iterations < MOST {
+            effort.newton_iterations += 1;
+            self.follow(motion, [base_q, base_v], weights);
+            self.find_presses(motion.time, Some(weights));
+            effort.factorisations += self.linearise(motion, weights);
+            effort.krylov_vectors += self.solve_coupled(weights[0], FORCING).ok_or(NoConvergence)?;
+            let largest = weights[1] * self.correct(motion, weights[1], tolerance);
+            if !largest.is_finite() {
+                return Err(NoConvergence);
+            }
+            if largest <= tolerance {
+                for (k, acceleration) in motion.accelerations.iter().enumerate() {
+                    follow(&mut motion.q[k], &base_q[k], weights[0], acceleration);
+                    follow(&mut motion.v[k], &base_v[k], weights[1], acceleration);
+                }
+                return Ok(effort);
+            }
+        }
+        Err(NoConvergence)
+    }
+
+    /// Places the groups that are not solved yet by their accelerations.
+    fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2]) {
+        let n = self.layout.segments;
+        let Self { groups, positions, velocities, bristles, division, .. } = self;
+        let Motion { time, q, v, accelerations } = motion;
+        groups
+            .par_iter_mut()
+            .zip(q.par_chunks_mut(n).zip(base_q.par_chunks(n)))
+            .zip(v.par_chunks_mut(n).zip(base_v.par_chunks(n)))
+            .zip(accelerations.par_chunks(n))
+            .zip(positions.0.par_chunks_mut(n + 1))
+            .zip(velocities.0.par_chunks_mut(n + 1))
+            .with_min_len(division.share)
+            .for_each(|(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
+                if group.activity == Activity::Solved {
+                    return;
+                }
+                for (k, acceleration) in accelerations.iter().enumerate() {
+                    follow(&mut q[k], &base_q[k], weights[0], acceleration);
+                    follow(&mut v[k], &base_v[k], weights[1], acceleration);
+                }
+                group.place(bristles, *time, [q, v], [positions, velocities]);
+            });
+    }
+
+    /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
+    /// done before. Solves the equations of those that are alone. Returns the number of factorisations.
+    fn linearise(&mut self, motion: &Motion, weights: [f64; 2]) -> usize {
+        let n = self.layout.segments;
+        let Self {
+            groups,
+            forces,
+            loads,
+            clearances,
+            positions,
+            velocities,
+            bristles,
+            presses,
+            tangents,
+            incoming,
+            residual,
+            displacements,
+            division,
+            candidates,
+            ..
+        } = self;
+        let candidates = &*candidates;
+        let fields = [&*positions, &*velocities];
+        let Motion { time, q, v, accelerations } = motion;
+        groups
+            .par_iter_mut()
+            .zip(q.par_chunks(n).zip(v.par_chunks(n)).zip(accelerations.par_chunks(n)))
+            .zip(forces.0.par_chunks_mut(n + 1))
+            .zip(loads.par_chunks_mut(LANES).zip(clearances.par_chunks_mut(LANES)))
+            .zip(residual.par_chunks_mut(n))
+            .zip(displacements.0.par_chunks_mut(n + 1))
+            .with_min_len(division.share)
+            .map(|(((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual), displacements)| {
+                if group.activity == Activity::Solved {
+                    return 0;
+                }
+                let mut forces = GroupField::new(group.index, n, forces);
+                forces.clear();
+                let mut met = [0; LANES];
+                group.meet_workpiece(bristles, fields, *time, candidates, (loads, clearances), &mut forces, &mut met);
+                group.meet_others(presses, incoming, &mut forces, &mut met, n);
+                if group.activity == Activity::Rests {
+                    if met == [0; LANES] {
+                        group.largest = 0.0;
+                        return 0;
+                    }
+                    group.activity = Activity::Alone;
+                }
+                let state = [q, v, accelerations];
+                group.residual(state, forces.vectors(), residual);
+                let key = (weights.map(f64::to_bits), met);
+                let is_stale = group.factorised != Some(key);
+                if is_stale {
+                    group.changes.clear(group.index);
+                    group.add_workpiece_changes(bristles, fields, *time, weights, loads);
+                    for tangent in &tangents[group.index] {
+                        tangent.add_of_point(&mut group.changes);
+                    }
+                    for &[from, index] in &incoming[group.index] {
+                        tangents[from as usize][index as usize].add_of_nearest(&mut group.changes);
+                    }
+                    group.factorise(state, forces.vectors(), weights);
+                    group.factorised = Some(key);
+                }
+                if group.activity == Activity::Alone {
+                    group.equations.solve(residual);
+                    group.displace(residual, displacements);
+                }
+                usize::from(is_stale)
+            })
+            .sum()
+    }
+
+    /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
+    fn solve_coupled(&mut self, by_position: f64, forcing: f64) -> Option<usize> {
+        let n = self.layout.segments;
+        let Self { groups, displacements, forces, tangents, incoming, residual, krylov, division, .. } = self;
+        let groups: Vec<&mut Group> =
+            groups.iter_mut().filter(|group| group.activity == Activity::Coupled).collect();
+        if groups.is_empty() {
+            return Some(0);
+        }
+        let indices: Vec<usize> = groups.iter().map(|group| group.index).collect();
+        let mut compact: Vector =
+            indices.iter().flat_map(|index| &residual[index * n..(index + 1) * n]).copied().collect();
+        let factor = Lane::from_lanes(|_| -by_position);
+        let mut coupling = Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor, share: division.share };
+        let vectors = gmres::solve(&mut coupling, &mut compact, forcing, krylov, *division)?;
+        for (part, index) in compact.chunks(n).zip(&indices) {
+            residual[index * n..(index + 1) * n].copy_from_slice(part);
+        }
+        coupling.displace(&compact);
+        Some(vectors)
+    }
+
+    /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
+    /// themselves whose nodes' velocities change by less than `tolerance` (m/s) are solved.
+    fn correct(&mut self, motion: &mut Motion, by_rate: f64, tolerance: f64) -> f64 {
+        let n = self.layout.segments;
+        let Self { groups, residual, displacements, .. } = self;
+        let parts = residual.chunks(n).zip(displacements.0.chunks(n + 1)).zip(motion.accelerations.chunks_mut(n));
+        let mut largest = 0.0;
+        for (group, ((corrections, displacements), accelerations)) in groups.iter_mut().zip(parts) {
+            if matches!(group.activity, Activity::Solved | Activity::Rests) {
+                continue;
+            }
+            for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
+                for (value, correction) in acceleration.iter_mut().zip(correction) {
+                    *value = *value - *correction;
+                }
+            }
+            let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
+            let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
+            // A number that is not finite must come through.
+            let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
+            let own = of_lanes.fold(0.0, |most: f64, square| if square <= most { most } else { square }).sqrt();
+            if group.activity == Activity::Alone && by_rate * own <= tolerance {
+                group.activity = Activity::Solved;
+            }
+            largest = if own <= largest { largest } else { own };
+        }
+        largest
+    }
+}
+
+impl Group {
+    fn place<M: ClampMotion>(
+        &mut self,
+        bristles: &[Filament<M, Part>],
+        time: f64,
+        [q, v]: [&[[Lane; 2]]; 2],
+        [positions, velocities]: [&mut [[Lane; 3]]; 2],
+    ) {
+        let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
+        self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
+        self.equations.place(&self.clamp, q, v);
+        (positions[0], velocities[0]) = (self.clamp.position, self.clamp.velocity);
+        self.equations.nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
+        if self.equations.form() == Form::Planar {
+            // Each filament moves in its own plane.
+            for position in &mut positions[1..] {
+                position[2] = self.clamp.position[2];
+            }
+        }
+    }
+
+    /// Adds the forces of the workpiece, and what touches it to the numbers that tell sets of contacts apart.
+    #[allow(clippy::too_many_arguments, reason = "parts of a bundle")]
+    fn meet_workpiece<M: ClampMotion>(
+        &self,
+        bristles: &[Filament<M, Part>],
+        [positions, velocities]: [&Field; 2],
+        time: f64,
+        candidates: &Candidates,
+        (loads, clearances): (&mut [WorkpieceLoad], &mut [Clearance]),
+        forces: &mut GroupField<'_>,
+        met: &mut [u64; LANES],
+    ) {
+        let n = self.equations.segments();
+        for (lane, (load, clearance)) in loads.iter_mut().zip(clearances).enumerate() {
+            let filament = self.first + lane;
+            let bristle = &bristles[filament];
+            *load = WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() };
+            let way = candidates.way(filament);
+            if time < clearance.first_contact || clearance.is_sure(time, way) {
+                continue;
+            }
+            let node = |k: usize| Node::new(filament, k, n);
+            let nodes = |k: usize| [positions.at(node(k)), velocities.at(node(k))];
+            for contact in 0..bristle.contacts() {
+                if contact < n {
+                    // Most nodes are far away.
+                    let [position, velocity] = nodes(contact + 1);
+                    let pressing = bristle.law.node_pressing(&bristle.workpiece, position, velocity, time);
+                    load.pressing = load.pressing.max(pressing);
+                    if pressing <= 0.0 {
+                        continue;
+                    }
+                }
+                let touch = bristle.touch(contact, &nodes, None, time);
+                let pressing = bristle.law.pressing(&touch.approach);
+                load.pressing = load.pressing.max(pressing);
+                if pressing <= 0.0 {
+                    continue;
+                }
+                let ContactForce { normal, tangential } = bristle.law.force(&touch.approach);
+                let force = add(scale(normal, touch.approach.normal), tangential);
+                load.normal += normal;
+                load.force = add(load.force, force);
+                load.moment += touch.position[0] * force[1] - touch.position[1] * force[0];
+                load.friction_power -= dot(tangential, touch.approach.sliding);
+                load.energy += bristle.law.stored_energy(&touch.approach);
+                load.damped_power += bristle.law.damped_power(&touch.approach);
+                load.moving_power += dot(force, clearance.workpiece_velocity);
+                if touch.on_edge {
+                    load.on_edges += normal;
+                    load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
+                }
+                let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
+                place.load(force, forces);
+                mix(&mut met[lane], [contact as u64, touch.station.segment as u64, 0]);
+            }
+            *clearance = Clearance { time, way, gap: -load.pressing, ..*clearance };
+        }
+    }
+
+    /// Adds the forces of other filaments.
+    fn meet_others(
+        &self,
+        presses: &[Vec<([usize; 2], Press)>],
+        incoming: &[Vec<[u32; 2]>],
+        forces: &mut GroupField<'_>,
+        met: &mut [u64; LANES],
+        segments: usize,
+    ) {
+        let mut meet = |own: &Place, press: &Press| {
+            let near = &press.near;
+            let numbers = [near.point.segment.number(), near.nearest.segment.number(), near.point.fraction.to_bits()];
+            mix(&mut met[own.segment.filament(segments) % LANES], numbers);
+        };
+        for (_, press) in &presses[self.index] {
+            press.load_point(forces);
+            meet(&press.near.point, press);
+        }
+        for &[from, index] in &incoming[self.index] {
+            let (_, press) = &presses[from as usize][index as usize];
+            press.load_nearest(forces);
+            meet(&press.near.nearest, press);
+        }
+    }
+
+    fn residual(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], residual: &mut [[Lane; 2]]) {
+        let loads = GroupLoads { forces, changes: &[] };
+        self.equations.residual(&self.clamp, q, v, accelerations, &loads, residual);
+        for block in residual {
+            if self.equations.form() == Form::Planar {
+                block[0] = Lane::from_lanes(|_| 0.0);
+            }
+            for lane in self.count..LANES {
+                block.iter_mut().for_each(|value| value.set_lane(lane, 0.0));
+            }
+        }
+    }
+
+    fn factorise(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], weights: [f64; 2]) {
+        let [coordinates, rates] = weights.map(|weight| Lane::from_lanes(|_| weight));
+        let step = StepWeights { coordinates, rates };
+        let loads = GroupLoads { forces, changes: self.changes.blocks() };
+        self.equations.factorise(&self.clamp, q, v, accelerations, &loads, step, LaneSet::first(LANES));
+    }
+
+    /// Displacements of all nodes with a change of the coordinates.
+    fn displace(&mut self, change: &[[Lane; 2]], displacements: &mut [[Lane; 3]]) {
+        self.equations.displacements(change, &mut displacements[1..]);
+    }
+
+    /// How the forces of the workpiece on the filaments change with their motion.
+    fn add_workpiece_changes<M: ClampMotion>(
+        &mut self,
+        bristles: &[Filament<M, Part>],
+        [positions, velocities]: [&Field; 2],
+        time: f64,
+        [by_position, by_rate]: [f64; 2],
+        loads: &[WorkpieceLoad],
+    ) {
+        let segments = self.equations.segments();
+        for (filament, load) in (self.first..self.first + self.count).zip(loads) {
+            if load.pressing <= 0.0 {
+                continue;
+            }
+            let bristle = &bristles[filament];
+            let node = |k: usize| Node::new(filament, k, segments);
+            let nodes = |k: usize| [positions.at(node(k)), velocities.at(node(k))];
+            for contact in 0..bristle.contacts() {
+                if contact < segments {
+                    let [position, velocity] = nodes(contact + 1);
+                    if bristle.law.node_pressing(&bristle.workpiece, position, velocity, time) <= 0.0 {
+                        continue;
+                    }
+                }
+                let touch = bristle.touch(contact, &nodes, None, time);
+                if bristle.law.pressing(&touch.approach) <= 0.0 {
+                    continue;
+                }
+                let NodeTangent { position, velocity } = bristle.law.tangent(&touch.approach);
+                // The recursion multiplies by the weight of the positions.
+                let change = std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
+                self.changes.add_at(node(touch.station.segment), touch.station.shares(), &change);
+            }
+        }
+    }
+}
+
+/// The groups that are solved together.
+struct Coupling<'a> {
+    groups: Vec<&'a mut Group>,
+    displacements: &'a mut Field,
+    forces: &'a mut Field,
+    tangents: &'a [Vec<PressTangent>],
+    incoming: &'a [Vec<[u32; 2]>],
+    segments: usize,
+    /// The negative weight of the positions in the tangents.
+    factor: Lane,
+    share: usize,
+}
+
+/// The parts of a field that belong to some groups, in ascending order.
+fn parts_of<'a>(field: &'a mut Field, groups: &[&mut Group], segments: usize) -> Vec<&'a mut [[Lane; 3]]> {
+    let mut groups = groups.iter().map(|group| group.index).peekable();
+    let all = field.0.chunks_mut(segments + 1).enumerate();
+    all.filter_map(|(index, part)| groups.next_if_eq(&index).map(|_| part)).collect()
+}
+
+impl Coupling<'_> {
+    /// Displacements of the nodes with a change of the coordinates.
+    fn displace(&mut self, x: &Vector) {
+        let parts = parts_of(self.displacements, &self.groups, self.segments);
+        self.groups
+            .par_iter_mut()
+            .zip(x.par_chunks(self.segments))
+            .zip(parts)
+            .with_min_len(self.share)
+            .for_each(|((group, x), displacements)| group.displace(x, displacements));
+    }
+}
+
+impl Coupled for Coupling<'_> {
+    fn precondition(&mut self, x: &mut Vector) {
+        let parts = parts_of(self.displacements, &self.groups, self.segments);
+        self.groups
+            .par_iter_mut()
+            .zip(x.par_chunks_mut(self.segments))
+            .zip(parts)
+            .with_min_len(self.share)
+            .for_each(|((group, x), displacements)| {
+                group.equations.solve(x);
+                group.displace(x, displacements);
+            });
+    }
+
+    fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lane; 2]]) + Sync) {
+        let Self { groups, displacements, forces, tangents, incoming, segments, factor, share } = self;
+        let parts = parts_of(forces, groups, *segments);
+        groups
+            .par_iter_mut()
+            .zip(image.par_chunks_mut(*segments))
+            .zip(parts)
+            .enumerate()
+            .with_min_len(*share)
+            .for_each(|(number, ((group, image), forces))| {
+                let mut forces = GroupField::new(group.index, *segments, forces);
+                forces.clear();
+                for tangent in &tangents[group.index] {
+                    tangent.couple_point(displacements, &mut forces);
+                }
+                for &[from, index] in &incoming[group.index] {
+                    tangents[from as usize][index as usize].couple_nearest(displacements, &mut forces);
+                }
+                group.equations.torques(&forces.vectors()[1..], image);
+                for block in &mut *image {
+                    *block = block.map(|value| value * *factor);
+                }
+                combine(number, image);
+            });
+    }
+}
+
+/// `base + weight · acceleration`
+fn follow(block: &mut [Lane; 2], base: &[Lane; 2], weight: f64, acceleration: &[Lane; 2]) {
+    let weight = Lane::from_lanes(|_| weight);
+    for i in 0..2 {
+        block[i] = base[i] + weight * acceleration[i];
+    }
+}
+
+/// Adds to a number that tells sets of contacts apart.
+fn mix(number: &mut u64, values: [u64; 3]) {
+    for value in values {
+        *number = (number.rotate_left(5) ^ value).wrapping_mul(0x517c_c1b7_2722_0a95);
+    }
+}

@@ -1,0 +1,127 @@
+//! Why a brush could not be simulated.
+
+use std::error::Error;
+use std::fmt::{self, Display, Formatter};
+
+use crate::simulation::SimulationError;
+
+/// Why a brush could not be simulated. Filaments are given as `[column, row]`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BrushError {
+    /// There is no filament.
+    NoFilament,
+    /// The sector has more columns than the brush.
+    TooManyColumns {
+        /// Columns of the sector.
+        columns: usize,
+        /// Columns of the brush.
+        around: usize,
+    },
+    /// The undeformed filaments overlap.
+    Overlap {
+        /// Distance of two roots in m.
+        distance: f64,
+        /// The least that they need, in m.
+        reach: f64,
+        /// The filaments.
+        pair: [[usize; 2]; 2],
+    },
+    /// Filaments of their own are not held by the machine.
+    Hold,
+    /// The simulation needs more memory than it may.
+    Memory {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+        /// Number of filaments.
+        filaments: usize,
+        /// Number of segments of each.
+        segments: usize,
+    },
+    /// Threads could not be started.
+    Threads,
+    /// A state is not one of this brush.
+    Checkpoint,
+    /// The shortest step did not converge.
+    NoConvergence {
+        /// When, in s.
+        time: f64,
+    },
+    /// Two filaments go through each other.
+    Crossing {
+        /// When, in s.
+        time: f64,
+        /// The filaments.
+        pair: [[usize; 2]; 2],
+    },
+    /// The sector has no steady stretch.
+    TooFewColumns {
+        /// Columns of the sector.
+        columns: usize,
+        /// Columns that should be enough.
+        needed: usize,
+        /// By how much the mean impulse still changes along the best stretch, over the mean.
+        drift: f64,
+    },
+    /// A filament alone cannot be simulated.
+    Alone(SimulationError),
+}
+
+impl Error for BrushError {}
+
+impl Display for BrushError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let name = |[column, row]: &[usize; 2]| format!("column {column}, row {row}");
+        match self {
+            Self::NoFilament => write!(f, "there is no filament: `tool.filament_count` is less than one per row"),
+            Self::TooManyColumns { columns, around } => write!(
+                f,
+                "`brush.columns` is {columns}, but a row of the brush has {around} filaments around: `tool.filament_count` over \
+                 `brush.rows`"
+            ),
+            Self::Overlap { distance, reach, pair: [a, b] } if a == b => write!(
+                f,
+                "rows repeat after {distance} m, less than the diameter of {reach} m: widen `tool.width_m`, or set `brush.ends` to \"free\""
+            ),
+            Self::Overlap { distance, reach, pair: [a, b] } => write!(
+                f,
+                "filaments overlap: the roots of {} and {} are {distance:.6} m apart, less than the diameter of {reach:.6} m. Fewer \
+                 filaments (`tool.filament_count`) fit, or a number of rows (`brush.rows`) for which the pitch is equal both ways",
+                name(a),
+                name(b)
+            ),
+            Self::Hold => write!(
+                f,
+                "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\""
+            ),
+            Self::Memory { needed, limit, filaments, segments } => write!(
+                f,
+                "{filaments} filaments of {segments} segments need about {} MB of memory, but {} MB are available: choose fewer \
+                 `brush.columns`, `brush.rows` or `filament.segments`",
+                needed.div_ceil(1_000_000),
+                limit / 1_000_000
+            ),
+            Self::Threads => write!(f, "threads cannot be started"),
+            Self::Checkpoint => write!(f, "the saved state is not one of this brush"),
+            Self::NoConvergence { time } => write!(
+                f,
+                "at {time:.6} s no step converges, however short: a smaller `brush.tolerance` or a lower `brush.stiffness_n_m2` may help"
+            ),
+            Self::Crossing { time, pair: [a, b] } => write!(
+                f,
+                "at {time:.6} s the filament in {} goes through the one in {}: choose a smaller `brush.tolerance` or a higher \
+                 `brush.stiffness_n_m2`",
+                name(a),
+                name(b)
+            ),
+            Self::TooFewColumns { columns, needed, drift } => write!(
+                f,
+                "{columns} columns are too few for a steady stretch: the mean impulse still changes by {:.1} % along it. Set \
+                 `brush.columns` to {needed} or more, or `brush.steady` to false for the sector as it is",
+                100.0 * drift
+            ),
+            Self::Alone(error) => write!(f, "a filament alone: {error}"),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The filaments of a brush, each with its own constants.
+
+use spec_math::cephes64::ndtri;
+
+use crate::contact::ContactLaw;
+use crate::equations::{Clamp, Lanewise};
+use crate::model::filament;
+use crate::model::settings::{FilamentSettings, Settings, UncertaintySettings};
+use crate::simulation::{Filament, Pass};
+use crate::tool::{RoundTool, Tool, Turning};
+use crate::workpiece::Part;
+
+use super::arrangement::Root;
+
+/// Where a filament of a brush is clamped: on a round tool, at a height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mount {
+    /// The tool.
+    pub tool: RoundTool,
+    /// `z` of the root in m.
+    pub height: f64,
+}
+
+impl Tool for Mount {
+    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+        let clamp = self.tool.clamp(angle, rate);
+        let [x, y, _] = clamp.position;
+        Clamp { position: [x, y, self.height], ..clamp }
+    }
+
+    fn in_lanes<'a, T: Lanewise>(mount: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T> {
+        let clamp = RoundTool::in_lanes(|lane| &mount(lane).tool, angles, rates);
+        let [x, y, _] = clamp.position;
+        Clamp { position: [x, y, T::from_lanes(|lane| mount(lane).height)], ..clamp }
+    }
+
+    fn radius(&self, filament_length: f64) -> f64 {
+        self.tool.radius(filament_length)
+    }
+
+    fn is_planar(&self) -> bool {
+        self.tool.is_planar() && self.height == 0.0
+    }
+
+    fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
+        self.tool.undeformed(angle, rate)
+    }
+}
+
+/// A filament of a brush.
+pub type Bristle = Filament<Turning<Mount>, Part>;
+
+/// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
+fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
+    // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
+    let mut random = [column, row].into_iter().fold(fastrand::Rng::with_seed(u64::from(seed)), |mut random, place| {
+        fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64))
+    });
+    move || ndtri(random.f64().max(f64::MIN_POSITIVE))
+}
+
+/// Whether the filaments of a brush differ from each other.
+pub fn differ(settings: &Settings) -> bool {
+    let brush = settings.brush.clone().unwrap_or_default();
+    brush.lateral_tilt_std_rad > 0.0 || deviations(&settings.uncertainty).iter().any(|deviation| *deviation > 0.0)
+}
+
+/// The standard deviations of the constants that each filament has for itself.
+fn deviations(uncertainty: &UncertaintySettings) -> [f64; 7] {
+    let UncertaintySettings {
+        length_std_m,
+        diameter_std_m,
+        youngs_modulus_std_pa,
+        damping_ratio_std,
+        waviness_amplitude_std_m,
+        waviness_phase_std_rad,
+        friction_coefficient_std,
+        samples: _,
+        seed: _,
+        hold: _,
+    } = *uncertainty;
+    [
+        length_std_m,
+        diameter_std_m,
+        youngs_modulus_std_pa,
+        damping_ratio_std,
+        waviness_amplitude_std_m,
+        waviness_phase_std_rad,
+        friction_coefficient_std,
+    ]
+}
+
+/// The settings of one filament of a brush: those of all, with its own deviations. Filaments that are not possible are drawn again.
+pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
+    /// Draws before the mean is taken.
+    const DRAWS: usize = 1000;
+    let brush = settings.brush.clone().unwrap_or_default();
+    let [length, diameter, modulus, damping, amplitude, phase, friction] = deviations(&settings.uncertainty);
+    let mut normal = random_of(brush.seed, [root.column, root.row]);
+    let mut own = settings.clone();
+    own.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad * normal();
+    if !differ(settings) {
+        return own;
+    }
+    let tilt = own.filament.lateral_tilt_rad;
+    for _ in 0..DRAWS {
+        let filament = &mut own.filament;
+        *filament = FilamentSettings { lateral_tilt_rad: tilt, ..settings.filament.clone() };
+        filament.length_m += length * normal();
+        let thicker = diameter * normal();
+        filament.diameter_m += thicker;
+        filament.tip_diameter_m = filament.tip_diameter_m.map(|tip| tip + thicker);
+        filament.youngs_modulus_pa += modulus * normal();
+        filament.damping_ratio = (filament.damping_ratio + damping * normal()).max(0.0);
+        filament.waviness_amplitude_m += amplitude * normal();
+        filament.waviness_phase_rad += phase * normal();
+        own.contact.friction_coefficient = (settings.contact.friction_coefficient + friction * normal()).max(0.0);
+        if own.check().is_ok() {
+            return own;
+        }
+    }
+    Settings { brush: own.brush, ..settings.clone() }
+}
+
+/// A filament of a brush that its own settings state. It turns as `pass`, behind it by the angle of its root.
+pub fn bristle(own: &Settings, pass: &Pass, root: &Root) -> Bristle {
+    let Turning { tool, rate, initial_angle } = *pass.tool();
+    let tool = RoundTool { lateral_tilt: own.filament.lateral_tilt_rad, ..tool };
+    Filament {
+        chain: filament::chain(&own.filament, own.process.gravity_m_s2),
+        motion: Turning { tool: Mount { tool, height: root.z }, rate, initial_angle: initial_angle - root.angle },
+        law: ContactLaw::from(&own.contact),
+        workpiece: pass.workpiece().clone(),
+    }
+}
+
+/// Whether an untouched filament turns rigidly with the body: a straight one in its plane, without gravity.
+pub fn rest(own: &Settings) -> bool {
+    own.filament.waviness_amplitude_m == 0.0
+        && own.filament.lateral_tilt_rad == 0.0
+        && own.process.gravity_m_s2 == [0.0; 3]
+}
+
+/// Radii of the segments of a filament in m: those at their centres.
+pub fn radii(filament: &FilamentSettings) -> impl Iterator<Item = f64> {
+    let count = filament.segments as f64;
+    (0..filament.segments).map(move |k| 0.5 * filament::diameter_at(filament, (k as f64 + 0.5) / count))
+}

@@ -1,0 +1,610 @@
+//! A brush from its settings to its results.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::arrangement::{Arrangement, Root};
+use super::bundle::Bundle;
+use super::candidates::Layout;
+use super::error::BrushError;
+use super::filaments::{self, Mount};
+use super::presses::PressLaw;
+use super::result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, ToolSample};
+use super::sector::{Sector, Timetable};
+use super::stretch;
+use super::words::{Reader, Writer};
+use crate::equations::linear::{add, scale};
+use crate::model::metrics::{ContactRecord, Metrics};
+use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
+use crate::simulation::{Form, Pass, Sampling, is_steady};
+use crate::tool::{ClampMotion, Tool, Turning};
+
+/// How a brush is simulated. Results do not depend on it, except for the frames and the energies that it requests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunOptions {
+    /// Number of threads.
+    pub threads: usize,
+    /// Number of frames, at most; fewer of large sectors.
+    pub frames: usize,
+    /// Whether the balance of the energies is kept.
+    pub tracks_energy: bool,
+    /// The memory that may be used, in bytes.
+    pub memory: Option<u64>,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self { threads: 1, frames: 0, tracks_energy: false, memory: None }
+    }
+}
+
+/// The time step of a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Precision {
+    /// The way of the tips in a step in m.
+    step: f64,
+    /// Largest last correction of a node's velocity, as a share of the brushing velocity.
+    newton: f64,
+}
+
+impl Precision {
+    /// A step that changes the mean impulse by less than the relative `tolerance` (docs/integrators.md).
+    fn of(tolerance: f64) -> Self {
+        let share = (tolerance / 1e-3).powf(2.0 / 3.0);
+        Self { step: 2e-4 * share, newton: 3e-4 * share }
+    }
+}
+
+/// Nodes in all frames together, at most.
+const MOST_NODES: usize = 1_000_000;
+/// Steps between two states that can be restored.
+const STRIDE: usize = 32;
+
+/// A brush on its way over the workpiece.
+pub struct BrushRun {
+    settings: Settings,
+    brush: BrushSettings,
+    pass: Pass,
+    arrangement: Arrangement,
+    /// Filaments that are coupled, with their numbers in the arrangement.
+    sectors: Vec<(Vec<usize>, Sector)>,
+    /// Which filaments are like which simulated ones, by their number in the arrangement.
+    likes: Vec<usize>,
+    options: RunOptions,
+    threads: Option<ThreadPool>,
+    begin: f64,
+    /// The time of a step in s.
+    length: f64,
+    /// Steps done, and those up to the expected end.
+    done: usize,
+    steps: usize,
+    /// Steps of one turn, in which a brush that still touches at the end must come free.
+    most_steps: usize,
+    history: Vec<ToolSample>,
+    frames: Vec<Frame>,
+    /// Whether the turns have become steady.
+    has_settled: bool,
+}
+
+/// Numbers of columns and rows of the brush that `settings` state.
+fn size(settings: &Settings, pass: &Pass) -> [usize; 2] {
+    let brush = settings.brush.clone().unwrap_or_default();
+    let rows = brush.rows.unwrap_or_else(|| super::arrangement::default_rows(settings));
+    let columns = brush.columns.unwrap_or_else(|| stretch::default_columns(settings, pass, rows));
+    [columns, rows]
+}
+
+impl BrushRun {
+    /// The brush that `settings` state, before its first contact.
+    ///
+    /// # Errors
+    /// If there is no such brush, or if the simulation needs more memory than it may.
+    ///
+    /// # Panics
+    /// If the settings fail [`Settings::check`].
+    pub fn new(settings: &Settings, options: RunOptions) -> Result<Self, BrushError> {
+        let brush = settings.brush.clone().unwrap_or_default();
+        let pass = Pass::new(settings);
+        if filaments::differ(&Settings { brush: None, ..settings.clone() }) && settings.uncertainty.hold != Hold::Machine {
+            return Err(BrushError::Hold);
+        }
+        let [columns, rows] = size(settings, &pass);
+        if columns == 0 {
+            return Err(BrushError::NoFilament);
+        }
+        let n = settings.filament.segments;
+        let length = settings.filament.length_m / n as f64;
+        let points = brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
+        let needed = memory_estimate(columns.saturating_mul(rows), n, points);
+        if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
+            return Err(BrushError::Memory { needed, limit, filaments: columns.saturating_mul(rows), segments: n });
+        }
+        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
+        let is_planar = pass.form() == Form::Planar
+            && brush.lateral_tilt_std_rad == 0.0
+            && arrangement.has_separate_rows(settings, diameter);
+        let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
+        let precision = Precision::of(brush.tolerance);
+        let velocity = settings.process.brushing_velocity_m_s;
+        let rate = pass.tool().rate;
+        let begin = begin(&pass, &arrangement, &own);
+        let sectors = groups
+            .into_iter()
+            .map(|members| {
+                let form = if is_planar { Form::Planar } else { Form::Spatial };
+                let bundle = bundle(form, settings, &pass, &arrangement, &own, &members, points, options.threads);
+                let sector = start(bundle, &pass, &arrangement, &members, begin, precision.newton * velocity, options.tracks_energy);
+                (members, sector)
+            })
+            .collect();
+        let pool = match options.threads {
+            0 | 1 => None,
+            threads => Some(ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| BrushError::Threads)?),
+        };
+        let length = precision.step / velocity;
+        let latest = arrangement.latest() / rate;
+        let end = pass.end_time() + latest;
+        let steps = ((end - begin) / length).ceil() as usize;
+        Ok(Self {
+            settings: settings.clone(),
+            brush,
+            arrangement,
+            sectors,
+            likes,
+            options,
+            threads: pool,
+            begin,
+            length,
+            done: 0,
+            steps,
+            most_steps: steps + (TAU / rate / length).ceil() as usize,
+            history: Vec::new(),
+            frames: Vec::new(),
+            has_settled: false,
+            pass,
+        })
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.arrangement.columns
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.arrangement.rows
+    }
+
+    /// What share of the simulated time is done, from 0 to 1.
+    pub fn done(&self) -> f64 {
+        (self.done as f64 / self.steps as f64).min(1.0)
+    }
+
+    /// Goes on for some steps. Returns false at the end.
+    ///
+    /// # Errors
+    /// If a step is not possible.
+    pub fn advance(&mut self) -> Result<bool, BrushError> {
+        let turns = self.pass.turns();
+        let end = match turns {
+            _ if self.has_settled => self.done,
+            Turns::Count(1) if self.done >= self.steps && self.is_touching() => self.most_steps,
+            Turns::Count(_) => self.steps,
+            // Each turn may be the last.
+            Turns::Steady => self.end_of_turn(self.turn_impulses().len() + 1).min(self.steps),
+        };
+        let to = (self.done + STRIDE).min(end);
+        if self.done >= to {
+            return Ok(false);
+        }
+        let (begin, length, from) = (self.begin, self.length, self.done);
+        // Where frames are taken, steps stop in between.
+        let to = self.next_frame(from).map_or(to, |frame| to.min(frame));
+        let advance = |(_, sector): &mut (Vec<usize>, Sector)| {
+            let samples: Result<Vec<ToolSample>, _> =
+                (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect();
+            sector.begin_anew();
+            samples
+        };
+        let results: Vec<_> = match &self.threads {
+            Some(threads) => threads.install(|| self.sectors.par_iter_mut().map(advance).collect()),
+            None => self.sectors.iter_mut().map(advance).collect(),
+        };
+        let weights = self.weights();
+        let mut sum: Vec<ToolSample> = Vec::new();
+        for ((members, _), (result, weight)) in self.sectors.iter().zip(results.into_iter().zip(weights)) {
+            let samples = result.map_err(|failure| {
+                let place = |index: usize| {
+                    let Root { column, row, .. } = self.arrangement.roots[members[index]];
+                    [column, row]
+                };
+                match failure.crossing {
+                    Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
+                    None => BrushError::NoConvergence { time: failure.time },
+                }
+            })?;
+            sum.resize_with(samples.len(), ToolSample::default);
+            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, weight));
+        }
+        self.history.append(&mut sum);
+        self.done = to;
+        if self.next_frame(from) == Some(to) {
+            self.frames.push(self.frame());
+        }
+        if turns == Turns::Steady && to == end {
+            self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
+        }
+        Ok(true)
+    }
+
+    /// The step at which all filaments have ended so many turns.
+    fn end_of_turn(&self, turns: usize) -> usize {
+        let latest = self.arrangement.latest() / self.pass.tool().rate;
+        ((latest + turns as f64 * self.pass.turn_time() - self.begin) / self.length).ceil() as usize
+    }
+
+    /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended them.
+    fn turn_impulses(&self) -> Vec<f64> {
+        let weights = self.weights();
+        let of = |turn: usize| -> Option<f64> {
+            let mut sum = 0.0;
+            for ((_, sector), weight) in self.sectors.iter().zip(&weights) {
+                for account in sector.accounts() {
+                    sum += *weight as f64 * account.impulses.get(turn)?;
+                }
+            }
+            Some(sum / self.likes.len() as f64)
+        };
+        (0..).map_while(of).collect()
+    }
+
+    /// By how many each sector's rows count.
+    fn weights(&self) -> Vec<usize> {
+        let simulated = |members: &[usize]| self.likes.iter().filter(|like| members.contains(like)).count() / members.len();
+        self.sectors.iter().map(|(members, _)| simulated(members)).collect()
+    }
+
+    fn is_touching(&self) -> bool {
+        self.sectors.iter().any(|(_, sector)| sector.is_touching())
+    }
+
+    /// The next step after `step` at which a frame is taken.
+    fn next_frame(&self, step: usize) -> Option<usize> {
+        let nodes = self.arrangement.roots.len() * (self.settings.filament.segments + 1);
+        let frames = self.options.frames.min(MOST_NODES / nodes);
+        let stride = self.steps.div_ceil(frames.max(1)).max(1);
+        (frames > 0).then(|| (step / stride + 1) * stride).filter(|next| *next <= self.steps)
+    }
+
+    fn frame(&self) -> Frame {
+        let count = self.arrangement.roots.len();
+        let n = self.settings.filament.segments;
+        let mut frame = Frame {
+            time_s: self.begin + self.done as f64 * self.length,
+            tool_angle_rad: self.pass.tool().angle(self.begin + self.done as f64 * self.length),
+            nodes_m: vec![Vec::new(); count],
+            contact_normal_force_n: vec![0.0; count],
+            press_force_n: vec![0.0; count],
+        };
+        for (members, sector) in &self.sectors {
+            let [workpiece, others] = sector.forces();
+            for (index, member) in members.iter().enumerate() {
+                for (filament, _) in self.likes.iter().enumerate().filter(|(_, like)| *like == member) {
+                    let height = self.arrangement.roots[filament].z - self.arrangement.roots[*member].z;
+                    frame.nodes_m[filament] = (0..=n)
+                        .map(|k| {
+                            let [x, y, z] = sector.bundle().node(index, k);
+                            [x as f32, y as f32, (z + height) as f32]
+                        })
+                        .collect();
+                    frame.contact_normal_force_n[filament] = workpiece[index] as f32;
+                    frame.press_force_n[filament] = others[index] as f32;
+                }
+            }
+        }
+        frame
+    }
+
+    /// The state, from which [`BrushRun::resume`] goes on with the same bits.
+    pub fn checkpoint(&self) -> Vec<u8> {
+        let mut words = Writer::default();
+        words.count(self.done);
+        self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
+        words.count(self.history.len());
+        for sample in &self.history {
+            let ToolSample {
+                time_s,
+                contact_normal_force_n,
+                contact_force_n: [x, y, z],
+                contact_moment_n_m,
+                press_force_n,
+                touching_filaments,
+                touching_pairs,
+            } = *sample;
+            [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n]
+                .into_iter()
+                .for_each(|value| words.number(value));
+            [touching_filaments, touching_pairs].into_iter().for_each(|count| words.count(count));
+        }
+        words.count(self.frames.len());
+        for Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n } in &self.frames {
+            [*time_s, *tool_angle_rad].into_iter().for_each(|value| words.number(value));
+            nodes_m.iter().flatten().flatten().for_each(|value| words.single(*value));
+            contact_normal_force_n.iter().chain(press_force_n).for_each(|value| words.single(*value));
+        }
+        words.into_bytes()
+    }
+
+    /// Goes on from a state of the same brush, which [`BrushRun::checkpoint`] returned.
+    ///
+    /// # Errors
+    /// As for [`BrushRun::new`], or if the state is not that of this brush.
+    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &[u8]) -> Result<Self, BrushError> {
+        let mut run = Self::new(settings, options)?;
+        run.restore(&mut Reader(checkpoint)).ok_or(BrushError::Checkpoint)?;
+        Ok(run)
+    }
+
+    fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
+        self.done = words.count().filter(|done| *done <= self.most_steps)?;
+        for (_, sector) in &mut self.sectors {
+            sector.restore(words)?;
+        }
+        for _ in 0..words.count()? {
+            let mut sample = ToolSample::default();
+            let ToolSample {
+                time_s,
+                contact_normal_force_n,
+                contact_force_n: [x, y, z],
+                contact_moment_n_m,
+                press_force_n,
+                touching_filaments,
+                touching_pairs,
+            } = &mut sample;
+            for value in [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n] {
+                *value = words.number()?;
+            }
+            for count in [touching_filaments, touching_pairs] {
+                *count = words.count()?;
+            }
+            self.history.push(sample);
+        }
+        let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);
+        for _ in 0..words.count()? {
+            let [time_s, tool_angle_rad] = [words.number()?, words.number()?];
+            let mut nodes_m = vec![vec![[0.0; 3]; nodes]; count];
+            for value in nodes_m.iter_mut().flatten().flatten() {
+                *value = words.single()?;
+            }
+            let mut forces = || (0..count).map(|_| words.single()).collect::<Option<Vec<f32>>>();
+            let (contact_normal_force_n, press_force_n) = (forces()?, forces()?);
+            self.frames.push(Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n });
+        }
+        words.0.is_empty().then_some(())
+    }
+
+    /// The results.
+    ///
+    /// # Errors
+    /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
+    pub fn finish(self) -> Result<BrushResult, BrushError> {
+        let turn_impulses = self.turn_impulses();
+        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
+        let alone = self.pass.simulate(Sampling::default()).map_err(BrushError::Alone)?.metrics;
+        let mut metrics = vec![Metrics::default(); self.likes.len()];
+        let mut pairs = Vec::new();
+        let mut statistics = BrushStatistics::default();
+        for (members, sector) in &self.sectors {
+            let of: Vec<Metrics> = sector
+                .accounts()
+                .iter()
+                .map(|account| self.pass.metrics(&ContactRecord { is_unsteady, ..*account.last() }))
+                .collect();
+            for (filament, like) in self.likes.iter().enumerate() {
+                if let Ok(index) = members.binary_search(like) {
+                    metrics[filament] = of[index].clone();
+                }
+            }
+            statistics += *sector.statistics();
+            for row in self.rows_like(members) {
+                pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
+                    let [filament, other] = filaments.map(|index| {
+                        let Root { column, row: own, .. } = self.arrangement.roots[members[index]];
+                        [column, row.unwrap_or(own)]
+                    });
+                    PairResult {
+                        filament,
+                        other,
+                        impulse_n_s: account.impulse,
+                        vector_impulse_n_s: account.vector_impulse,
+                        peak_force_n: account.peak,
+                        contact_time_s: account.time,
+                        arc_length_m: if account.impulse > 0.0 { account.moment / account.impulse } else { 0.0 },
+                        dissipated_j: account.dissipated,
+                    }
+                }));
+            }
+        }
+        pairs.sort_by_key(|pair| [pair.filament, pair.other]);
+        let balances: Option<Vec<_>> = self.sectors.iter().map(|(_, sector)| sector.balance()).collect();
+        let energies = balances.map(|balances| {
+            balances.iter().zip(self.weights()).fold(EnergyBalance::default(), |sum, (balance, weight)| EnergyBalance {
+                gain_j: sum.gain_j + weight as f64 * (balance.energies[1] - balance.energies[0]),
+                work_j: sum.work_j + weight as f64 * balance.work,
+                dissipated_j: sum.dissipated_j + weight as f64 * balance.dissipated,
+            })
+        });
+        let mut filaments: Vec<FilamentResult> = self
+            .arrangement
+            .roots
+            .iter()
+            .zip(metrics)
+            .map(|(root, metrics)| FilamentResult {
+                column: root.column,
+                row: root.row,
+                root_angle_rad: root.angle,
+                root_z_m: root.z,
+                is_counted: false,
+                metrics,
+                press_impulse_n_s: 0.0,
+            })
+            .collect();
+        for pair in &pairs {
+            for [column, row] in [pair.filament, pair.other] {
+                filaments[column * self.arrangement.rows + row].press_impulse_n_s += pair.impulse_n_s;
+            }
+        }
+        let stretch = stretch::find(&filaments, &self.settings, &self.pass, &self.arrangement, self.brush.steady)?;
+        for filament in &mut filaments {
+            filament.is_counted = (stretch.first..=stretch.last).contains(&filament.column);
+        }
+        let counted: Vec<Metrics> =
+            filaments.iter().filter(|filament| filament.is_counted).map(|filament| filament.metrics.clone()).collect();
+        let tool = Metrics::combined(&counted).ok_or(BrushError::NoFilament)?;
+        let impulse = alone.contact_normal_impulse_n_s;
+        Ok(BrushResult {
+            interaction_factor: if impulse > 0.0 { tool.contact_normal_impulse_n_s / impulse } else { 0.0 },
+            filaments,
+            tool,
+            alone,
+            stretch,
+            columns: self.arrangement.columns,
+            rows: self.arrangement.rows,
+            filaments_around: self.arrangement.around,
+            history: self.history,
+            pairs,
+            frames: self.frames,
+            statistics,
+            energies,
+            turn_contact_normal_impulses_n_s: turn_impulses,
+        })
+    }
+
+    /// The rows that are like those of a sector; none where it has all.
+    fn rows_like(&self, members: &[usize]) -> Vec<Option<usize>> {
+        let rows = self.arrangement.rows;
+        if members.len() == self.likes.len() {
+            return vec![None];
+        }
+        // The first column tells.
+        (0..rows).filter(|row| members.contains(&self.likes[*row])).map(Some).collect()
+    }
+}
+
+/// The filaments that are solved together, in groups, and which filament each one is like.
+fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Vec<usize>>, Vec<usize>) {
+    let (count, rows) = (arrangement.roots.len(), arrangement.rows);
+    if !is_planar {
+        return (vec![(0..count).collect()], (0..count).collect());
+    }
+    // Rows of equal filaments at equal angles are alike.
+    let like: Vec<usize> = (0..rows)
+        .map(|row| {
+            let angle = |row: usize| arrangement.roots[row].angle;
+            let first = if differ { None } else { (0..row).find(|earlier| angle(*earlier) == angle(row)) };
+            first.unwrap_or(row)
+        })
+        .collect();
+    let groups = (0..rows).filter(|row| like[*row] == *row).map(|row| (row..count).step_by(rows).collect());
+    (groups.collect(), (0..count).map(|index| index / rows * rows + like[index % rows]).collect())
+}
+
+/// When the motion begins, in s: before any filament touches the workpiece.
+fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
+    /// Angle by which to begin earlier, in rad.
+    const EARLIER: f64 = 5e-3;
+    let rate = pass.tool().rate;
+    let touches = |settings: &Settings, root: &Root, time: f64| {
+        let bristle = filaments::bristle(settings, pass, root);
+        let Turning { tool, initial_angle, .. } = bristle.motion;
+        let [direction, _] = tool.undeformed(initial_angle, rate);
+        let length = bristle.chain.length;
+        let angle = bristle.motion.angle(time) - initial_angle;
+        let clamp = bristle.motion.at(time);
+        let mut position = clamp.position;
+        bristle.chain.relaxed(direction).any(|[polar, azimuth]| {
+            let (sin, cos) = (azimuth + angle).sin_cos();
+            position = add(position, scale(length, [polar.sin() * cos, polar.sin() * sin, polar.cos()]));
+            bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
+        })
+    };
+    let first = arrangement.roots.iter().zip(own).filter(|(root, _)| root.angle < 0.5 * std::f64::consts::PI);
+    let first: Vec<_> = first.collect();
+    let times = (0..200).map(|step| -f64::from(step) * EARLIER / rate);
+    let is_free = |time: &f64| !first.iter().any(|(root, own)| touches(own, root, *time));
+    times.clone().find(is_free).unwrap_or(0.0)
+}
+
+fn bundle(
+    form: Form,
+    settings: &Settings,
+    pass: &Pass,
+    arrangement: &Arrangement,
+    own: &[Settings],
+    members: &[usize],
+    points: usize,
+    threads: usize,
+) -> Bundle<Turning<Mount>> {
+    let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+    let bristles: Vec<_> = roots().map(|(root, own)| filaments::bristle(own, pass, root)).collect();
+    let radii: Vec<f64> = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
+    let is_row = members.len() < arrangement.roots.len() || arrangement.rows == 1;
+    let layout = Layout {
+        filaments: members.len(),
+        segments: settings.filament.segments,
+        points,
+        lengths: bristles.iter().map(|bristle| bristle.chain.length).collect(),
+        largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
+        radii,
+        // In its plane a row does not meet its images.
+        period: if is_row && form == Form::Planar { None } else { arrangement.period },
+    };
+    let rests = roots().all(|(_, own)| filaments::rest(own));
+    Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests, threads)
+}
+
+fn start(
+    mut bundle: Bundle<Turning<Mount>>,
+    pass: &Pass,
+    arrangement: &Arrangement,
+    members: &[usize],
+    begin: f64,
+    tolerance: f64,
+    tracks_energy: bool,
+) -> Sector {
+    let rate = pass.tool().rate;
+    let timetables: Vec<Timetable> = members
+        .iter()
+        .map(|&member| {
+            let delay = arrangement.roots[member].angle / rate;
+            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
+            Timetable { begin: begin + delay, turn: pass.turn_time(), touches }
+        })
+        .collect();
+    bundle.set_first_contacts(timetables.iter().map(|timetable| timetable.begin).collect());
+    let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
+        .bristles()
+        .iter()
+        .map(|bristle| {
+            let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
+            [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+        })
+        .collect();
+    let motion = bundle.start(begin, |filament| starts[filament].clone());
+    Sector::new(bundle, motion, timetables, tolerance, tracks_energy)
+}
+
+/// The memory in bytes that a simulation needs at most, without frames: a linear function of what was measured.
+pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 {
+    /// Of a segment.
+    const SEGMENT: u64 = 6000;
+    /// Of a contact point.
+    const POINT: u64 = 600;
+    let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
+    let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
+    filaments.saturating_mul(of_filament).saturating_add(64 << 20)
+}

@@ -1,0 +1,54 @@
+//! States as words of eight bytes, which keep every bit.
+
+/// A state that is being written.
+#[derive(Clone, Debug, Default)]
+pub struct Writer(Vec<u8>);
+
+impl Writer {
+    /// Adds a number.
+    pub fn number(&mut self, value: f64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    /// Adds a count.
+    pub fn count(&mut self, value: usize) {
+        self.0.extend((value as u64).to_le_bytes());
+    }
+
+    /// Adds a number of single precision.
+    pub fn single(&mut self, value: f32) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    /// What was written.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.0
+    }
+}
+
+/// A state that is being read. Each read is `None` at its end.
+#[derive(Clone, Debug)]
+pub struct Reader<'a>(pub &'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (bytes, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*bytes)
+    }
+
+    /// The next number.
+    pub fn number(&mut self) -> Option<f64> {
+        self.take().map(f64::from_le_bytes)
+    }
+
+    /// The next count.
+    pub fn count(&mut self) -> Option<usize> {
+        usize::try_from(u64::from_le_bytes(self.take()?)).ok()
+    }
+
+    /// The next number of single precision.
+    pub fn single(&mut self) -> Option<f32> {
+        self.take().map(f32::from_le_bytes)
+    }
+}
