@@ -162,12 +162,7 @@ mod tests {
                 edge_evenness,
                 ..Metrics::default()
             };
-            Ok(CaseSummary {
-                metrics,
-                statistics: Statistics::default(),
-                turn_contact_normal_impulses_n_s: Vec::new(),
-                scatter: None,
-            })
+            Ok(CaseSummary { metrics, ..CaseSummary::default() })
         };
         cases.into_iter().map(result).collect()
     }

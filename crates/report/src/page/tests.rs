@@ -93,7 +93,7 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         .map(|case| {
             let turn_contact_normal_impulses_n_s = vec![number(case)];
             let (metrics, scatter) = (metrics(case), Some(scatter(case)));
-            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter })
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter, brush: None })
         })
         .collect()
 }
