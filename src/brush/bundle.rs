@@ -9,7 +9,7 @@ use std::ops::AddAssign;
 use rayon::prelude::*;
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Blocks, Changes, Field, GroupField, Lane, Node, Place};
+use super::field::{Changes, Field, GroupField, Lane, Node, Place};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::presses::{Press, PressLaw, PressTangent};
 use crate::contact::ContactForce;
@@ -57,18 +57,18 @@ enum Activity {
 struct GroupLoads<'a> {
     /// By node, from the root.
     forces: &'a [[Lane; 3]],
-    /// By segment; for a factorisation.
-    changes: &'a [Blocks],
+    /// For a factorisation.
+    changes: Option<&'a Changes>,
 }
 
 impl NodeLoads<Lane> for GroupLoads<'_> {
     fn loads_points(&self) -> bool {
-        !self.changes.is_empty()
+        self.changes.is_some()
     }
 
     fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lane>)) {
         let none = [zero(); 3];
-        for (segment, ends) in self.changes.iter().enumerate() {
+        for (segment, ends) in self.changes.iter().flat_map(|changes| changes.blocks()) {
             let ends = ends.map(|ends| ends.map(|position| NodeTangent { position, velocity: none }));
             add(PointTangent { segment, ends });
         }
@@ -363,7 +363,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let Self { groups, forces, .. } = self;
         for (index, group) in groups.iter_mut().enumerate() {
             let at = index * n..(index + 1) * n;
-            let loads = GroupLoads { forces: &forces.0[index * (n + 1)..][..=n], changes: &[] };
+            let loads = GroupLoads { forces: &forces.0[index * (n + 1)..][..=n], changes: None };
             let (q, v, accelerations) = (&motion.q[at.clone()], &motion.v[at.clone()], &mut motion.accelerations[at]);
             if group.activity != Activity::Rests {
                 group.equations.accelerations(&group.clamp, q, v, &loads, accelerations);
@@ -833,7 +833,7 @@ impl Group {
     }
 
     fn residual(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], residual: &mut [[Lane; 2]]) {
-        let loads = GroupLoads { forces, changes: &[] };
+        let loads = GroupLoads { forces, changes: None };
         self.equations.residual(&self.clamp, q, v, accelerations, &loads, residual);
         for block in residual {
             if self.equations.form() == Form::Planar {
@@ -848,7 +848,7 @@ impl Group {
     fn factorise(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], weights: [f64; 2]) {
         let [coordinates, rates] = weights.map(|weight| Lane::from_lanes(|_| weight));
         let step = StepWeights { coordinates, rates };
-        let loads = GroupLoads { forces, changes: self.changes.blocks() };
+        let loads = GroupLoads { forces, changes: Some(&self.changes) };
         self.equations.factorise(&self.clamp, q, v, accelerations, &loads, step, LaneSet::first(LANES));
     }
 

@@ -1,8 +1,9 @@
 //! Which points may press on which segments: the broad phase.
 //!
 //! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list of them is complete until some node has
-//! moved by half a margin, relative to the turning body. A pair *watches* every point of one filament. How far the point is from the other
-//! filament is computed again only once both could have moved that way.
+//! moved by half a margin, relative to the turning body. A pair *watches* the points of one filament, in blocks of one per lane: how far they
+//! are from the other filament is computed again only once both could have moved that way. For each point it knows a window of segments
+//! of the other filament, outside which there is nothing near.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +11,8 @@ use rayon::prelude::*;
 
 use super::field::{Field, Lane, Node, Place};
 use super::presses::Near;
-use crate::equations::linear::{dot, sub};
+use crate::equations::dispatch::{Loop, dispatch};
+use crate::equations::linear::{dot, scale, sub};
 use crate::equations::{LANES, Lanewise, Real, sin_cos};
 
 /// Filaments of equal numbers of segments.
@@ -38,6 +40,13 @@ impl Layout {
         self.filaments.div_ceil(LANES)
     }
 
+    /// Number of segments in a window: what lies within the reach on either side of the nearest one, or the whole filament.
+    fn width(&self) -> usize {
+        let shortest = self.lengths.iter().fold(f64::INFINITY, |shortest, length| shortest.min(*length));
+        let side = (1.2 * self.largest_reach / shortest).ceil() as usize;
+        (2 * side + 1).min(self.segments)
+    }
+
     /// Radius of a segment in m.
     fn radius(&self, filament: usize, segment: usize) -> f64 {
         self.radii[filament * self.segments + segment]
@@ -45,9 +54,7 @@ impl Layout {
 }
 
 /// Half the number of nodes over which a path holds.
-const SPREAD: usize = 3;
-/// A window holds the segments that are nearer than the reach and this share of it.
-const WINDOW: f64 = 0.5;
+const SPREAD: usize = 6;
 /// A pair of filaments is listed if they may be nearer than the reach and this multiple of it.
 const MARGIN: f64 = 0.8;
 
@@ -84,24 +91,29 @@ struct Pair {
     shift: f64,
     /// No point is within reach until the ways of both filaments add up to this, in m.
     clear_until: f64,
-    /// By point, from the root.
-    watches: Vec<Watch>,
+    blocks: Vec<Block>,
 }
 
-/// What is known of one point.
+/// What is known of the points of a block.
 #[derive(Clone, Copy, Debug)]
-struct Watch {
-    /// The segments among which the nearest one is.
-    first: u32,
-    last: u32,
-    /// Until the ways of both filaments add up to this, in m.
-    window_until: f64,
-    /// It is out of reach until the ways of the point and of these segments add up to this, in m.
+struct Block {
+    /// The first segments of the windows.
+    first: [u16; LANES],
+    /// No point of the block is within reach of its window until the ways there add up to this, in m.
     clear_until: f64,
+    /// Nothing is within reach next to the windows until the ways there add up to this, in m.
+    next_until: f64,
+    /// Nothing is within reach anywhere else until the ways of both filaments add up to this, in m.
+    else_until: f64,
 }
 
-impl Watch {
-    const UNKNOWN: Self = Self { first: 0, last: 0, window_until: f64::NEG_INFINITY, clear_until: f64::NEG_INFINITY };
+impl Block {
+    const UNKNOWN: Self = Self {
+        first: [0; LANES],
+        clear_until: f64::NEG_INFINITY,
+        next_until: f64::NEG_INFINITY,
+        else_until: f64::NEG_INFINITY,
+    };
 }
 
 impl Candidates {
@@ -174,7 +186,7 @@ impl Candidates {
                     other: wanted.1,
                     shift: wanted.2,
                     clear_until: f64::NEG_INFINITY,
-                    watches: vec![Watch::UNKNOWN; segments * points],
+                    blocks: vec![Block::UNKNOWN; (segments * points).div_ceil(LANES)],
                 })
             }));
         }
@@ -254,49 +266,66 @@ impl Watched<'_> {
     pub fn for_each_near(self, positions: &Field, mut take: impl FnMut([usize; 2], &Near)) {
         let Self { layout, motion, pairs } = self;
         let Layout { segments, points, .. } = *layout;
-        let mut beyond = Vec::with_capacity(segments);
-        for Pair { own, other, shift, clear_until, watches } in pairs {
+        let count = segments * points;
+        let width = layout.width();
+        let (mut line, mut own_line, mut beyond) = (Line::default(), Line::default(), Vec::new());
+        let mut own_of_line = usize::MAX;
+        for Pair { own, other, shift, clear_until, blocks } in pairs {
             let total = motion.farthest(*own) + motion.farthest(*other);
             if total < *clear_until {
                 continue;
             }
-            let line = Line { layout, positions, filament: *other, shift: *shift };
+            line.fill(layout, positions, *other, *shift);
+            if own_of_line != *own {
+                own_line.fill(layout, positions, *own, 0.0);
+                own_of_line = *own;
+            }
             let mut slack = f64::INFINITY;
-            let mut watches = watches.iter_mut();
-            for k in 0..segments {
-                let segment = Node::new(*own, k, segments);
-                let radius = layout.radius(*own, k);
-                let own_path = motion.path(segment);
-                for part in 0..points {
-                    let watch = watches.next().expect("each point has a watch");
-                    let middle = (watch.first + watch.last).div_ceil(2) as usize;
-                    let path = own_path + motion.path(Node::new(*other, middle, segments));
-                    if path < watch.clear_until && total < watch.window_until {
-                        slack = slack.min(watch.clear_until - path).min(watch.window_until - total);
-                        continue;
-                    }
-                    let point = Place { segment, fraction: (part as f64 + 0.5) / points as f64 };
-                    let x = point.of(positions);
-                    if total >= watch.window_until {
-                        let outside = line.window(x, radius, watch, &mut beyond);
-                        watch.window_until = total + outside;
-                    }
-                    let nearest = (watch.first..=watch.last)
-                        .map(|k| line.nearest_on(point, x, radius, k as usize))
+            for (number, block) in blocks.iter_mut().enumerate() {
+                let first = number * LANES;
+                let at = |lane: usize| (first + lane).min(count - 1);
+                let middle = (at(0) / points + at(LANES - 1) / points) / 2;
+                let own_path = motion.path(Node::new(*own, middle, segments));
+                let path = |block: &Block| own_path + motion.path(Node::new(*other, block.middle(width), segments));
+                let mut way = path(block);
+                let in_windows = way < block.next_until && total < block.else_until;
+                if in_windows && way < block.clear_until {
+                    slack = slack.min(block.slack(way, total));
+                    continue;
+                }
+                let x = own_line.points(at, points);
+                let radius = Lane::from_lanes(|lane| own_line.radii[at(lane) / points]);
+                if !in_windows {
+                    dispatch(Scan { x, radius, line: &line, beyond: &mut beyond });
+                    block.choose(&beyond, width);
+                    way = path(block);
+                    let [next, others] = block.outside(&beyond, width, at(LANES - 1) / points - at(0) / points);
+                    (block.next_until, block.else_until) = (way + next, total + others);
+                }
+                let nearest = dispatch(Windows { x, radius, line: &line, first: &block.first, width });
+                let clear = (0..LANES).map(|lane| nearest.lane(lane)).fold(f64::INFINITY, f64::min);
+                if clear >= 0.0 {
+                    block.clear_until = way + clear;
+                    slack = slack.min(block.slack(way, total));
+                    continue;
+                }
+                (block.clear_until, slack) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+                for lane in (0..LANES).filter(|lane| first + lane < count && nearest.lane(*lane) < 0.0) {
+                    let index = first + lane;
+                    let fraction = ((index % points) as f64 + 0.5) / points as f64;
+                    let point = Place { segment: Node::new(*own, index / points, segments), fraction };
+                    let from = block.first[lane] as usize;
+                    let near = (from..from + width)
+                        .map(|k| {
+                            let segment = Node::new(*other, k, segments);
+                            let reach = radius.lane(lane) + line.radii[k];
+                            Near::between(point, x.map(|x| x.lane(lane)), segment, [line.node(k), line.node(k + 1)], reach)
+                        })
                         .min_by(|a, b| a.square().total_cmp(&b.square()))
                         .expect("a window has a segment");
-                    if nearest.square() < nearest.reach * nearest.reach {
-                        (watch.clear_until, slack) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-                        take([*own, *other], &nearest);
-                        continue;
+                    if near.square() < near.reach * near.reach {
+                        take([*own, *other], &near);
                     }
-                    let middle = (watch.first + watch.last).div_ceil(2) as usize;
-                    let path = own_path + motion.path(Node::new(*other, middle, segments));
-                    // The path of one node stands for so many on either side.
-                    let is_short = (watch.last - watch.first) as usize + 1 < 2 * SPREAD;
-                    let clear = if is_short { line.clearance(&nearest, watch, radius) } else { f64::NEG_INFINITY };
-                    watch.clear_until = path + clear;
-                    slack = slack.min(clear).min(watch.window_until - total);
                 }
             }
             *clear_until = total + slack;
@@ -304,61 +333,152 @@ impl Watched<'_> {
     }
 }
 
-/// The centreline of one filament.
-struct Line<'a> {
-    layout: &'a Layout,
-    positions: &'a Field,
-    filament: usize,
-    shift: f64,
-}
-
-impl Line<'_> {
-    fn node(&self, k: usize) -> [f64; 3] {
-        let [x, y, z] = self.positions.at(Node::new(self.filament, k, self.layout.segments));
-        [x, y, z + self.shift]
+impl Block {
+    /// The node in the middle of all windows.
+    fn middle(&self, width: usize) -> usize {
+        (self.first[0] as usize + self.first[LANES - 1] as usize + width) / 2
     }
 
-    fn nearest_on(&self, point: Place, x: [f64; 3], radius: f64, k: usize) -> Near {
-        let segment = Node::new(self.filament, k, self.layout.segments);
-        let reach = radius + self.layout.radius(self.filament, k);
-        Near::between(point, x, segment, [self.node(k), self.node(k + 1)], reach)
+    /// How far filaments can go before this block must be looked at again, in m.
+    fn slack(&self, way: f64, total: f64) -> f64 {
+        (self.clear_until.min(self.next_until) - way).min(self.else_until - total)
     }
 
-    /// How far a point is out of reach of the segments of a window in m, of which `nearest` is the nearest.
-    fn clearance(&self, nearest: &Near, watch: &Watch, radius: f64) -> f64 {
-        let thickest = (watch.first..=watch.last)
-            .map(|k| self.layout.radius(self.filament, k as usize))
-            .fold(0.0_f64, f64::max);
-        nearest.square().sqrt() - (radius + thickest)
-    }
-
-    /// Finds the window of segments for a point at `x` (m): all that are nearer than the reach and a share of it, and the nearest one,
-    /// with one more on either side, which holds longer. Returns how far the point is out of reach of all others in m.
-    fn window(&self, x: [f64; 3], radius: f64, watch: &mut Watch, beyond: &mut Vec<f64>) -> f64 {
-        let segments = self.layout.segments;
-        let length = self.layout.lengths[self.filament];
-        let reach = |k: usize| radius + self.layout.radius(self.filament, k);
-        let point = Place { segment: Node::new(self.filament, 0, segments), fraction: 0.0 };
-        let largest = (1.0 + WINDOW) * self.layout.largest_reach;
-        beyond.clear();
-        while beyond.len() < segments {
-            let k = beyond.len();
-            let distance = self.nearest_on(point, x, radius, k).square().sqrt();
-            beyond.push(distance - reach(k));
-            // The next segments cannot be nearer than this one by more than the way there.
-            let far = ((distance - largest) / length) as usize;
-            for step in 1..=far.min(segments - 1 - k) {
-                beyond.push(distance - step as f64 * length - reach(k + step));
+    /// Chooses the windows: `width` segments with the nearest one in the middle. `beyond` is how far each is out of reach in m.
+    fn choose(&mut self, beyond: &[Lane], width: usize) {
+        let (mut least, mut nearest) = (Lane::from_lanes(|_| f64::INFINITY), [0_u16; LANES]);
+        for (k, beyond) in beyond.iter().enumerate() {
+            for lane in 0..LANES {
+                if beyond.lane(lane) < least.lane(lane) {
+                    least.set_lane(lane, beyond.lane(lane));
+                    nearest[lane] = k as u16;
+                }
             }
         }
-        let nearest = (0..segments).min_by(|a, b| beyond[*a].total_cmp(&beyond[*b])).expect("a filament has segments");
-        let is_near = |k: &usize| beyond[*k] < WINDOW * reach(*k) || *k == nearest;
-        let first = (0..segments).find(is_near).unwrap_or(nearest).saturating_sub(1);
-        let last = ((0..segments).rfind(is_near).unwrap_or(nearest) + 1).min(segments - 1);
-        (watch.first, watch.last) = (first as u32, last as u32);
-        let outside = beyond[..first].iter().chain(&beyond[last + 1..]);
-        outside.fold(f64::INFINITY, |least, beyond| least.min(*beyond))
+        self.first = nearest.map(|k| k.saturating_sub((width / 2) as u16).min((beyond.len() - width) as u16));
     }
+
+    /// How far the segments outside the windows are out of reach in m: those for which the path of the middle holds, and all others.
+    fn outside(&self, beyond: &[Lane], width: usize, own_spread: usize) -> [f64; 2] {
+        let middle = self.middle(width);
+        let mut outside = [f64::INFINITY; 2];
+        for (k, beyond) in beyond.iter().enumerate() {
+            // The path of a node holds for so many on either side, and a segment has two.
+            let is_next = own_spread < 2 * SPREAD && k + SPREAD >= middle && k < middle + SPREAD;
+            let least = &mut outside[usize::from(!is_next)];
+            for lane in 0..LANES {
+                let from = self.first[lane] as usize;
+                if !(from..from + width).contains(&k) || !is_next {
+                    *least = least.min(beyond.lane(lane));
+                }
+            }
+        }
+        outside
+    }
+}
+
+/// The centreline of one filament.
+#[derive(Debug, Default)]
+struct Line {
+    /// Components of the nodes in m.
+    nodes: [Vec<f64>; 3],
+    /// Radii of the segments in m.
+    radii: Vec<f64>,
+}
+
+impl Line {
+    fn fill(&mut self, layout: &Layout, positions: &Field, filament: usize, shift: f64) {
+        self.nodes.iter_mut().for_each(Vec::clear);
+        for k in 0..=layout.segments {
+            let [x, y, z] = positions.at(Node::new(filament, k, layout.segments));
+            for (values, value) in self.nodes.iter_mut().zip([x, y, z + shift]) {
+                values.push(value);
+            }
+        }
+        self.radii.clear();
+        self.radii.extend((0..layout.segments).map(|k| layout.radius(filament, k)));
+    }
+
+    fn node(&self, k: usize) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.nodes[i][k])
+    }
+
+    /// The points of a block, by their numbers.
+    fn points(&self, number: impl Fn(usize) -> usize, points: usize) -> [Lane; 3] {
+        let fraction = |lane: usize| ((number(lane) % points) as f64 + 0.5) / points as f64;
+        [0, 1, 2].map(|i| {
+            Lane::from_lanes(|lane| {
+                let k = number(lane) / points;
+                // As `Place::of` computes it.
+                (1.0 - fraction(lane)) * self.nodes[i][k] + fraction(lane) * self.nodes[i][k + 1]
+            })
+        })
+    }
+}
+
+/// How far the points of a block are out of reach of each segment.
+struct Scan<'a> {
+    x: [Lane; 3],
+    radius: Lane,
+    line: &'a Line,
+    beyond: &'a mut Vec<Lane>,
+}
+
+impl Loop for Scan<'_> {
+    type Output = ();
+
+    const LANES: usize = LANES;
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { x, radius, line, beyond } = self;
+        beyond.clear();
+        for k in 0..line.radii.len() {
+            let end = |k: usize| [0, 1, 2].map(|i| Lane::from_f64(line.nodes[i][k]));
+            beyond.push(distance(x, end(k), end(k + 1)) - (radius + Lane::from_f64(line.radii[k])));
+        }
+    }
+}
+
+/// How far the points of a block are out of reach of the segments of their windows.
+struct Windows<'a> {
+    x: [Lane; 3],
+    radius: Lane,
+    line: &'a Line,
+    first: &'a [u16; LANES],
+    width: usize,
+}
+
+impl Loop for Windows<'_> {
+    type Output = Lane;
+
+    const LANES: usize = LANES;
+
+    #[inline(always)]
+    fn run(self) -> Lane {
+        let Self { x, radius, line, first, width } = self;
+        let mut nearest = Lane::from_f64(f64::INFINITY);
+        let end = |step: usize| [0, 1, 2].map(|i| Lane::from_lanes(|lane| line.nodes[i][first[lane] as usize + step]));
+        let mut inner = end(0);
+        for step in 0..width {
+            let outer = end(step + 1);
+            let radii = Lane::from_lanes(|lane| line.radii[first[lane] as usize + step]);
+            nearest = -(-nearest).max(-(distance(x, inner, outer) - (radius + radii)));
+            inner = outer;
+        }
+        nearest
+    }
+}
+
+/// The distance of a point from a segment with the given ends.
+#[inline(always)]
+fn distance(x: [Lane; 3], inner: [Lane; 3], outer: [Lane; 3]) -> Lane {
+    let (along, from) = (sub(outer, inner), sub(x, inner));
+    let at = dot(along, from) / dot(along, along);
+    let (none, all) = (Lane::from_f64(0.0), Lane::from_f64(1.0));
+    let fraction = -(-at.max(none)).max(-all);
+    let offset = sub(from, scale(fraction, along));
+    dot(offset, offset).sqrt()
 }
 
 /// How far a filament reaches, and what is near it: angles about `z`, and `z` itself.

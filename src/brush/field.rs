@@ -126,6 +126,8 @@ pub struct Changes {
     /// Row of the group's root in a field.
     first: usize,
     blocks: Vec<Blocks>,
+    /// Which segments have any.
+    present: Vec<bool>,
 }
 
 /// Those of one segment.
@@ -134,19 +136,24 @@ pub type Blocks = [[[[Lane; 3]; 3]; 2]; 2];
 impl Changes {
     /// Memory for groups of so many segments; the tip counts as one.
     pub fn new(segments: usize) -> Self {
-        Self { first: 0, blocks: vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; segments + 1] }
+        let blocks = vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; segments + 1];
+        Self { first: 0, present: vec![false; blocks.len()], blocks }
     }
 
     /// Zero everywhere, for `group`.
     pub fn clear(&mut self, group: usize) {
         self.first = group * self.blocks.len();
-        self.blocks.fill([[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]);
+        self.present.fill(false);
     }
 
     /// Adds to one block of a segment.
     #[inline]
     pub fn add(&mut self, segment: Node, force: usize, motion: usize, change: &Matrix) {
-        let block = &mut self.blocks[segment.row() - self.first][force][motion];
+        let index = segment.row() - self.first;
+        if !std::mem::replace(&mut self.present[index], true) {
+            self.blocks[index] = [[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2];
+        }
+        let block = &mut self.blocks[index][force][motion];
         for (row, change) in block.iter_mut().zip(change) {
             add_in_lane(row, segment.lane(), *change);
         }
@@ -162,9 +169,9 @@ impl Changes {
         }
     }
 
-    /// The segments.
-    pub fn blocks(&self) -> &[Blocks] {
-        &self.blocks[..self.blocks.len() - 1]
+    /// The segments that have any, from the root.
+    pub fn blocks(&self) -> impl Iterator<Item = (usize, &Blocks)> {
+        self.blocks.iter().enumerate().zip(&self.present).filter_map(|(block, present)| present.then_some(block))
     }
 }
 

@@ -89,7 +89,7 @@ impl Near {
 }
 
 /// A point of one filament that presses on another.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Press {
     /// The points.
     pub near: Near,
@@ -107,7 +107,7 @@ pub struct Press {
     pub normal_force: f64,
     /// Power that damping and friction take, in W.
     pub dissipated: f64,
-    rub: Option<Rub>,
+    rub: Option<Box<Rub>>,
 }
 
 /// Friction of a press.
@@ -161,7 +161,7 @@ impl Press {
             let speed = (dot(sliding, sliding) + law.regularisation.powi(2)).sqrt();
             let force = scale(-law.friction * press.normal_force / speed, sliding);
             press.dissipated -= dot(force, sliding);
-            press.rub = Some(Rub { carried, sliding, speed, force });
+            press.rub = Some(Box::new(Rub { carried, sliding, speed, force }));
         }
         press
     }
@@ -181,7 +181,7 @@ impl Press {
     /// The force on `x`'s filament in N.
     pub fn force(&self) -> [f64; 3] {
         let normal = scale(self.normal_force, self.normal);
-        self.rub.map_or(normal, |rub| add(normal, rub.force))
+        self.rub.as_ref().map_or(normal, |rub| add(normal, rub.force))
     }
 
     /// Adds the force on `x`'s filament.
@@ -201,7 +201,7 @@ impl Press {
     /// Adds the friction on the ends of one of both segments, the first of which is the end `first`.
     #[inline]
     fn rub_ends(&self, first: usize, segment: Node, forces: &mut GroupField<'_>) {
-        let Some(Rub { carried, force, .. }) = &self.rub else { return };
+        let Some(Rub { carried, force, .. }) = self.rub.as_deref() else { return };
         forces.add(segment, mul_transposed(&carried[first], *force));
         forces.add(segment.outer(), mul_transposed(&carried[first + 1], *force));
     }
@@ -214,7 +214,7 @@ impl Press {
     /// How the forces change with the accelerations of the ends, where a step moves these by `w_q` and their velocities by `w_v`.
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
-        let Self { normal, distance, overlap, stiffness, rate_factor, .. } = *self;
+        let &Self { normal, distance, overlap, stiffness, rate_factor, .. } = self;
         let share = self.near.nearest.fraction;
         let shares = [1.0, share - 1.0, -share];
         let elastic = stiffness * overlap;
@@ -231,9 +231,9 @@ impl Press {
         if self.near.is_inside {
             self.shift_nearest(by_position * elastic * rate_factor, &mut elastic_blocks);
         }
-        let rub = self.rub.map(|Rub { carried, sliding, speed, .. }| {
+        let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, .. }| {
             let viscous = law.friction * self.normal_force * by_rate / speed;
-            RubTangent {
+            Box::new(RubTangent {
                 carried,
                 by_velocity: std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
@@ -244,7 +244,7 @@ impl Press {
                 by_normal: scale(law.friction * fall / speed, sliding),
                 normal,
                 shares: self.shares(),
-            }
+            })
         });
         PressTangent { point: self.near.point, nearest: self.near.nearest.segment, elastic: elastic_blocks, rub }
     }
@@ -266,14 +266,14 @@ impl Press {
 }
 
 /// How the forces of a press change along a step; see [`Press::tangent`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PressTangent {
     point: Place,
     /// `y`'s segment.
     nearest: Node,
     /// Of the normal force, for `x` and both ends of `y`'s segment: `[force][motion]`.
     elastic: [[Matrix; 3]; 3],
-    rub: Option<RubTangent>,
+    rub: Option<Box<RubTangent>>,
 }
 
 /// How friction changes.
@@ -502,7 +502,8 @@ mod tests {
                     });
                     let (first, side) = (end / 2 * 2, end % 2);
                     for force in 0..2 {
-                        let block = own.blocks()[0][force][side].map(|row| row.map(|value| value.lane(first / 2)));
+                        let (_, blocks) = own.blocks().next().expect("a segment");
+                        let block = blocks[force][side].map(|row| row.map(|value| value.lane(first / 2)));
                         change[first + force] = add(change[first + force], mul(&block, moved[end]));
                     }
                     for (node, change) in change.iter().enumerate() {
