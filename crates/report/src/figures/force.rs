@@ -2,6 +2,7 @@
 
 use super::{Family, Picture, Sides, View, selection};
 use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_study::measured::{Measurement, Simulated, same, tool_force};
 use bristle_study::slices::spread;
@@ -113,10 +114,11 @@ impl View<'_> {
                 over.shown().into_iter().enumerate().map(|(along, at)| (at, force(along))).collect::<Vec<_>>()
             };
             let name = equation(of.parameter, of.values[member]);
+            // Pens of one colour.
             let brush = curve(&|summary| Some(summary.metrics.tool_contact_normal_force_n));
             let alone = curve(&|summary| Some(summary.brush.as_ref()?.tool_contact_normal_force_alone_n));
-            curves.push(Curve::new(format!("brush, {name}"), Look::Joined, brush).with_pen(2 * index));
-            curves.push(Curve::new(format!("alone, {name}"), Look::Line, alone).with_pen(2 * index + 1));
+            curves.push(Curve::new(format!("brush, {name}"), Look::Joined, brush).with_pen(index));
+            curves.push(Curve::new(format!("alone, {name}"), Look::Line, alone).with_pen(index + COLORS.len()));
         }
         let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
         let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));

@@ -10,6 +10,8 @@ const SMALL_TURN = 0.05;
 /** Largest height of the views in pixels, and their margin as a part of the filament's length. */
 const HEIGHT = 460;
 const MARGIN = 0.06;
+/** How far beside the outer rows filaments are shown from above, as a part of their length. */
+const ASIDE = 0.12;
 /** Share of the forces that the colours tell apart. */
 const BULK = 0.98;
 /** Opacity of filaments that do not count. */
@@ -76,7 +78,9 @@ function createSector() {
     if (motion[key] !== null) motion[key] = unpack(motion[key]);
   }
   const outline = { along: unpack(brush.outline.along), above: unpack(brush.outline.above) };
-  const { times, tool_angles, filaments, points } = motion;
+  const { times, tool_angles, points } = motion;
+  const filaments = motion.filaments.length;
+  const counted = motion.filaments.map((filament) => brush.counted[filament]);
   const last = times.length - 1;
   const turn = Math.abs(tool_angles[last] - tool_angles[0]) / last;
   // There are too many for the arguments of a function.
@@ -181,7 +185,7 @@ function createSector() {
       pen.strokeStyle = ink("paper");
       pen.lineWidth = thick;
       pen.stroke();
-      pen.globalAlpha = brush.counted[filament] ? 1 : PALE;
+      pen.globalAlpha = counted[filament] ? 1 : PALE;
       pen.strokeStyle = force > 1e-4 * most[quantity] ? color(force / most[quantity]) : ink("failed-ink");
       pen.lineWidth = thick - edge;
       pen.stroke();
@@ -191,8 +195,9 @@ function createSector() {
 
   /** The sector from above: the surface to the right as in the view along the axis, and the axis upwards. */
   function drawFromAbove(ink, scale, x) {
-    const [low, high] = range(motion.axial);
-    const margin = brush.diameter;
+    // The rows and what is beside them: a filament that falls over may reach far out.
+    const [low, high] = range(motion.axial.filter((_, point) => point % points === 0));
+    const margin = ASIDE * brush.length;
     const pen = cleared(top, Math.round(scale * (high - low + 2 * margin)));
     const y = (z) => scale * (high + margin - z);
     drawFilaments(pen, ink, scale, (point) => x(at(motion.along, point, filaments * points)), (point) => y(at(motion.axial, point, filaments * points)));
@@ -286,6 +291,7 @@ function createSector() {
   byId("from-above").hidden = motion.axial === null;
   const slow = Math.round(PLAYING_TIME / times[last]);
   byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
+  if (filaments < brush.counted.length) byId("alike").textContent = "Filaments that move alike in several rows are drawn once. ";
   showLegend();
   // The middle of the simulation, where the sector is on the workpiece.
   go(last / 2);

@@ -152,12 +152,17 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =
         ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
-    let brush =
-        Interaction::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.brush.as_ref()));
-    let brush = brush.filter(|_| study.has_brush());
+    let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
+    let (headlines, others): (Vec<&Column<Interaction>>, Vec<&Column<Interaction>>) = Interaction::COLUMNS
+        .iter()
+        .filter(|_| study.has_brush())
+        .partition(|column| column.display.prominence == Prominence::Headline);
+    // What interaction changes comes first.
+    let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
     let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
-    let quantities: Vec<QuantityData> = metrics.chain(scatter.filter(tells)).chain(brush).collect();
+    let quantities: Vec<QuantityData> =
+        metrics.chain(scatter.filter(tells)).chain(others.into_iter().map(interaction)).collect();
     let statistics: Vec<QuantityData> = Statistics::COLUMNS
         .iter()
         .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
