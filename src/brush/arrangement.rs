@@ -19,6 +19,13 @@ pub struct Root {
     pub z: f64,
 }
 
+impl Root {
+    /// Column and row.
+    pub fn place(&self) -> [usize; 2] {
+        [self.column, self.row]
+    }
+}
+
 /// The roots of a sector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrangement {
@@ -102,7 +109,7 @@ impl Arrangement {
                 let nearest = shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
                 // A brush whose filaments just touch is one that can be built.
                 if nearest < reach * (1.0 - 1e-9) {
-                    let pair = [[a.column, a.row], [b.column, b.row]];
+                    let pair = [a.place(), b.place()];
                     return Err(BrushError::Overlap { distance: nearest, reach, pair });
                 }
             }
@@ -192,5 +199,10 @@ impl Arrangement {
     /// The angle of the root that is farthest behind in rad.
     pub fn latest(&self) -> f64 {
         self.roots.iter().fold(0.0_f64, |latest, root| latest.max(root.angle))
+    }
+
+    /// Whether the columns close the ring.
+    pub fn is_closed(&self) -> bool {
+        self.columns == self.around.floor() as usize && self.around.fract() == 0.0
     }
 }

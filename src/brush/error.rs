@@ -26,6 +26,13 @@ pub enum BrushError {
         /// The filaments.
         pair: [[usize; 2]; 2],
     },
+    /// Tilted or wavy filaments are deep in each other before they move.
+    Tangled {
+        /// The filaments.
+        pair: [[usize; 2]; 2],
+    },
+    /// The machine has no vector units that the equations are compiled for.
+    NoLanes,
     /// Filaments of their own are not held by the machine.
     Hold,
     /// The simulation needs more memory than it may.
@@ -61,6 +68,8 @@ pub enum BrushError {
         columns: usize,
         /// Columns that should be enough.
         needed: usize,
+        /// Columns of the brush.
+        around: usize,
         /// By how much the mean impulse still changes along the best stretch, over the mean.
         drift: f64,
     },
@@ -91,6 +100,14 @@ impl Display for BrushError {
                 name(a),
                 name(b)
             ),
+            Self::Tangled { pair: [a, b] } => write!(
+                f,
+                "the undeformed filaments in {} and {} go through each other: choose a smaller `brush.lateral_tilt_std_rad`, a smaller \
+                 waviness, or filaments farther apart",
+                name(a),
+                name(b)
+            ),
+            Self::NoLanes => write!(f, "brushes are simulated with AVX2 instructions, which this machine does not have"),
             Self::Hold => write!(
                 f,
                 "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\""
@@ -115,12 +132,19 @@ impl Display for BrushError {
                 name(a),
                 name(b)
             ),
-            Self::TooFewColumns { columns, needed, drift } => write!(
-                f,
-                "{columns} columns are too few for a steady stretch: the mean impulse still changes by {:.1} % along it. Set \
-                 `brush.columns` to {needed} or more, or `brush.steady` to false for the sector as it is",
-                100.0 * drift
-            ),
+            Self::TooFewColumns { columns, needed, around, drift } => {
+                write!(
+                    f,
+                    "{columns} columns are too few for a steady stretch: the mean impulse still changes by {:.1} % along it. ",
+                    100.0 * drift
+                )?;
+                if needed <= around {
+                    write!(f, "Set `brush.columns` to {needed} or more, or ")?;
+                } else {
+                    write!(f, "{needed} may be needed, of which a row has only {around}: set `process.turns`, or ")?;
+                }
+                write!(f, "`brush.steady` to false for the metrics of the sector as it is")
+            }
             Self::Alone(error) => write!(f, "a filament alone: {error}"),
         }
     }

@@ -82,7 +82,7 @@ pub struct Frame {
 }
 
 /// The steady stretch of columns.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stretch {
     /// The first column that counts.
     pub first: usize,
@@ -92,7 +92,7 @@ pub struct Stretch {
     pub scatter: f64,
     /// How much the mean of its first half differs from that of its last half, over the mean.
     pub drift: f64,
-    /// Estimate of how much the mean would change with a quarter more columns, over the mean.
+    /// Estimate of how much the mean would change with a quarter more columns, over the mean: if the trend along the stretch went on.
     pub change_with_more_columns: f64,
 }
 

@@ -12,9 +12,10 @@ use super::error::BrushError;
 use super::filaments::{self, Mount};
 use super::presses::PressLaw;
 use super::result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, ToolSample};
-use super::sector::{Sector, Timetable};
+use super::sector::{Sector, Timetable, crossing};
 use super::stretch;
 use super::words::{Reader, Writer};
+use crate::equations::lanes_are_compiled;
 use crate::equations::linear::{add, scale};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
@@ -105,12 +106,21 @@ impl BrushRun {
     /// # Panics
     /// If the settings fail [`Settings::check`].
     pub fn new(settings: &Settings, options: RunOptions) -> Result<Self, BrushError> {
+        Self::of_columns(settings, options, None)
+    }
+
+    /// The same with another number of columns than that which the settings state, or the default.
+    fn of_columns(settings: &Settings, options: RunOptions, columns: Option<usize>) -> Result<Self, BrushError> {
+        if !lanes_are_compiled() {
+            return Err(BrushError::NoLanes);
+        }
         let brush = settings.brush.clone().unwrap_or_default();
         let pass = Pass::new(settings);
         if filaments::differ(&Settings { brush: None, ..settings.clone() }) && settings.uncertainty.hold != Hold::Machine {
             return Err(BrushError::Hold);
         }
-        let [columns, rows] = size(settings, &pass);
+        let [default, rows] = size(settings, &pass);
+        let columns = columns.unwrap_or(default);
         if columns == 0 {
             return Err(BrushError::NoFilament);
         }
@@ -132,15 +142,18 @@ impl BrushRun {
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
-        let sectors = groups
-            .into_iter()
-            .map(|members| {
-                let form = if is_planar { Form::Planar } else { Form::Spatial };
-                let bundle = bundle(form, settings, &pass, &arrangement, &own, &members, points, options.threads);
-                let sector = start(bundle, &pass, &arrangement, &members, begin, precision.newton * velocity, options.tracks_energy);
-                (members, sector)
-            })
-            .collect();
+        let form = if is_planar { Form::Planar } else { Form::Spatial };
+        let mut sectors = Vec::new();
+        for members in groups {
+            let bundle = bundle(form, settings, &pass, &arrangement, &own, &members, points, options.threads);
+            let tolerance = precision.newton * velocity;
+            let sector = start(bundle, &pass, &arrangement, &members, begin, tolerance, options.tracks_energy);
+            if let Some(pair) = crossing(sector.bundle()) {
+                let place = |index: usize| arrangement.roots[members[index]].place();
+                return Err(BrushError::Tangled { pair: pair.map(place) });
+            }
+            sectors.push((members, sector));
+        }
         let pool = match options.threads {
             0 | 1 => None,
             threads => Some(ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| BrushError::Threads)?),
@@ -199,7 +212,7 @@ impl BrushRun {
         };
         let to = (self.done + STRIDE).min(end);
         if self.done >= to {
-            return Ok(false);
+            return self.extend();
         }
         let (begin, length, from) = (self.begin, self.length, self.done);
         // Where frames are taken, steps stop in between.
@@ -218,10 +231,7 @@ impl BrushRun {
         let mut sum: Vec<ToolSample> = Vec::new();
         for ((members, _), (result, weight)) in self.sectors.iter().zip(results.into_iter().zip(weights)) {
             let samples = result.map_err(|failure| {
-                let place = |index: usize| {
-                    let Root { column, row, .. } = self.arrangement.roots[members[index]];
-                    [column, row]
-                };
+                let place = |index: usize| self.arrangement.roots[members[index]].place();
                 match failure.crossing {
                     Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
                     None => BrushError::NoConvergence { time: failure.time },
@@ -239,6 +249,21 @@ impl BrushRun {
             self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
         }
         Ok(true)
+    }
+
+    /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many.
+    /// Returns false otherwise.
+    fn extend(&mut self) -> Result<bool, BrushError> {
+        if self.brush.columns.is_some() {
+            return Ok(false);
+        }
+        match stretch::find(&self.filaments(), &self.settings, &self.pass, &self.arrangement) {
+            Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
+                *self = Self::of_columns(&self.settings, self.options, Some(needed.min(around)))?;
+                Ok(true)
+            }
+            _ => Ok(false),
+        }
     }
 
     /// The step at which all filaments have ended so many turns.
@@ -312,6 +337,7 @@ impl BrushRun {
     /// The state, from which [`BrushRun::resume`] goes on with the same bits.
     pub fn checkpoint(&self) -> Vec<u8> {
         let mut words = Writer::default();
+        words.count(self.arrangement.columns);
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
@@ -344,8 +370,10 @@ impl BrushRun {
     /// # Errors
     /// As for [`BrushRun::new`], or if the state is not that of this brush.
     pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &[u8]) -> Result<Self, BrushError> {
-        let mut run = Self::new(settings, options)?;
-        run.restore(&mut Reader(checkpoint)).ok_or(BrushError::Checkpoint)?;
+        let mut words = Reader(checkpoint);
+        let columns = words.count().ok_or(BrushError::Checkpoint)?;
+        let mut run = Self::of_columns(settings, options, Some(columns))?;
+        run.restore(&mut words).ok_or(BrushError::Checkpoint)?;
         Ok(run)
     }
 
@@ -393,27 +421,15 @@ impl BrushRun {
     /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
     pub fn finish(self) -> Result<BrushResult, BrushError> {
         let turn_impulses = self.turn_impulses();
-        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
         let alone = self.pass.simulate(Sampling::default()).map_err(BrushError::Alone)?.metrics;
-        let mut metrics = vec![Metrics::default(); self.likes.len()];
         let mut pairs = Vec::new();
         let mut statistics = BrushStatistics::default();
         for (members, sector) in &self.sectors {
-            let of: Vec<Metrics> = sector
-                .accounts()
-                .iter()
-                .map(|account| self.pass.metrics(&ContactRecord { is_unsteady, ..*account.last() }))
-                .collect();
-            for (filament, like) in self.likes.iter().enumerate() {
-                if let Ok(index) = members.binary_search(like) {
-                    metrics[filament] = of[index].clone();
-                }
-            }
             statistics += *sector.statistics();
             for row in self.rows_like(members) {
                 pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
                     let [filament, other] = filaments.map(|index| {
-                        let Root { column, row: own, .. } = self.arrangement.roots[members[index]];
+                        let [column, own] = self.arrangement.roots[members[index]].place();
                         [column, row.unwrap_or(own)]
                     });
                     PairResult {
@@ -438,27 +454,13 @@ impl BrushRun {
                 dissipated_j: sum.dissipated_j + weight as f64 * balance.dissipated,
             })
         });
-        let mut filaments: Vec<FilamentResult> = self
-            .arrangement
-            .roots
-            .iter()
-            .zip(metrics)
-            .map(|(root, metrics)| FilamentResult {
-                column: root.column,
-                row: root.row,
-                root_angle_rad: root.angle,
-                root_z_m: root.z,
-                is_counted: false,
-                metrics,
-                press_impulse_n_s: 0.0,
-            })
-            .collect();
+        let mut filaments = self.filaments();
         for pair in &pairs {
             for [column, row] in [pair.filament, pair.other] {
                 filaments[column * self.arrangement.rows + row].press_impulse_n_s += pair.impulse_n_s;
             }
         }
-        let stretch = stretch::find(&filaments, &self.settings, &self.pass, &self.arrangement, self.brush.steady)?;
+        let stretch = stretch::find(&filaments, &self.settings, &self.pass, &self.arrangement)?;
         for filament in &mut filaments {
             filament.is_counted = (stretch.first..=stretch.last).contains(&filament.column);
         }
@@ -482,6 +484,32 @@ impl BrushRun {
             energies,
             turn_contact_normal_impulses_n_s: turn_impulses,
         })
+    }
+
+    /// The filaments with their contacts, without how others press on them.
+    fn filaments(&self) -> Vec<FilamentResult> {
+        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
+        let mut metrics = vec![Metrics::default(); self.likes.len()];
+        for (members, sector) in &self.sectors {
+            for (filament, like) in self.likes.iter().enumerate() {
+                if let Ok(index) = members.binary_search(like) {
+                    let record = ContactRecord { is_unsteady, ..*sector.accounts()[index].last() };
+                    metrics[filament] = self.pass.metrics(&record);
+                }
+            }
+        }
+        let roots = self.arrangement.roots.iter().zip(metrics);
+        roots
+            .map(|(root, metrics)| FilamentResult {
+                column: root.column,
+                row: root.row,
+                root_angle_rad: root.angle,
+                root_z_m: root.z,
+                is_counted: false,
+                metrics,
+                press_impulse_n_s: 0.0,
+            })
+            .collect()
     }
 
     /// The rows that are like those of a sector; none where it has all.

@@ -518,7 +518,7 @@ fn press_sums(bundle: &Bundle<Turning<Mount>>) -> BTreeMap<[usize; 2], PressSum>
 
 /// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
 /// short that filaments that were apart before it cannot have passed each other beyond that.
-fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
+pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
     let is_deep = |(_, press): &&([usize; 2], super::presses::Press)| {

@@ -3,9 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use bristle::brush::{PressLaw, RowError, RowResult, RowSettings, simulate_row};
-use bristle::model::settings::{ContactSettings, FilamentSettings, ProcessSettings, Settings, ToolSettings, Turns};
-use bristle::simulation::{Pass, simulate};
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions, simulate_brush};
+use bristle::model::settings::{
+    BrushSettings, ContactSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, ToolSettings, Turns,
+};
+use bristle::simulation::simulate;
 use serde::Deserialize;
 
 use crate::common::data;
@@ -24,17 +26,8 @@ struct Input {
     tool: ToolSettings,
     filament: FilamentSettings,
     contact: ContactSettings,
-    brush: Brush,
+    brush: BrushSettings,
     process: ProcessSettings,
-}
-
-#[derive(Deserialize)]
-struct Brush {
-    columns: usize,
-    stiffness_n_m2: f64,
-    contact_points: usize,
-    damping_s_m: f64,
-    friction_coefficient: f64,
 }
 
 #[derive(Deserialize)]
@@ -52,29 +45,12 @@ struct References {
 }
 
 impl Input {
-    fn settings(&self) -> Settings {
+    /// The row, with the given relative tolerance.
+    fn simulate(&self, tolerance: f64) -> BrushResult {
         let settings = Settings::new(self.tool.clone(), self.filament.clone(), self.process.clone());
-        Settings { contact: self.contact.clone(), ..settings }
-    }
-
-    /// The row, in steps in which the tips go `step` (m).
-    fn simulate(&self, step: f64, newton_tolerance: f64) -> RowResult {
-        let settings = self.settings();
-        let law = PressLaw {
-            stiffness: self.brush.stiffness_n_m2,
-            damping: self.brush.damping_s_m,
-            friction: self.brush.friction_coefficient,
-            ..PressLaw::of(&settings)
-        };
-        let row = RowSettings {
-            columns: self.brush.columns,
-            pitch: TAU / self.tool.filament_count,
-            law,
-            points: self.brush.contact_points,
-            step,
-            newton_tolerance,
-        };
-        simulate_row(&Pass::new(&settings), &row).expect("a row that can be simulated")
+        let brush = BrushSettings { tolerance, ..self.brush.clone() };
+        let settings = Settings { contact: self.contact.clone(), brush: Some(brush), ..settings };
+        simulate_brush(&settings, 1).expect("a row that can be simulated")
     }
 }
 
@@ -84,13 +60,33 @@ fn references() -> Vec<Reference> {
     cases
 }
 
+/// A row of the paper's brush with so many filaments around and columns.
+fn row(segments: usize, around: f64, columns: usize) -> Settings {
+    let mut settings = Settings::paper(10.0, 1e-3);
+    settings.filament.segments = segments;
+    settings.tool.filament_count = around;
+    let brush = BrushSettings { columns: Some(columns), rows: Some(1), steady: false, ..BrushSettings::default() };
+    Settings { brush: Some(brush), ..settings }
+}
+
+fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
+    let mut brush = settings.brush.clone().expect("a brush");
+    change(&mut brush);
+    Settings { brush: Some(brush), ..settings.clone() }
+}
+
+fn impulses(result: &BrushResult) -> Vec<f64> {
+    result.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect()
+}
+
 #[test]
 fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
     let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
     for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
-        let result = case.input.simulate(1e-5, 1e-6);
-        for (column, (metrics, expected)) in result.metrics.iter().zip(&case.filaments).enumerate() {
+        let result = case.input.simulate(1e-5);
+        for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
+            let metrics = &filament.metrics;
             let impulse = expected.contact_normal_impulse_n_s;
             let relative = |value: f64, expected: f64, scale: f64| ((value - expected) / scale).abs();
             let errors = [
@@ -107,17 +103,15 @@ fn rows_are_those_of_an_independent_code() {
 }
 
 #[test]
-fn rows_converge_with_the_step() {
+fn rows_converge_with_the_tolerance() {
     let cases = references();
     let case = cases.iter().find(|case| case.name == "three").expect("a row of three");
-    let error = |step: f64| {
-        let result = case.input.simulate(step, 1e-7);
-        let errors = result.metrics.iter().zip(&case.filaments).map(|(metrics, expected)| {
-            (metrics.contact_normal_impulse_n_s / expected.contact_normal_impulse_n_s - 1.0).abs()
-        });
-        errors.fold(0.0, f64::max)
+    let error = |tolerance: f64| {
+        let result = case.input.simulate(tolerance);
+        let errors = impulses(&result).into_iter().zip(&case.filaments);
+        errors.map(|(found, case)| (found / case.contact_normal_impulse_n_s - 1.0).abs()).fold(0.0, f64::max)
     };
-    let errors = [2e-4, 2e-5, 2e-6].map(error);
+    let errors = [1e-3, 3e-5, 1e-6].map(error);
     let [coarse, fine, finest] = errors;
     // Impacts begin and end within steps, so that the error falls unevenly.
     assert!(coarse < 2e-3 && fine < coarse && finest < 5e-5, "{errors:?}");
@@ -125,66 +119,217 @@ fn rows_converge_with_the_step() {
 
 #[test]
 fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
-    let mut settings = Settings::paper(10.0, 1e-3);
-    settings.filament.segments = 10;
+    let settings = with(&row(10, 150.0, 3), |brush| brush.tolerance = 3e-5);
     let alone = simulate(&settings).expect("a pass").metrics;
-    let row = RowSettings {
-        columns: 3,
-        pitch: TAU / 150.0,
-        law: PressLaw::of(&settings),
-        points: 4,
-        step: 2e-5,
-        newton_tolerance: 1e-6,
-    };
-    let result = simulate_row(&Pass::new(&settings), &row).expect("a row");
-    for metrics in &result.metrics {
-        let ratio = metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s;
+    let result = simulate_brush(&settings, 1).expect("a row");
+    for filament in &result.filaments {
+        let ratio = filament.metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s;
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
-        assert_eq!(metrics.contact_count, alone.contact_count);
+        assert_eq!(filament.metrics.contact_count, alone.contact_count);
     }
-    assert_eq!(result.effort.krylov_vectors, 0);
+    assert_eq!(result.statistics.effort.krylov_vectors, 0);
+    assert!(result.pairs.is_empty() && (result.interaction_factor - 1.0).abs() < 1e-4);
 }
 
 #[test]
 fn the_work_of_a_row_has_not_changed() {
-    let mut settings = Settings::paper(10.0, 1e-3);
-    settings.filament.segments = 10;
-    let row = RowSettings {
-        columns: 12,
-        pitch: TAU / 682.0,
-        law: PressLaw::of(&settings),
-        points: 4,
-        step: 2e-4,
-        newton_tolerance: 3e-4,
-    };
-    let result = simulate_row(&Pass::new(&settings), &row).expect("a row");
-    assert_eq!(result.halved_steps, 0);
-    let per_stage = result.effort.newton_iterations as f64 / (2 * result.steps) as f64;
-    let vectors = result.effort.krylov_vectors as f64 / result.effort.newton_iterations as f64;
+    let result = simulate_brush(&row(10, 682.0, 12), 1).expect("a row");
+    assert_eq!(result.statistics.halved_steps, 0);
+    let effort = result.statistics.effort;
+    let per_stage = effort.newton_iterations as f64 / (2 * result.statistics.steps) as f64;
+    let vectors = effort.krylov_vectors as f64 / effort.newton_iterations as f64;
     assert!(per_stage > 1.5 && per_stage < 4.0, "{per_stage} iterations a stage");
     assert!(vectors > 0.2 && vectors < 5.0, "{vectors} vectors an iteration");
 }
 
 #[test]
-fn rows_that_cannot_be_simulated_are_refused() {
-    let row = |settings: &Settings, columns: f64| {
-        let row = RowSettings {
-            columns: 2,
-            pitch: TAU / columns,
-            law: PressLaw::of(settings),
-            points: 2,
-            step: 2e-4,
-            newton_tolerance: 3e-4,
-        };
-        simulate_row(&Pass::new(settings), &row).expect_err("it is refused")
+fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
+    let settings = with(&row(6, 682.0 * 3.0, 20), |brush| {
+        brush.rows = Some(3);
+        brush.lateral_tilt_std_rad = 2e-3;
+        brush.friction_coefficient = 0.2;
+    });
+    let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
+    let expected = simulate_brush(&settings, 1).expect("a brush");
+    assert_eq!(simulate_brush(&settings, 3).expect("a brush"), expected);
+    let options = RunOptions { frames: 4, ..RunOptions::default() };
+    let mut run = BrushRun::new(&settings, options).expect("a brush");
+    while run.done() < 0.6 {
+        assert!(run.advance().expect("steps"));
+    }
+    let state = run.checkpoint();
+    let mut resumed = BrushRun::resume(&settings, options, &state).expect("a state");
+    for run in [&mut run, &mut resumed] {
+        while run.advance().expect("steps") {}
+    }
+    let [whole, resumed] = [run, resumed].map(|run| run.finish().expect("results"));
+    assert!(whole.frames.len() > 2 && whole.pairs.len() > 30);
+    assert_eq!(resumed, whole);
+    assert_eq!(impulses(&whole), impulses(&expected));
+    let other = row(7, 682.0, 20);
+    let error = BrushRun::resume(&other, options, &state).err();
+    assert_eq!(error, Some(BrushError::Checkpoint));
+}
+
+#[test]
+fn mirrored_and_shifted_sectors_are_the_same() {
+    let base = with(&row(5, 682.0 * 3.0, 8), |brush| {
+        brush.rows = Some(3);
+        brush.ends = Ends::Free;
+        brush.tolerance = 1e-4;
+    });
+    let tilted = |tilt: f64| {
+        let mut settings = base.clone();
+        settings.tool.width_m = 3.9e-3;
+        settings.filament.lateral_tilt_rad = tilt;
+        simulate_brush(&settings, 1).expect("a brush")
     };
-    let settings = Settings::paper(10.0, 1e-3);
-    let error = row(&settings, 800.0);
-    assert!(matches!(error, RowError::Overlap { .. }) && error.to_string().contains("apart"), "{error}");
-    let mut tilted = settings.clone();
-    tilted.filament.lateral_tilt_rad = 1e-3;
-    assert_eq!(row(&tilted, 682.0), RowError::NotPlanar);
-    let mut turning = settings;
-    turning.process.turns = Turns::Count(2);
-    assert_eq!(row(&turning, 682.0), RowError::Turns);
+    let (one, mirrored) = (tilted(0.02), tilted(-0.02));
+    for filament in &one.filaments {
+        let image = mirrored.filaments.iter().find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
+        let image = image.expect("the same filament on the other side");
+        let [a, b] = [filament, image].map(|filament| filament.metrics.contact_normal_impulse_n_s);
+        assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+    }
+}
+
+#[test]
+fn rows_that_are_far_apart_are_single_rows() {
+    let single = simulate_brush(&row(5, 682.0, 6), 1).expect("a row");
+    let three = with(&row(5, 682.0 * 3.0, 6), |brush| (brush.rows, brush.pattern) = (Some(3), Pattern::Aligned));
+    let planar = simulate_brush(&three, 1).expect("a brush");
+    // Rows of equal filaments are simulated once.
+    assert_eq!(planar.statistics, single.statistics);
+    let spatial = Settings { process: ProcessSettings { gravity_m_s2: [0.0, 0.0, 1e-9], ..three.process.clone() }, ..three };
+    let spatial = simulate_brush(&spatial, 1).expect("a brush");
+    for (column, impulse) in impulses(&single).into_iter().enumerate() {
+        for row in 0..3 {
+            assert_eq!(impulses(&planar)[3 * column + row], impulse);
+            let ratio = impulses(&spatial)[3 * column + row] / impulse;
+            assert!((ratio - 1.0).abs() < 2e-3, "column {column}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn energies_balance_and_neighbours_oppose_each_other() {
+    let mut settings = with(&row(5, 682.0, 6), |brush| {
+        brush.tolerance = 3e-6;
+        (brush.damping_s_m, brush.friction_coefficient) = (0.5, 0.3);
+    });
+    settings.contact.friction_coefficient = 0.3;
+    let options = RunOptions { tracks_energy: true, ..RunOptions::default() };
+    let mut run = BrushRun::new(&settings, options).expect("a row");
+    while run.advance().expect("steps") {}
+    let result = run.finish().expect("results");
+    let balance = result.energies.expect("energies");
+    let defect = balance.gain_j - balance.work_j + balance.dissipated_j;
+    assert!(defect.abs() < 1e-4 * balance.work_j.abs().max(balance.dissipated_j), "{balance:?}");
+    let pair = result.pairs.iter().find(|pair| (pair.filament, pair.other) == ([0, 0], [1, 0])).expect("a pair");
+    assert!(pair.vector_impulse_n_s[0].abs() > 0.1 * pair.impulse_n_s && pair.dissipated_j > 0.0);
+}
+
+#[test]
+fn each_filament_has_its_own_deviations() {
+    let mut settings = row(5, 300.0, 12);
+    settings.uncertainty.length_std_m = 2e-4;
+    let error = simulate_brush(&settings, 1).expect_err("it is refused");
+    assert!(error.to_string().contains("machine"), "{error}");
+    settings.uncertainty.hold = Hold::Machine;
+    let result = simulate_brush(&settings, 1).expect("a row");
+    let impulses = impulses(&result);
+    let mean = impulses.iter().sum::<f64>() / 12.0;
+    let deviation = (impulses.iter().map(|impulse| (impulse - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
+    assert!(deviation > 0.03 * mean && deviation < 0.5 * mean, "{impulses:?}");
+    // The same filaments, whatever the number of columns.
+    let fewer = simulate_brush(&with(&settings, |brush| brush.columns = Some(4)), 1).expect("a row");
+    let [a, b] = [fewer, result].map(|result| result.filaments[1].metrics.max_tip_deflection_m);
+    assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");
+}
+
+#[test]
+fn random_roots_keep_their_distance() {
+    let settings = with(&row(2, 10_500.0, 12), |brush| {
+        (brush.rows, brush.pattern) = (None, Pattern::Random);
+        brush.tolerance = 1e-2;
+    });
+    let result = simulate_brush(&settings, 1).expect("a brush");
+    assert_eq!((result.columns, result.rows), (12, 15));
+    let (mut least, mut regular) = (f64::INFINITY, 0);
+    for (index, a) in result.filaments.iter().enumerate() {
+        for b in &result.filaments[..index] {
+            let chord = 0.28 * (0.5 * (a.root_angle_rad - b.root_angle_rad)).sin();
+            for shift in [-0.02, 0.0, 0.02] {
+                least = least.min(chord.hypot(a.root_z_m - b.root_z_m + shift));
+            }
+        }
+        let angle = a.root_angle_rad * 700.0 / TAU;
+        regular += usize::from((angle - angle.round()).abs() < 0.05);
+    }
+    assert!(least >= 1.18e-3 && least < 1.25e-3, "{least}");
+    // Of regular roots all would be: of random ones a tenth.
+    assert!(regular < 50, "{regular} of 180");
+    let again = simulate_brush(&settings, 1).expect("a brush");
+    assert_eq!(again, result);
+    let other = with(&settings, |brush| brush.seed = 2);
+    assert!(simulate_brush(&other, 1).expect("a brush").filaments[0].root_z_m != result.filaments[0].root_z_m);
+}
+
+#[test]
+fn a_whole_row_is_a_ring() {
+    let result = simulate_brush(&with(&row(2, 40.0, 40), |brush| brush.tolerance = 1e-4), 1).expect("a row");
+    let impulses = impulses(&result);
+    for impulse in &impulses {
+        assert!((impulse / impulses[0] - 1.0).abs() < 2e-2, "{impulses:?}");
+    }
+}
+
+#[test]
+fn turns_of_a_brush_are_those_of_single_filaments_if_none_touch() {
+    let mut settings = with(&row(4, 60.0, 3), |brush| brush.tolerance = 1e-4);
+    settings.process.brushing_velocity_m_s = 30.0;
+    settings.process.turns = Turns::Count(3);
+    let alone = simulate(&settings).expect("turns");
+    let result = simulate_brush(&settings, 1).expect("a row");
+    assert_eq!(result.tool.turns, 3);
+    let pairs = result.turn_contact_normal_impulses_n_s.iter().zip(&alone.turn_contact_normal_impulses_n_s);
+    for (found, expected) in pairs {
+        assert!((found / expected - 1.0).abs() < 5e-3, "{found} {expected}");
+    }
+}
+
+#[test]
+fn the_steady_stretch_is_where_impulses_no_longer_change() {
+    let settings = with(&row(5, 682.0, 20), |brush| brush.steady = true);
+    let error = simulate_brush(&settings, 1).expect_err("too few columns");
+    let BrushError::TooFewColumns { columns: 20, needed, .. } = error else { panic!("{error}") };
+    assert!(error.to_string().contains(&format!("`brush.columns` to {needed}")), "{error}");
+    // As many as it says are enough; and so are as many as there are without a number.
+    let stated = simulate_brush(&with(&settings, |brush| brush.columns = Some(needed)), 1).expect("a row");
+    let default = simulate_brush(&with(&settings, |brush| brush.columns = None), 1).expect("a row");
+    let longer = simulate_brush(&with(&settings, |brush| brush.columns = Some(2 * needed)), 1).expect("a row");
+    for result in [stated, default] {
+        let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
+        assert!((a / b - 1.0).abs() < 3e-3, "{a} {b} {:?} {:?}", result.stretch, longer.stretch);
+        assert!(result.stretch.change_with_more_columns.abs() < 5e-3 && result.stretch.first > 3);
+    }
+}
+
+#[test]
+fn brushes_that_cannot_be_simulated_are_refused() {
+    let refused = |settings: &Settings| simulate_brush(settings, 1).expect_err("it is refused");
+    let error = refused(&row(5, 800.0, 2));
+    assert!(matches!(error, BrushError::Overlap { .. }) && error.to_string().contains("overlap"), "{error}");
+    let error = refused(&row(5, 600.0, 601));
+    assert_eq!(error, BrushError::TooManyColumns { columns: 601, around: 600 });
+    let options = RunOptions { memory: Some(1 << 20), ..RunOptions::default() };
+    let error = BrushRun::new(&row(400, 682.0, 600), options).err().expect("it is refused");
+    assert!(matches!(error, BrushError::Memory { filaments: 600, .. }), "{error}");
+    assert_eq!(refused(&row(5, 0.0, 1)), BrushError::TooManyColumns { columns: 1, around: 0 });
+    let tilted = with(&row(5, 682.0 * 3.0, 3), |brush| (brush.rows, brush.lateral_tilt_std_rad) = (Some(3), 0.1));
+    let tilted = Settings { tool: ToolSettings { width_m: 3.6e-3, ..tilted.tool.clone() }, ..tilted };
+    assert!(matches!(refused(&tilted), BrushError::Tangled { .. }));
+    // So soft that filaments go through each other.
+    let error = refused(&with(&row(8, 682.0, 20), |brush| brush.stiffness_n_m2 = 1e2));
+    assert!(matches!(error, BrushError::Crossing { .. }), "{error}");
 }
