@@ -34,6 +34,8 @@ use crate::terminal::{say, say_at_the_end, say_written};
 use crate::values::{INTERRUPTED, MAX_THREADS};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
+/// What is simulated, for its progress.
+const BRUSH_IN_WORDS: &str = "the brush";
 /// Number of frames, unless the sector is large.
 const FRAMES: u64 = 120;
 
@@ -41,7 +43,8 @@ const FRAMES: u64 = 120;
 ///
 /// The section [brush] of the file states the arrangement of the filaments and their contact. With [brush] alone all defaults
 /// hold. A sector of the brush passes the workpiece. Metrics are taken from the columns in its middle, where the impulse no longer
-/// changes from column to column; if there are none, the error says how many columns are needed.
+/// changes from column to column. If there are none, the sector is simulated again with more columns; if the file states their number,
+/// the error says how many are needed.
 ///
 /// metrics.json is a flat object with the metrics of the tool, what interaction changes, and the columns that count. filaments.csv has
 /// the metrics of each filament; column 0 meets the workpiece first. history.csv has the forces of the sector over time, and contacts.csv
@@ -152,12 +155,20 @@ fn simulate<'a>(
         say(format_args!("{done} % of the brush are in `{path}`, the simulation goes on from there"));
     }
     let stop = stop_on_interrupt();
-    let mut progress = PassProgress::begin("the brush", run.done());
+    let mut progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
+    let mut columns = run.columns();
     let outcome = loop {
         match run.advance() {
             Ok(true) => {}
             Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.file, error)),
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
+        }
+        if run.columns() != columns {
+            progress.end();
+            let now = run.columns();
+            say(format_args!("{columns} columns have no steady stretch: simulating {now} columns from the beginning"));
+            columns = now;
+            progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
         }
         progress.tell(run.done());
         if stop.load(Ordering::Relaxed) {

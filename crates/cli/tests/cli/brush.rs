@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
+use bristle::model::settings::BrushSettings;
 use bristle_study::brush::Interaction;
 use bristle_study::results::keys;
 use serde_json::{Map, Value};
@@ -362,6 +363,7 @@ fn the_documents_list_every_column_of_a_brush() {
 fn the_example_is_a_brush_and_a_study() {
     let example = include_str!("../../../../examples/brush.toml");
     let document = bristle_study::document::Document::parse(example, "brush.toml").expect("TOML");
-    assert!(document.settings().expect("settings").brush.is_some());
+    // It states every key that has a default value.
+    assert_eq!(document.settings().expect("settings").brush, Some(BrushSettings::default()));
     assert_eq!(document.study().expect("a study").case_count(), 16);
 }
