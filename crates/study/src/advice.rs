@@ -535,7 +535,7 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use bristle::model::metrics::{ContactRecord, Metrics};
-    use bristle::simulation::{Pass, Statistics};
+    use bristle::simulation::Pass;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(

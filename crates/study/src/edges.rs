@@ -142,7 +142,6 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::study::CaseSummary;
-    use bristle::simulation::Statistics;
 
     fn study() -> Study {
         let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\

@@ -414,7 +414,6 @@ mod tests {
     use crate::document::Document;
     use crate::study::{CaseSummary, DEPTH, VELOCITY};
     use bristle::model::metrics::Metrics;
-    use bristle::simulation::Statistics;
 
     /// Two velocities, three depths that are not evenly spaced.
     fn study() -> Study {

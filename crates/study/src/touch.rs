@@ -85,7 +85,6 @@ mod tests {
     use crate::document::Document;
     use crate::study::CaseSummary;
     use crate::testing::brush;
-    use bristle::simulation::Statistics;
 
     const FILE: &str = concat!(
         brush!(8),
