@@ -119,7 +119,7 @@ pub fn brush_table(result: &BrushResult) -> String {
     }
     let BrushResult { columns, rows: count, stretch, interaction_factor, .. } = result;
     let Stretch { first, last, scatter, drift, change_with_more_columns } = stretch;
-    let percent = |share: f64| format!("{} %", short(100.0 * share));
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     let mut text = format!("{columns} columns in {count} {}; {first} to {last} count\n", plural(*count, "row"));
     text.push_str(&aligned(&rows).join("\n"));
     text.push_str(&format!(

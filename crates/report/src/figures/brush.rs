@@ -6,7 +6,6 @@ use crate::drawing::scale::Axis;
 use bristle::brush::{FilamentResult, PairResult, ToolSample};
 use bristle::model::settings::Settings;
 use bristle_study::brush::Interaction;
-use bristle_study::text::number::short;
 
 /// Names of the figures.
 const IMPULSES: &str = "brush_impulses";
@@ -66,8 +65,8 @@ fn impulses(brush: &Brush) -> Picture {
     let diagram = Diagram {
         title: contact_title("Impulses of the filaments", &brush.settings),
         subtitle: format!(
-            "interaction factor {factor:.3}; shaded: the columns that count, whose filaments scatter by {} %",
-            short(100.0 * scatter)
+            "interaction factor {factor:.3}; shaded: the columns that count, whose filaments scatter by {:.2} %",
+            100.0 * scatter
         ),
         x: Axis::linear("column; 0 meets the workpiece first"),
         y: Axis::from_zero("p_n in mN s"),
