@@ -98,7 +98,11 @@ impl Arrangement {
         let (shifts, count) = (self.shifts(), order.len());
         // A filament meets its own image too.
         if self.period.is_some_and(|period| period < reach) {
-            return Err(BrushError::Overlap { distance: self.period.unwrap_or_default(), reach, pair: [[0, 0], [0, 0]] });
+            return Err(BrushError::Overlap {
+                distance: self.period.unwrap_or_default(),
+                reach,
+                pair: [[0, 0], [0, 0]],
+            });
         }
         let window = if reach < 2.0 * radius { 2.0 * (0.5 * reach / radius).asin() } else { TAU };
         for (index, a) in order.iter().enumerate() {
@@ -106,7 +110,8 @@ impl Arrangement {
                 if (b.angle - a.angle).rem_euclid(TAU) > window {
                     break;
                 }
-                let nearest = shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
+                let nearest =
+                    shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
                 // A brush whose filaments just touch is one that can be built.
                 if nearest < reach * (1.0 - 1e-9) {
                     let pair = [a.place(), b.place()];

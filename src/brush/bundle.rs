@@ -153,7 +153,14 @@ impl Clearance {
         let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
         let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
         let speed = if workpiece.translates() { radius * rate.abs() + along } else { f64::INFINITY };
-        Self { speed, workpiece_velocity, first_contact: f64::NEG_INFINITY, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
+        Self {
+            speed,
+            workpiece_velocity,
+            first_contact: f64::NEG_INFINITY,
+            time: 0.0,
+            way: 0.0,
+            gap: f64::NEG_INFINITY,
+        }
     }
 
     /// Whether the filament is surely farther away than [`Clearance::NOTICED`] at `time` (s), where it has gone `way` (m).
@@ -400,7 +407,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                     continue;
                 }
                 for (lane, blocks) in turned.iter().enumerate() {
-                    for (vector, block) in [&mut motion.q, &mut motion.v, &mut motion.accelerations].into_iter().zip(blocks) {
+                    for (vector, block) in
+                        [&mut motion.q, &mut motion.v, &mut motion.accelerations].into_iter().zip(blocks)
+                    {
                         for (value, turned) in vector[at].iter_mut().zip(block) {
                             value.set_lane(lane, *turned);
                         }
@@ -458,12 +467,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let lengths: Vec<f64> = (0..self.layout.filaments).map(|filament| candidates.length(filament)).collect();
         // By the motion of the positions: solutions multiply by its weight.
         let relative = weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]);
-        candidates
-            .by_group()
-            .zip(&mut *presses)
-            .zip(&mut *tangents)
-            .with_min_len(division.share)
-            .for_each(|((watched, presses), tangents)| {
+        candidates.by_group().zip(&mut *presses).zip(&mut *tangents).with_min_len(division.share).for_each(
+            |((watched, presses), tangents)| {
                 presses.clear();
                 watched.for_each_near(positions, |filaments, near| {
                     presses.push((filaments, Press::new(law, near, lengths[filaments[0]], [positions, velocities])));
@@ -472,7 +477,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 if let Some(relative) = relative {
                     tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, relative)));
                 }
-            });
+            },
+        );
         incoming.iter_mut().for_each(Vec::clear);
         for group in groups.iter_mut().filter(|group| group.activity == Activity::Coupled) {
             group.activity = Activity::Alone;
@@ -492,8 +498,19 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Adds up the forces on all filaments.
     fn add_loads(&mut self, time: f64) {
         let n = self.layout.segments;
-        let Self { groups, forces, loads, clearances, positions, velocities, bristles, presses, incoming, candidates, .. } =
-            self;
+        let Self {
+            groups,
+            forces,
+            loads,
+            clearances,
+            positions,
+            velocities,
+            bristles,
+            presses,
+            incoming,
+            candidates,
+            ..
+        } = self;
         let fields = [&*positions, &*velocities];
         let parts = forces.0.chunks_mut(n + 1).zip(loads.chunks_mut(LANES)).zip(clearances.chunks_mut(LANES));
         for (group, ((forces, loads), clearances)) in groups.iter_mut().zip(parts) {
@@ -519,7 +536,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             let energies = group.equations.energies(&group.clamp, state[0], state[1]);
             let power = dot(group.equations.root_force(), group.clamp.velocity) + energies.clamp_torque_power;
             for lane in 0..group.count {
-                energy += [energies.kinetic, energies.spring, energies.gravity].map(|part| part.lane(lane)).iter().sum::<f64>();
+                energy += [energies.kinetic, energies.spring, energies.gravity]
+                    .map(|part| part.lane(lane))
+                    .iter()
+                    .sum::<f64>();
                 work += power.lane(lane);
                 taken += 2.0 * energies.dissipation.lane(lane);
             }
@@ -678,8 +698,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     fn solve_coupled(&mut self, by_position: f64, forcing: f64) -> Option<usize> {
         let n = self.layout.segments;
         let Self { groups, displacements, forces, tangents, incoming, residual, krylov, division, .. } = self;
-        let groups: Vec<&mut Group> =
-            groups.iter_mut().filter(|group| group.activity == Activity::Coupled).collect();
+        let groups: Vec<&mut Group> = groups.iter_mut().filter(|group| group.activity == Activity::Coupled).collect();
         if groups.is_empty() {
             return Some(0);
         }
@@ -687,7 +706,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let mut compact: Vector =
             indices.iter().flat_map(|index| &residual[index * n..(index + 1) * n]).copied().collect();
         let factor = Lane::from_lanes(|_| -by_position);
-        let mut coupling = Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor, share: division.share };
+        let mut coupling =
+            Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor, share: division.share };
         let vectors = gmres::solve(&mut coupling, &mut compact, forcing, krylov, *division)?;
         for (part, index) in compact.chunks(n).zip(&indices) {
             residual[index * n..(index + 1) * n].copy_from_slice(part);
@@ -930,15 +950,12 @@ impl Coupling<'_> {
 impl Coupled for Coupling<'_> {
     fn precondition(&mut self, x: &mut Vector) {
         let parts = parts_of(self.displacements, &self.groups, self.segments);
-        self.groups
-            .par_iter_mut()
-            .zip(x.par_chunks_mut(self.segments))
-            .zip(parts)
-            .with_min_len(self.share)
-            .for_each(|((group, x), displacements)| {
+        self.groups.par_iter_mut().zip(x.par_chunks_mut(self.segments)).zip(parts).with_min_len(self.share).for_each(
+            |((group, x), displacements)| {
                 group.equations.solve(x);
                 group.displace(x, displacements);
-            });
+            },
+        );
     }
 
     fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lane; 2]]) + Sync) {

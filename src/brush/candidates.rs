@@ -151,7 +151,8 @@ impl Candidates {
             self.motion.positions.clone_from(positions);
             self.motion.angle = angle;
         }
-        let gone = |now: &Lane, then: &Lane| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
+        let gone =
+            |now: &Lane, then: &Lane| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
         if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
             self.build(positions);
             self.built.clone_from(&self.motion.farthest);
@@ -235,7 +236,8 @@ impl Motion {
                     *earlier = *now;
                 }
                 for (k, path) in paths.iter_mut().enumerate() {
-                    let way = ways[k..=k + 2 * SPREAD].iter().fold(Lane::from_lanes(|_| 0.0), |most, way| most.max(*way));
+                    let way =
+                        ways[k..=k + 2 * SPREAD].iter().fold(Lane::from_lanes(|_| 0.0), |most, way| most.max(*way));
                     *path = *path + way;
                 }
                 *farthest = *farthest + most;
@@ -319,7 +321,13 @@ impl Watched<'_> {
                         .map(|k| {
                             let segment = Node::new(*other, k, segments);
                             let reach = radius.lane(lane) + line.radii[k];
-                            Near::between(point, x.map(|x| x.lane(lane)), segment, [line.node(k), line.node(k + 1)], reach)
+                            Near::between(
+                                point,
+                                x.map(|x| x.lane(lane)),
+                                segment,
+                                [line.node(k), line.node(k + 1)],
+                                reach,
+                            )
                         })
                         .min_by(|a, b| a.square().total_cmp(&b.square()))
                         .expect("a window has a segment");
@@ -493,7 +501,8 @@ struct Bounds {
 impl Bounds {
     /// Two filaments can only be nearer to each other than `near` (m) if their bounds overlap.
     fn of(nodes: impl Iterator<Item = [f64; 3]> + Clone, near: f64) -> Self {
-        let axial = nodes.clone().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [_, _, z]| [low.min(z), high.max(z)]);
+        let axial =
+            nodes.clone().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [_, _, z]| [low.min(z), high.max(z)]);
         let axial = [axial[0] - 0.5 * near, axial[1] + 0.5 * near];
         let mut nodes_around = nodes.clone();
         let [x, y, _] = nodes_around.next().expect("a filament has nodes");

@@ -107,11 +107,12 @@ impl Display for BrushError {
                 name(a),
                 name(b)
             ),
-            Self::NoLanes => write!(f, "brushes are simulated with AVX2 instructions, which this machine does not have"),
-            Self::Hold => write!(
-                f,
-                "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\""
-            ),
+            Self::NoLanes => {
+                write!(f, "brushes are simulated with AVX2 instructions, which this machine does not have")
+            }
+            Self::Hold => {
+                write!(f, "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\"")
+            }
             Self::Memory { needed, limit, filaments, segments } => write!(
                 f,
                 "{filaments} filaments of {segments} segments need about {} MB of memory, but {} MB are available: choose fewer \

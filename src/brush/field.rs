@@ -87,7 +87,6 @@ impl Field {
             component.set_lane(node.lane(), value);
         }
     }
-
 }
 
 /// The vectors at the nodes of one group, from the root.

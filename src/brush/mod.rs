@@ -21,6 +21,7 @@
 //! ```
 
 mod arrangement;
+mod assembly;
 mod bundle;
 mod candidates;
 mod error;
@@ -34,12 +35,11 @@ mod sector;
 mod stretch;
 mod words;
 
+pub use assembly::{Assembly, StepError};
 pub use bundle::Effort;
 pub use error::BrushError;
 pub use presses::PressLaw;
-pub use result::{
-    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Stretch, ToolSample,
-};
+pub use result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Stretch, ToolSample};
 pub use run::{BrushRun, RunOptions, memory_estimate};
 
 use crate::model::settings::Settings;

@@ -68,7 +68,13 @@ impl Near {
     /// The point of `segment` that is nearest to `point`.
     #[cfg(test)]
     pub fn on_segment(point: Place, segment: Node, positions: &Field, reach: f64) -> Self {
-        Self::between(point, point.of(positions), segment, [positions.at(segment), positions.at(segment.outer())], reach)
+        Self::between(
+            point,
+            point.of(positions),
+            segment,
+            [positions.at(segment), positions.at(segment.outer())],
+            reach,
+        )
     }
 
     /// The same for a point at `x` and a segment with the given ends, all in m.

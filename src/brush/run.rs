@@ -116,7 +116,9 @@ impl BrushRun {
         }
         let brush = settings.brush.clone().unwrap_or_default();
         let pass = Pass::new(settings);
-        if filaments::differ(&Settings { brush: None, ..settings.clone() }) && settings.uncertainty.hold != Hold::Machine {
+        if filaments::differ(&Settings { brush: None, ..settings.clone() })
+            && settings.uncertainty.hold != Hold::Machine
+        {
             return Err(BrushError::Hold);
         }
         let [default, rows] = size(settings, &pass);
@@ -126,7 +128,8 @@ impl BrushRun {
         }
         let n = settings.filament.segments;
         let length = settings.filament.length_m / n as f64;
-        let points = brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
+        let points =
+            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
         let needed = memory_estimate(columns.saturating_mul(rows), n, points);
         if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
             return Err(BrushError::Memory { needed, limit, filaments: columns.saturating_mul(rows), segments: n });
@@ -142,12 +145,20 @@ impl BrushRun {
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
-        let form = if is_planar { Form::Planar } else { Form::Spatial };
+        let plan = Plan {
+            settings,
+            pass: &pass,
+            arrangement: &arrangement,
+            own: &own,
+            form: if is_planar { Form::Planar } else { Form::Spatial },
+            points,
+            begin,
+            tolerance: precision.newton * velocity,
+            options,
+        };
         let mut sectors = Vec::new();
         for members in groups {
-            let bundle = bundle(form, settings, &pass, &arrangement, &own, &members, points, options.threads);
-            let tolerance = precision.newton * velocity;
-            let sector = start(bundle, &pass, &arrangement, &members, begin, tolerance, options.tracks_energy);
+            let sector = plan.sector(&members);
             if let Some(pair) = crossing(sector.bundle()) {
                 let place = |index: usize| arrangement.roots[members[index]].place();
                 return Err(BrushError::Tangled { pair: pair.map(place) });
@@ -214,14 +225,25 @@ impl BrushRun {
         if self.done >= to {
             return self.extend();
         }
+        while self.done < to {
+            let next = self.next_frame(self.done);
+            self.advance_to(next.map_or(to, |frame| to.min(frame)))?;
+            if next == Some(self.done) {
+                self.frames.push(self.frame());
+            }
+        }
+        self.sectors.iter_mut().for_each(|(_, sector)| sector.begin_anew());
+        if turns == Turns::Steady && to == end {
+            self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
+        }
+        Ok(true)
+    }
+
+    /// Goes on to a step.
+    fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
         let (begin, length, from) = (self.begin, self.length, self.done);
-        // Where frames are taken, steps stop in between.
-        let to = self.next_frame(from).map_or(to, |frame| to.min(frame));
-        let advance = |(_, sector): &mut (Vec<usize>, Sector)| {
-            let samples: Result<Vec<ToolSample>, _> =
-                (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect();
-            sector.begin_anew();
-            samples
+        let advance = |(_, sector): &mut (Vec<usize>, Sector)| -> Result<Vec<ToolSample>, _> {
+            (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
         let results: Vec<_> = match &self.threads {
             Some(threads) => threads.install(|| self.sectors.par_iter_mut().map(advance).collect()),
@@ -242,13 +264,7 @@ impl BrushRun {
         }
         self.history.append(&mut sum);
         self.done = to;
-        if self.next_frame(from) == Some(to) {
-            self.frames.push(self.frame());
-        }
-        if turns == Turns::Steady && to == end {
-            self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
-        }
-        Ok(true)
+        Ok(())
     }
 
     /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many.
@@ -289,7 +305,8 @@ impl BrushRun {
 
     /// By how many each sector's rows count.
     fn weights(&self) -> Vec<usize> {
-        let simulated = |members: &[usize]| self.likes.iter().filter(|like| members.contains(like)).count() / members.len();
+        let simulated =
+            |members: &[usize]| self.likes.iter().filter(|like| members.contains(like)).count() / members.len();
         self.sectors.iter().map(|(members, _)| simulated(members)).collect()
     }
 
@@ -567,63 +584,68 @@ fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
     times.clone().find(is_free).unwrap_or(0.0)
 }
 
-fn bundle(
+/// What sectors are made from.
+struct Plan<'a> {
+    settings: &'a Settings,
+    pass: &'a Pass,
+    arrangement: &'a Arrangement,
+    /// The settings of each filament.
+    own: &'a [Settings],
     form: Form,
-    settings: &Settings,
-    pass: &Pass,
-    arrangement: &Arrangement,
-    own: &[Settings],
-    members: &[usize],
+    /// Number of contact points of a segment.
     points: usize,
-    threads: usize,
-) -> Bundle<Turning<Mount>> {
-    let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
-    let bristles: Vec<_> = roots().map(|(root, own)| filaments::bristle(own, pass, root)).collect();
-    let radii: Vec<f64> = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-    let is_row = members.len() < arrangement.roots.len() || arrangement.rows == 1;
-    let layout = Layout {
-        filaments: members.len(),
-        segments: settings.filament.segments,
-        points,
-        lengths: bristles.iter().map(|bristle| bristle.chain.length).collect(),
-        largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
-        radii,
-        // In its plane a row does not meet its images.
-        period: if is_row && form == Form::Planar { None } else { arrangement.period },
-    };
-    let rests = roots().all(|(_, own)| filaments::rest(own));
-    Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests, threads)
+    /// When the motion begins, in s.
+    begin: f64,
+    /// Largest last correction of a node's velocity in m/s.
+    tolerance: f64,
+    options: RunOptions,
 }
 
-fn start(
-    mut bundle: Bundle<Turning<Mount>>,
-    pass: &Pass,
-    arrangement: &Arrangement,
-    members: &[usize],
-    begin: f64,
-    tolerance: f64,
-    tracks_energy: bool,
-) -> Sector {
-    let rate = pass.tool().rate;
-    let timetables: Vec<Timetable> = members
-        .iter()
-        .map(|&member| {
-            let delay = arrangement.roots[member].angle / rate;
-            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-            Timetable { begin: begin + delay, turn: pass.turn_time(), touches }
-        })
-        .collect();
-    bundle.set_first_contacts(timetables.iter().map(|timetable| timetable.begin).collect());
-    let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
-        .bristles()
-        .iter()
-        .map(|bristle| {
-            let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
-            [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
-        })
-        .collect();
-    let motion = bundle.start(begin, |filament| starts[filament].clone());
-    Sector::new(bundle, motion, timetables, tolerance, tracks_energy)
+impl Plan<'_> {
+    /// A sector of some filaments, by their numbers in the arrangement.
+    fn sector(&self, members: &[usize]) -> Sector {
+        let Self { pass, arrangement, begin, .. } = *self;
+        let rate = pass.tool().rate;
+        let timetables: Vec<Timetable> = members
+            .iter()
+            .map(|&member| {
+                let delay = arrangement.roots[member].angle / rate;
+                let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
+                Timetable { begin: begin + delay, turn: pass.turn_time(), touches }
+            })
+            .collect();
+        let mut bundle = self.bundle(members);
+        bundle.set_first_contacts(timetables.iter().map(|timetable| timetable.begin).collect());
+        let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
+            .bristles()
+            .iter()
+            .map(|bristle| {
+                let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
+                [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+            })
+            .collect();
+        let motion = bundle.start(begin, |filament| starts[filament].clone());
+        Sector::new(bundle, motion, timetables, self.tolerance, self.options.tracks_energy)
+    }
+
+    fn bundle(&self, members: &[usize]) -> Bundle<Turning<Mount>> {
+        let Self { settings, pass, arrangement, own, form, points, .. } = *self;
+        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+        let bristles: Vec<_> = roots().map(|(root, own)| filaments::bristle(own, pass, root)).collect();
+        let radii: Vec<f64> = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
+        let layout = Layout {
+            filaments: members.len(),
+            segments: settings.filament.segments,
+            points,
+            lengths: bristles.iter().map(|bristle| bristle.chain.length).collect(),
+            largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
+            radii,
+            // In its plane a row does not meet its images.
+            period: if form == Form::Planar { None } else { arrangement.period },
+        };
+        let rests = roots().all(|(_, own)| filaments::rest(own));
+        Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests, self.options.threads)
+    }
 }
 
 /// The memory in bytes that a simulation needs at most, without frames: a linear function of what was measured.

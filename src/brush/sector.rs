@@ -5,12 +5,12 @@ use std::f64::consts::SQRT_2;
 
 use super::bundle::{Bundle, Effort, Motion, NoConvergence, WorkpieceLoad};
 use super::field::Lane;
-use super::gmres::Vector;
 use super::filaments::Mount;
+use super::gmres::Vector;
 use super::result::{BrushStatistics, ToolSample};
 use super::words::{Reader, Writer};
-use crate::equations::{LANES, Lanewise, PolarAxis};
 use crate::equations::linear::{add, scale};
+use crate::equations::{LANES, Lanewise, PolarAxis};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
 use crate::tool::{ClampMotion, Turning};
@@ -181,7 +181,7 @@ impl Sector {
                 Ok(effort) => {
                     self.statistics.steps += 1;
                     self.statistics.effort += effort;
-                    std::mem::swap(&mut self.motion, &mut self.stepper.end);
+                    self.stepper.finish(&mut self.motion);
                     if (end - self.motion.time).abs() < 1e-9 * length {
                         self.motion.time = end;
                     }
@@ -521,9 +521,8 @@ fn press_sums(bundle: &Bundle<Turning<Mount>>) -> BTreeMap<[usize; 2], PressSum>
 pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
-    let is_deep = |(_, press): &&([usize; 2], super::presses::Press)| {
-        press.near.square() < (LEAST * press.near.reach).powi(2)
-    };
+    let is_deep =
+        |(_, press): &&([usize; 2], super::presses::Press)| press.near.square() < (LEAST * press.near.reach).powi(2);
     bundle.presses().find(is_deep).map(|(filaments, _)| *filaments)
 }
 
@@ -543,7 +542,8 @@ impl Stage {
     }
 }
 
-struct Stepper {
+/// Steps of TR-BDF2.
+pub struct Stepper {
     tolerance: f64,
     middle: Motion,
     end: Motion,
@@ -551,13 +551,14 @@ struct Stepper {
 }
 
 impl Stepper {
-    fn new(motion: &Motion, tolerance: f64) -> Self {
+    /// Memory for steps from `motion`, whose stages are solved once velocities change by less than `tolerance` (m/s).
+    pub fn new(motion: &Motion, tolerance: f64) -> Self {
         let base = [motion.q.clone(), motion.v.clone()];
         Self { tolerance, middle: motion.clone(), end: motion.clone(), base }
     }
 
     /// The middle stage of a step of `h` (s) from `start`.
-    fn middle_stage<M: ClampMotion + Sync>(
+    pub fn middle_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
         start: &Motion,
@@ -573,7 +574,7 @@ impl Stepper {
     }
 
     /// The stage at its end.
-    fn end_stage<M: ClampMotion + Sync>(
+    pub fn end_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
         start: &Motion,
@@ -586,6 +587,13 @@ impl Stepper {
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
         bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
+    }
+}
+
+impl Stepper {
+    /// Puts the end of the step into `motion`.
+    pub fn finish(&mut self, motion: &mut Motion) {
+        std::mem::swap(motion, &mut self.end);
     }
 }
 

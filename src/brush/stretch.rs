@@ -13,9 +13,11 @@ use crate::model::filament::first_natural_frequency;
 use crate::model::settings::Settings;
 use crate::simulation::Pass;
 
-/// A stretch is steady if the means of its quarters differ from its own by less than this share of it.
+/// A stretch is steady if the means of its parts differ from its own by less than this share of it.
 const STEADY: f64 = 3e-3;
-/// Where filaments differ, also if they differ by less than so many times the standard error of their means.
+/// Number of columns of a part.
+const PART: usize = 5;
+/// Where filaments differ, the parts are quarters, and may also differ by so many times the standard error of their means.
 const STANDARD_ERRORS: f64 = 2.5;
 /// The least length of a stretch in columns.
 const SHORTEST: usize = 10;
@@ -85,7 +87,8 @@ pub fn find(
             change_with_more_columns: relative(change),
         }
     };
-    let whole = || if columns > 1 { describe(0, columns - 1) } else { Stretch { first: 0, last: 0, ..Stretch::default() } };
+    let whole =
+        || if columns > 1 { describe(0, columns - 1) } else { Stretch { first: 0, last: 0, ..Stretch::default() } };
     if !brush.steady {
         return Ok(whole());
     }
@@ -95,13 +98,14 @@ pub fn find(
     let is_steady = |first: usize| {
         let counted = &means[first..end];
         let [mean, deviation] = mean_and_deviation(counted);
-        let quarter = counted.len() / 4;
-        let allowed = if differ { STANDARD_ERRORS * deviation / (quarter as f64).sqrt() } else { 0.0 };
+        let part = if differ { counted.len() / 4 } else { PART };
+        let allowed = if differ { STANDARD_ERRORS * deviation / (part as f64).sqrt() } else { 0.0 };
         let allowed = allowed.max(STEADY * mean);
-        counted.chunks_exact(quarter).all(|part| (mean_and_deviation(part)[0] - mean).abs() <= allowed)
+        counted.chunks_exact(part).all(|part| (mean_and_deviation(part)[0] - mean).abs() <= allowed)
     };
-    // The first column never has a filament before it.
-    let first = (1..(end + 1).saturating_sub(length)).find(|first| is_steady(*first));
+    // Where filaments differ, chance hides what the entry does.
+    let earliest = if differ { 2 * entry / 3 } else { 1 };
+    let first = (earliest..(end + 1).saturating_sub(length)).find(|first| is_steady(*first));
     first.map(|first| describe(first, end - 1)).ok_or_else(|| {
         let drift = if end > 2 { describe(end / 2, end - 1).drift } else { 1.0 };
         let needed = (entry + length + exit).max(columns + columns.div_ceil(3));

@@ -35,8 +35,8 @@ pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
-pub(crate) use turns::is_steady;
 pub use trajectory::{Step, Trajectory, integrate};
+pub(crate) use turns::is_steady;
 
 use observers::Sampler;
 use profile::Ledger;

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions, simulate_brush};
 use bristle::model::settings::{
-    BrushSettings, ContactSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, ToolSettings, Turns,
+    BrushSettings, ContactSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, ToolSettings,
+    Turns,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
@@ -186,7 +187,8 @@ fn mirrored_and_shifted_sectors_are_the_same() {
     };
     let (one, mirrored) = (tilted(0.02), tilted(-0.02));
     for filament in &one.filaments {
-        let image = mirrored.filaments.iter().find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
+        let image =
+            mirrored.filaments.iter().find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
         let image = image.expect("the same filament on the other side");
         let [a, b] = [filament, image].map(|filament| filament.metrics.contact_normal_impulse_n_s);
         assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
@@ -200,7 +202,8 @@ fn rows_that_are_far_apart_are_single_rows() {
     let planar = simulate_brush(&three, 1).expect("a brush");
     // Rows of equal filaments are simulated once.
     assert_eq!(planar.statistics, single.statistics);
-    let spatial = Settings { process: ProcessSettings { gravity_m_s2: [0.0, 0.0, 1e-9], ..three.process.clone() }, ..three };
+    let spatial =
+        Settings { process: ProcessSettings { gravity_m_s2: [0.0, 0.0, 1e-9], ..three.process.clone() }, ..three };
     let spatial = simulate_brush(&spatial, 1).expect("a brush");
     for (column, impulse) in impulses(&single).into_iter().enumerate() {
         for row in 0..3 {

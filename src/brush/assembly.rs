@@ -1,0 +1,95 @@
+//! Filaments with clamps of any motion, which touch each other.
+
+use super::bundle::{Bundle, Motion};
+use super::candidates::Layout;
+use super::presses::PressLaw;
+use super::sector::Stepper;
+use crate::simulation::{Filament, Form};
+use crate::tool::ClampMotion;
+use crate::workpiece::Part;
+
+/// Filaments in space with clamps of any motion, which touch each other and the workpiece: for experiments that are not a brush.
+pub struct Assembly<M> {
+    bundle: Bundle<M>,
+    motion: Motion,
+    stepper: Stepper,
+}
+
+/// A step that Newton's method could not take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepError;
+
+impl std::error::Error for StepError {}
+
+impl std::fmt::Display for StepError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Newton's method does not converge: the step is too long")
+    }
+}
+
+impl<M: ClampMotion + Sync> Assembly<M> {
+    /// Uniform filaments of the given `radii` (m), with equal numbers of segments, that press on each other under `law` with `points`
+    /// contact points a segment. At time zero they have the `coordinates` about `z` and the rates of each segment, in rad and rad/s. Stages
+    /// are solved once velocities change by less than `tolerance` (m/s).
+    ///
+    /// # Panics
+    /// If there is no filament, or if their numbers of segments differ.
+    pub fn new(
+        filaments: Vec<Filament<M, Part>>,
+        radii: &[f64],
+        law: PressLaw,
+        points: usize,
+        coordinates: impl Fn(usize) -> [Vec<[f64; 2]>; 2],
+        tolerance: f64,
+    ) -> Self {
+        let segments = filaments[0].chain.segments();
+        let layout = Layout {
+            filaments: filaments.len(),
+            segments,
+            points,
+            lengths: filaments.iter().map(|filament| filament.chain.length).collect(),
+            radii: radii.iter().flat_map(|radius| vec![*radius; segments]).collect(),
+            largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
+            period: None,
+        };
+        let mut bundle = Bundle::new(Form::Spatial, filaments, law, layout, 0.0, false, 1);
+        let motion = bundle.start(0.0, coordinates);
+        Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }
+    }
+
+    /// Goes on by `h` (s).
+    ///
+    /// # Errors
+    /// If the step is too long.
+    pub fn step(&mut self, h: f64) -> Result<(), StepError> {
+        self.bundle.leave_poles(&mut self.motion);
+        self.stepper.middle_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
+        self.stepper.end_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
+        self.stepper.finish(&mut self.motion);
+        Ok(())
+    }
+
+    /// The time in s.
+    pub fn time(&self) -> f64 {
+        self.motion.time
+    }
+
+    /// Position of a node in m; 0 is the root.
+    pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
+        self.bundle.node(filament, k)
+    }
+
+    /// Forces with which filaments press on each other in N: at each contact point, that on the first of both filaments, with the
+    /// distances of both points from the roots in m.
+    pub fn presses(&self) -> impl Iterator<Item = ([usize; 2], [f64; 3], [f64; 2])> {
+        self.bundle.presses().map(|(filaments, press)| {
+            let places = [&press.near.point, &press.near.nearest].map(|place| self.bundle.arc_length(place));
+            (*filaments, press.force(), places)
+        })
+    }
+
+    /// Energy of the filaments and their contacts in J.
+    pub fn energy(&mut self) -> f64 {
+        self.bundle.energy(&self.motion).0
+    }
+}
