@@ -336,6 +336,21 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
     workspace.run("advise out");
 }
 
+/// With uncertain filaments each of a brush is its own, and no tools are sampled.
+#[test]
+fn filaments_of_a_brush_differ_instead_of_tools() {
+    let uncertainty = "[uncertainty]\nhold = \"machine\"\nyoungs_modulus_std_pa = 0.3e9\n";
+    let workspace = Workspace::new(&format!("{FILE}{uncertainty}{STUDY}"));
+    workspace.run("study case.toml --out out");
+    let runs = workspace.rows("runs.csv");
+    assert!(runs.iter().all(|row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")));
+    workspace.run("brush case.toml --out out");
+    let differing = workspace.read("filaments.csv");
+    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    workspace.run("brush case.toml --out out");
+    assert!(workspace.read("filaments.csv") != differing);
+}
+
 #[test]
 fn the_documents_list_every_column_of_a_brush() {
     let page = include_str!("../../../../docs/results.md");
