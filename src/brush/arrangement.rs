@@ -49,6 +49,12 @@ pub fn default_rows(settings: &Settings) -> usize {
     ((tool.width_m / pitch).round() as usize).max(1)
 }
 
+/// Whether no filament that stays in its plane can touch one in another plane: all `rows` are regular, and farther apart than `reach` (m).
+pub fn has_separate_rows(settings: &Settings, rows: usize, reach: f64) -> bool {
+    let pattern = settings.brush.as_ref().map_or(Pattern::default(), |brush| brush.pattern);
+    rows == 1 || (pattern != Pattern::Random && settings.tool.width_m / rows as f64 > reach)
+}
+
 impl Arrangement {
     /// The roots of a sector of `columns` columns of the brush that `settings` state.
     ///
@@ -191,14 +197,6 @@ impl Arrangement {
                 (root.column, root.row) = (column, row);
             }
         }
-    }
-
-    /// Whether no filament that stays in its plane can touch one in another plane: all rows are regular, and farther apart than `reach`
-    /// (m).
-    pub fn has_separate_rows(&self, settings: &Settings, reach: f64) -> bool {
-        let pattern = settings.brush.as_ref().map_or(Pattern::default(), |brush| brush.pattern);
-        let pitch = settings.tool.width_m / self.rows as f64;
-        self.rows == 1 || (pattern != Pattern::Random && pitch > reach)
     }
 
     /// The angle of the root that is farthest behind in rad.

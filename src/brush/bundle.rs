@@ -108,6 +108,10 @@ pub struct WorkpieceLoad {
     pub pressing: f64,
     /// The deepest penetration of an edge in m.
     pub edge_penetration: f64,
+    /// The sum of the number of the edge that is worked on most, from 1, and the place on it, from 0 to 1; 0 if there is none.
+    pub edge_place: f64,
+    /// `F_n |v_t|` there in W.
+    pub edge_power: f64,
 }
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
@@ -818,6 +822,15 @@ impl Group {
                 if touch.on_edge {
                     load.on_edges += normal;
                     load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
+                    let sliding = touch.approach.sliding;
+                    let power = normal * dot(sliding, sliding).sqrt();
+                    if load.edge_place == 0.0 || power > load.edge_power {
+                        let edge = contact - n;
+                        let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);
+                        // Less than the number of the next edge.
+                        load.edge_place = (edge + 1) as f64 + place.min(1.0 - 1e-12);
+                        load.edge_power = power;
+                    }
                 }
                 let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
                 place.load(force, forces);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::arrangement::{Arrangement, Root};
+use super::arrangement::{self, Arrangement, Root};
 use super::bundle::Bundle;
 use super::candidates::Layout;
 use super::error::BrushError;
@@ -130,16 +130,19 @@ impl BrushRun {
         let length = settings.filament.length_m / n as f64;
         let points =
             brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
-        let needed = memory_estimate(columns.saturating_mul(rows), n, points);
-        if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
-            return Err(BrushError::Memory { needed, limit, filaments: columns.saturating_mul(rows), segments: n });
-        }
         let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
-        let arrangement = Arrangement::new(settings, columns, diameter)?;
-        let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let is_planar = pass.form() == Form::Planar
             && brush.lateral_tilt_std_rad == 0.0
-            && arrangement.has_separate_rows(settings, diameter);
+            && arrangement::has_separate_rows(settings, rows, diameter);
+        // Rows that are alike are simulated once.
+        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
+        let count = columns.saturating_mul(distinct);
+        let needed = memory_estimate(count, n, points);
+        if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
+            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
+        }
+        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let precision = Precision::of(brush.tolerance);
         let velocity = settings.process.brushing_velocity_m_s;
@@ -651,10 +654,10 @@ impl Plan<'_> {
 /// The memory in bytes that a simulation needs at most, without frames: a linear function of what was measured.
 pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 {
     /// Of a segment.
-    const SEGMENT: u64 = 6000;
+    const SEGMENT: u64 = 4000;
     /// Of a contact point.
-    const POINT: u64 = 600;
+    const POINT: u64 = 500;
     let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
     let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
-    filaments.saturating_mul(of_filament).saturating_add(64 << 20)
+    filaments.saturating_mul(of_filament).saturating_add(16 << 20)
 }

@@ -13,7 +13,9 @@ use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, Lanewise, PolarAxis};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
+use crate::simulation::EdgeWork;
 use crate::tool::{ClampMotion, Turning};
+use crate::workpiece::Workpiece;
 
 /// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine 1996).
 const MIDDLE: f64 = 2.0 - SQRT_2;
@@ -44,6 +46,7 @@ pub struct Account {
     pub impulses: Vec<f64>,
     timetable: Timetable,
     load: WorkpieceLoad,
+    edge_work: EdgeWork,
 }
 
 /// How two filaments have pressed on each other so far.
@@ -108,11 +111,13 @@ impl Sector {
     ) -> Self {
         let accounts = timetables
             .into_iter()
-            .map(|timetable| Account {
+            .zip(bundle.bristles())
+            .map(|(timetable, bristle)| Account {
                 record: ContactRecord { turn: 1, ..ContactRecord::default() },
                 completed: None,
                 impulses: Vec::new(),
                 load: WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() },
+                edge_work: EdgeWork::new(bristle.workpiece.edges().len()),
                 timetable,
             })
             .collect();
@@ -216,6 +221,9 @@ impl Sector {
             let [.., tilt] = clamp.direction;
             let excursion = if tilt == 0.0 { 0.0 } else { ((tip[2] - clamp.position[2]) / (length * tilt)).abs() };
             account.observe([&middle.loads[index], &end.loads[index]], [motion.time, h], [deflection, excursion]);
+            if end.loads[index].edge_place > 0.0 {
+                account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
+            }
         }
         for (stage, weight) in [(&middle, OTHERS), (&end, OTHERS + OWN)] {
             for (filaments, press) in &stage.presses {
@@ -348,6 +356,7 @@ impl Account {
             self.impulses.push(self.record.impulse);
             self.completed = Some(self.record);
             self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+            self.edge_work.clear();
         }
         let earlier = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
@@ -369,6 +378,15 @@ impl Account {
                 let [entry, exit] = touch.map(|time| time + earlier);
                 record.nominal_time += (times[1].min(exit) - times[0].max(entry)).max(0.0);
             }
+        }
+        let edge = |load: &WorkpieceLoad| (load.edge_place > 0.0).then(|| load.edge_place as usize - 1);
+        for (load, weight) in [(&start, OTHERS), (middle, OTHERS), (end, OWN)] {
+            let Some(number) = edge(load) else { continue };
+            // Work is spread over the way along an edge, and stays in place where the step begins or ends off it.
+            let place =
+                |other: &WorkpieceLoad| if edge(other) == Some(number) { other.edge_place } else { load.edge_place };
+            let places = [place(&start), place(end)].map(|place| place - (number + 1) as f64);
+            self.edge_work.add(number, places, h * weight * load.edge_power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
         record.lateral_amplification = record.lateral_amplification.max(excursion);
@@ -403,7 +421,7 @@ impl Account {
 
     /// All numbers of the state.
     fn numbers(&mut self) -> Vec<&mut f64> {
-        let Self { record, completed, impulses, load, timetable: _ } = self;
+        let Self { record, completed, impulses, load, edge_work, timetable: _ } = self;
         let WorkpieceLoad {
             normal,
             force: [x, y, z],
@@ -415,6 +433,8 @@ impl Account {
             energy,
             pressing,
             edge_penetration,
+            edge_place,
+            edge_power,
         } = load;
         let records = std::iter::once(record).chain(completed).flat_map(|record| {
             let ContactRecord {
@@ -464,8 +484,10 @@ impl Account {
             energy,
             pressing,
             edge_penetration,
+            edge_place,
+            edge_power,
         ];
-        records.chain(load).chain(impulses).collect()
+        records.chain(load).chain(impulses).chain(edge_work.work_mut()).collect()
     }
 }
 

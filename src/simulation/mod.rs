@@ -32,6 +32,7 @@ pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub(crate) use form::Equations;
 pub use form::Form;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
+pub(crate) use profile::EdgeWork;
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};

@@ -206,7 +206,7 @@ impl Ledger {
 
 /// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge, which is the friction work over `µ`.
 #[derive(Clone, Debug)]
-pub(super) struct EdgeWork {
+pub(crate) struct EdgeWork {
     /// By edge.
     parts: Vec<[f64; PARTS_OF_EDGE]>,
 }
@@ -240,6 +240,17 @@ impl EdgeWork {
                 spread(&boundaries, places, |part, share| parts[part] += share * amount);
             });
         }
+    }
+
+    /// Enters work on one edge, between two places on it, from 0 to 1.
+    pub fn add(&mut self, edge: usize, places: [f64; 2], work: f64) {
+        let boundaries: [f64; PARTS_OF_EDGE + 1] = std::array::from_fn(|index| index as f64 / PARTS_OF_EDGE as f64);
+        spread(&boundaries, places, |part, share| self.parts[edge][part] += share * work);
+    }
+
+    /// All work.
+    pub fn work_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.parts.iter_mut().flatten()
     }
 
     /// The mean of the work per length of all edges over its largest value among their parts; zero without any.
