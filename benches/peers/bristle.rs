@@ -9,9 +9,10 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
+use bristle::brush::simulate_brush;
 use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
 use bristle::model::filament;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
 use bristle_study::document::Document;
@@ -32,6 +33,8 @@ enum Request {
     Step { state: Posture, calls: u32 },
     /// One contact on one thread.
     Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
+    /// A planar row of filaments that touch each other, in steps in which the tips travel `step_m`.
+    Row { brushing_velocity_m_s: f64, penetration_depth_m: f64, segments: usize, columns: usize, step_m: f64 },
     /// The 120 contacts; on all cores if no number of threads is given.
     Study { relative_tolerance: f64, threads: Option<NonZeroUsize> },
 }
@@ -80,6 +83,12 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
             let contact = simulate(black_box(&settings))?;
             let seconds = start.elapsed().as_secs_f64();
             json!({ "seconds": seconds, "impulse": contact.metrics.contact_normal_impulse_n_s, "steps": contact.statistics.steps })
+        }
+        Request::Row { brushing_velocity_m_s, penetration_depth_m, segments, columns, step_m } => {
+            settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
+            settings.process.penetration_depth_m = penetration_depth_m;
+            settings.filament.segments = segments;
+            row(&settings, columns, step_m)?
         }
         Request::Study { relative_tolerance, threads } => {
             settings.solver.relative_tolerance = relative_tolerance;
@@ -134,6 +143,25 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
+}
+
+/// Filaments around in a row of the paper's brush at equal pitch both ways.
+const FILAMENTS_AROUND: f64 = 682.0;
+
+/// A row of so many columns, in steps in which the tips go `step` (m).
+fn row(settings: &Settings, columns: usize, step: f64) -> Result<Value, Box<dyn Error>> {
+    // Steps of 0.2 mm are those of the default tolerance, and go as its power of two thirds.
+    let tolerance = 1e-3 * (step / 2e-4).powf(1.5);
+    let brush =
+        BrushSettings { columns: Some(columns), rows: Some(1), steady: false, tolerance, ..BrushSettings::default() };
+    let mut settings = Settings { brush: Some(brush), ..settings.clone() };
+    settings.tool.filament_count = FILAMENTS_AROUND;
+    let start = Instant::now();
+    let result = simulate_brush(black_box(&settings), 1)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let impulses: Vec<_> =
+        result.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect();
+    Ok(json!({ "seconds": seconds, "impulses": impulses, "steps": result.statistics.steps }))
 }
 
 fn study(study: Study, threads: Option<NonZeroUsize>) -> Result<Value, Box<dyn Error>> {

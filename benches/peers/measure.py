@@ -19,6 +19,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from pathlib import Path
@@ -665,6 +666,137 @@ def one_contact(setup: Setup) -> list[Group]:
     return [Group(title, lines + peers.left_out)]
 
 
+# ---------------------------------------------------------------------------- rows
+
+# Segments and columns of rows of filaments that touch each other.
+ROWS = ((8, 60), (25, 60))
+# The columns whose p_n changes no more from column to column.
+PLATEAU = slice(20, 45)
+# Of the mean p_n on the plateau, or of the p_n of each filament, against the code's own limit.
+ROW_ACCURACY = 2e-2
+# From small to large, in s; the first one gives the limit.
+ROW_STEPS = [2e-6, *(10 ** (-6 + k / 8) for k in range(4, 19))]
+
+# Of a step in s: seconds, and the p_n of each column in N s.
+RowRun = Callable[[float], tuple[float, "np.ndarray"]]
+
+
+@dataclass
+class RowPeer:
+    """A code whose rows are measured, and what it computed so far, by step."""
+
+    run: RowRun
+    limit: "np.ndarray"
+    computed: dict[float, tuple[float, "np.ndarray"]] = field(default_factory=dict)
+
+    def errors(self, step: float) -> tuple[float, float]:
+        """Of the mean on the plateau, and the largest of a filament."""
+        if step not in self.computed:
+            self.computed[step] = self.run(step)
+        _, impulses = self.computed[step]
+        mean = impulses[PLATEAU].mean() / self.limit[PLATEAU].mean() - 1
+        return abs(float(mean)), float(abs(impulses / self.limit - 1).max())
+
+    def line(self, name: str, note: str, kind: int, goal: Goal | None = None) -> Measured:
+        """Accurate in the mean if `kind` is 0, in each filament if it is 1. Of the accurate steps,
+        up to the first one that is not, the one that was fastest."""
+        accurate, reached = [], float("inf")
+        for step in ROW_STEPS[1:]:
+            reached = min(reached, self.errors(step)[kind])
+            if not self.errors(step)[kind] <= ROW_ACCURACY:
+                break
+            accurate.append(step)
+        if not accurate:
+            raise RuntimeError(f"p_n is not reached to {ROW_ACCURACY}, but to {reached:.1e}")
+        chosen = min(accurate, key=lambda step: self.computed[step][0])
+        mean, largest = self.errors(chosen)
+        note = (
+            f"step {chosen * 1e6:.3g} µs, error of the mean {mean:.1e}, of a filament "
+            f"{largest:.1e}; {note}"
+        )
+        return Line(name, note, goal), lambda: self.run(chosen)[0]
+
+
+def rows(setup: Setup) -> list[Group]:
+    """Planar rows of filaments that touch, one thread, at equal accuracy."""
+    return [group for segments, columns in ROWS for group in row(setup, segments, columns)]
+
+
+def row(setup: Setup, segments: int, columns: int) -> list[Group]:
+    """One row: accurate in the mean, and in each filament."""
+    import numpy as np
+
+    def of_bristle(step: float) -> tuple[float, np.ndarray]:
+        answer = setup.bristle.request(
+            "row",
+            brushing_velocity_m_s=CASE[0],
+            penetration_depth_m=CASE[1],
+            segments=segments,
+            columns=columns,
+            step_m=CASE[0] * step,
+        )
+        return answer["seconds"], np.array(answer["impulses"])
+
+    limit = of_bristle(ROW_STEPS[0])[1]
+    ours = RowPeer(of_bristle, limit)
+
+    @cache
+    def of_mujoco() -> tuple[np.ndarray, str]:
+        """Its limit, and a remark on that."""
+        from mujoco_chain import warnings_off
+        from mujoco_row import Row, Touch
+
+        warnings_off()
+        own = Row(CASE, segments, columns, ROW_STEPS[0], Touch()).run().impulses_n_s
+        means = [impulses[PLATEAU].mean() for impulses in (own, limit)]
+        found = deviation(*means, ROW_ACCURACY, "the mean p_n of MuJoCo and Bristle")
+        return own, f"its limit differs from Bristle's by {found:.1e} in the mean"
+
+    @cache
+    def mujoco_row(filaments_are_springs: bool, workpiece_is_spring: bool) -> tuple[RowPeer, str]:
+        """With the fastest solver, at a step that suits all; and remarks."""
+        from mujoco_row import SOLVERS, Row, Touch
+
+        own, note = of_mujoco()
+        touch = Touch(
+            filaments_are_springs=filaments_are_springs, workpiece_is_spring=workpiece_is_spring
+        )
+
+        def of_row(step: float, solver: str) -> tuple[float, np.ndarray]:
+            motion = Row(CASE, segments, columns, step, touch, solver).run()
+            return motion.seconds, motion.impulses_n_s
+
+        # In turns, so that a slow spell of the machine meets all.
+        tried = [(of_row(ROW_STEPS[2], solver)[0], solver) for _ in range(3) for solver in SOLVERS]
+        solver = min(tried)[1]
+        return RowPeer(lambda step: of_row(step, solver), own), f"solver {solver}; {note}"
+
+    groups = []
+    for kind, accurate in enumerate(("the mean p_n of the plateau", "p_n of each filament")):
+        peers = Peers()
+        for name, springs, goal in (
+            ("springs of k_l and k_c", (True, True), Goal(20)),
+            ("its own contacts between filaments", (False, True), None),
+            ("its own contacts everywhere", (False, False), None),
+        ):
+
+            def measured(
+                name: str = f"MuJoCo, capsules, {name}",
+                springs: tuple[bool, bool] = springs,
+                kind: int = kind,
+                goal: Goal | None = goal,
+            ) -> list[Measured]:
+                peer, note = mujoco_row(*springs)
+                return [peer.line(name, note, kind, goal)]
+
+            peers.add(f"MuJoCo, capsules, {name}", measured)
+        first = ours.line("Bristle", "planar, all metrics of each filament", kind)
+        lines = interleaved([first, *peers.measured], min(setup.rounds, 7))
+        title = f"a row of {columns} filaments, n = {segments}, one thread, {accurate} to 2 %"
+        groups.append(Group(title, lines + peers.left_out))
+    return groups
+
+
 _libraries: dict[str, "Library"] = {}
 
 
@@ -890,6 +1022,7 @@ def peak_memory_mb(command: Path, directory: Path) -> float:
 GROUPS: dict[str, Callable[[Setup], list[Group]]] = {
     "accelerations": accelerations,
     "contact": one_contact,
+    "row": rows,
     "study": study,
     "scaling": scaling,
     "threads": threads,

@@ -1,4 +1,4 @@
-"""The chain in MuJoCo: accelerations at a state, and one contact.
+"""The chain in MuJoCo: accelerations at a state, one contact, and the parts that rows share.
 
 Contact. MuJoCo has no springs between bodies and a plane but a soft constraint, whose force is
 d (k δ + b v + a_0)/Â with the impedance d, the acceleration a_0 that the node would have without
@@ -11,6 +11,7 @@ The clamp turns with a body of 1000 kg m², which the filament cannot slow down.
 """
 
 import time
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -56,42 +57,70 @@ def chain_at(
     return model, data
 
 
+def filament_xml(
+    chain: Chain, joints: str, name: str = "", geoms: Callable[[int], str] = lambda _: ""
+) -> str:
+    """A body that turns about the tool axis and bears a filament, whose elements have names that
+    end in `name`. A segment has a sphere at its outer end, its node, and the geometries that
+    `geoms` adds."""
+    h, inertia, bodies = chain.length_m, chain.inertia_kg_m2, ""
+    for k in range(chain.segments):
+        axes = "".join(
+            f'<joint type="hinge" axis="{axis}" stiffness="{chain.stiffness_n_m[k]!r}" '
+            f'damping="{chain.damping_n_m_s[k]!r}"/>'
+            for axis in HINGES[joints]
+        )
+        bodies += (
+            f'<body pos="{h if k else BODY_RADIUS_M!r} 0 0">{axes}'
+            f'<inertial pos="{h / 2!r} 0 0" mass="{chain.mass_kg!r}" '
+            f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
+            f'<geom name="node_{k}{name}" type="sphere" size="{NODE_RADIUS_M}" '
+            f'pos="{h!r} 0 0"/>{geoms(k)}'
+        )
+    return (
+        f'<body name="clamp{name}"><joint type="hinge" axis="0 0 1"/>'
+        '<inertial pos="0 0 0" mass="1" diaginertia="1e3 1e3 1e3"/>'
+        f"{bodies}{'</body>' * (chain.segments + 1)}"
+    )
+
+
+def pair_xml(first: str, second: str) -> str:
+    """Two geometries that touch without friction."""
+    return f'<pair geom1="{first}" geom2="{second}" condim="1"/>'
+
+
+def pass_model(
+    at: Pass, step_s: float, filaments: str, pairs: str, more: str = ""
+) -> mujoco.MjModel:
+    """Filaments and the plane workpiece, in steps of `step_s`; only the pairs touch."""
+    return mujoco.MjModel.from_xml_string(
+        f"""<mujoco><compiler angle="radian" boundmass="0" boundinertia="0"
+        inertiafromgeom="false"/><default><geom contype="0" conaffinity="0"/></default>
+        <option timestep="{step_s!r}" gravity="0 0 0" integrator="implicitfast"/>
+        <worldbody><geom name="workpiece" type="plane" size="1 1 1" zaxis="0 1 0"
+        pos="0 {at.plane_m - NODE_RADIUS_M!r} 0"/>{filaments}</worldbody>
+        <contact>{pairs}</contact>{more}</mujoco>"""
+    )
+
+
+def make_spring(model: mujoco.MjModel, pair: int, stiffness_n_m: float) -> None:
+    """Makes a pair's soft contact a spring."""
+    bodies = model.geom_bodyid[[model.pair_geom1[pair], model.pair_geom2[pair]]]
+    inverse_mass = model.body_invweight0[bodies, 0].sum()
+    model.pair_solref[pair] = [-(1 - IMPEDANCE) * stiffness_n_m * inverse_mass, 0.0]
+    model.pair_solimp[pair] = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
+
+
 class Contact:
     """One pass at a fixed step."""
 
     def __init__(self, case: Case, step_s: float, joints: str) -> None:
-        chain, self._pass, self._step_s = Chain(SEGMENTS), Pass(case), step_s
-        h, inertia = chain.length_m, chain.inertia_kg_m2
-        bodies, pairs = "", ""
-        for k in range(SEGMENTS):
-            axes = "".join(
-                f'<joint type="hinge" axis="{axis}" stiffness="{chain.stiffness_n_m[k]!r}" '
-                f'damping="{chain.damping_n_m_s[k]!r}"/>'
-                for axis in HINGES[joints]
-            )
-            bodies += (
-                f'<body name="segment_{k}" pos="{h if k else BODY_RADIUS_M!r} 0 0">{axes}'
-                f'<inertial pos="{h / 2!r} 0 0" mass="{chain.mass_kg!r}" '
-                f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
-                f'<geom name="node_{k}" type="sphere" size="{NODE_RADIUS_M}" pos="{h!r} 0 0" '
-                'contype="0" conaffinity="0"/>'
-            )
-            pairs += f'<pair geom1="node_{k}" geom2="workpiece" condim="1"/>'
-        self._model = mujoco.MjModel.from_xml_string(
-            f"""<mujoco><compiler angle="radian" boundmass="0" boundinertia="0"
-            inertiafromgeom="false"/>
-            <option timestep="{step_s!r}" gravity="0 0 0" integrator="implicitfast"/>
-            <worldbody><geom name="workpiece" type="plane" size="1 1 1" zaxis="0 1 0"
-            pos="0 {self._pass.plane_m - NODE_RADIUS_M!r} 0" contype="0" conaffinity="0"/>
-            <body><joint type="hinge" axis="0 0 1"/>
-            <inertial pos="0 0 0" mass="1" diaginertia="1e3 1e3 1e3"/>
-            {bodies}{"</body>" * SEGMENTS}</body></worldbody><contact>{pairs}</contact></mujoco>"""
-        )
-        for k in range(SEGMENTS):
-            inverse_mass = self._model.body(f"segment_{k}").invweight0[0]
-            stiffness = (1 - IMPEDANCE) * CONTACT_STIFFNESS_N_M
-            self._model.pair_solref[k] = [-stiffness * inverse_mass, 0.0]
-            self._model.pair_solimp[k] = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
+        self._pass, self._step_s = Pass(case), step_s
+        pairs = "".join(pair_xml(f"node_{k}", "workpiece") for k in range(SEGMENTS))
+        filament = filament_xml(Chain(SEGMENTS), joints)
+        self._model = pass_model(self._pass, step_s, filament, pairs)
+        for pair in range(SEGMENTS):
+            make_spring(self._model, pair, CONTACT_STIFFNESS_N_M)
 
     def run(self) -> tuple[float, float]:
         """Seconds, and p_n in N s."""

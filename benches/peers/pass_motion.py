@@ -18,6 +18,15 @@ COLUMNS = (
 )
 
 
+def deflections_m(angles_rad: np.ndarray, x_m: np.ndarray, y_m: np.ndarray) -> np.ndarray:
+    """Distance from a tip to the undeformed filament, the piece of length l_f from r_0, which the
+    body has turned by an angle."""
+    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
+    along = x_m * cosines + y_m * sines - BODY_RADIUS_M
+    across = y_m * cosines - x_m * sines
+    return np.hypot(along - np.clip(along, 0.0, LENGTH_M), across)
+
+
 @dataclass(frozen=True)
 class PassMotion:
     """The pass, its step in s, and a value a step, both ends included."""
@@ -41,12 +50,9 @@ class PassMotion:
 
     @property
     def deflections_m(self) -> np.ndarray:
-        """Distance from the tip to the undeformed filament, the piece of length l_f from r_0."""
+        """Of the tip."""
         angles = self.of.start_angle_rad + self.of.rate_rad_s * self.times_s
-        cosines, sines = np.cos(angles), np.sin(angles)
-        along = self.tips_m[:, 0] * cosines + self.tips_m[:, 1] * sines - BODY_RADIUS_M
-        across = self.tips_m[:, 1] * cosines - self.tips_m[:, 0] * sines
-        return np.hypot(along - np.clip(along, 0.0, LENGTH_M), across)
+        return deflections_m(angles, self.tips_m[:, 0], self.tips_m[:, 1])
 
     def rows(self, count: int) -> np.ndarray:
         """So many equally spaced ones, both ends included, with the columns above."""

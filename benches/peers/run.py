@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 LEAST_PYTHON = (3, 11)
 
-GROUPS = ("accelerations", "contact", "study", "scaling", "threads", "memory")
+GROUPS = ("accelerations", "contact", "row", "study", "scaling", "threads", "memory")
 
 # Of libpinocchio's CMake configuration.
 PINOCCHIO_FLAGS = (

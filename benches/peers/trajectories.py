@@ -1,9 +1,10 @@
-"""Whole motions by peers: a pass of the paper's case, and a beam that is spun up.
+"""Whole motions by peers: a pass of the paper's case, a row of filaments, a beam that is spun up.
 
 What enters: nothing but the constants of paper_case.py and exudyn_cable.py, and for one row of the
 metrics the contacts in tests/data.
 What leaves, in benches/peers/trajectories: pass_mujoco.csv, pass_exudyn_ancf.csv, pass_metrics.csv
-and spin_up.csv, each with its own error, measured by refining.
+and spin_up.csv; in tests/data: reference_row_mujoco.json, a row of filaments that touch each other,
+in the format of reference_row.json. Each has its own error, measured by refining.
 
 It needs the environment that run.py makes. Run from the repository root:
 
@@ -14,6 +15,7 @@ It needs the environment that run.py makes. Run from the repository root:
 import argparse
 import csv
 import io
+import json
 import platform
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +25,9 @@ import exudyn_cable
 import mujoco
 import mujoco_chain
 import numpy as np
+import paper_case
 from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
+from mujoco_row import FILAMENTS, Motion, Row, Touch, contact_points
 from paper_case import SEGMENTS, Case, Pass
 from pass_motion import COLUMNS, PassMotion
 
@@ -34,6 +38,10 @@ PASS_ROWS = 1001
 SPIN_UP_ROWS = 201
 
 MUJOCO_STEPS = 1_320_000
+ROW_SEGMENTS = 5
+ROW_COLUMNS = 6
+ROW_STEP_S = 5e-8
+HERTZ_STIFFNESS_N_M2 = 9e8
 
 CABLE = Settings(elements=64, steps=132_000, tolerance_n=1e-5)
 SPIN_UP = Settings(elements=64, steps=128_000, tolerance_n=1e-3)
@@ -215,6 +223,92 @@ def passes() -> None:
     write_text("pass_metrics.csv", text.getvalue())
 
 
+def row_input(stiffness_n_m2: float) -> dict[str, dict[str, float]]:
+    """Settings of the row, as reference_row.json names them."""
+    return {
+        "tool": {
+            "body_radius_m": paper_case.BODY_RADIUS_M,
+            "width_m": 0.020,
+            "filament_count": float(FILAMENTS),
+        },
+        "filament": {
+            "segments": ROW_SEGMENTS,
+            "length_m": paper_case.LENGTH_M,
+            "diameter_m": paper_case.DIAMETER_M,
+            "density_kg_m3": paper_case.DENSITY_KG_M3,
+            "youngs_modulus_pa": paper_case.YOUNGS_MODULUS_PA,
+            "damping_ratio": paper_case.DAMPING_RATIO,
+        },
+        "contact": {"stiffness_n_m": paper_case.CONTACT_STIFFNESS_N_M},
+        "brush": {
+            "columns": ROW_COLUMNS,
+            "rows": 1,
+            "stiffness_n_m2": stiffness_n_m2,
+            "contact_points": contact_points(ROW_SEGMENTS),
+            "damping_s_m": 0.0,
+            "friction_coefficient": 0.0,
+            "steady": False,
+        },
+        "process": {
+            "brushing_velocity_m_s": CASE[0],
+            "penetration_depth_m": CASE[1],
+            "lead_angle_rad": paper_case.LEAD_ANGLE_RAD,
+            "tail_angle_rad": paper_case.TAIL_ANGLE_RAD,
+        },
+    }
+
+
+def row() -> None:
+    """The file of the row: what each filament does, with both shapes of filaments."""
+    cases = []
+    for name, touch in (
+        ("points", Touch("points")),
+        ("points, Hertz's stiffness", Touch("points", stiffness_n_m2=HERTZ_STIFFNESS_N_M2)),
+        ("capsules", Touch("capsules")),
+    ):
+
+        def motion(step_s: float, touch: Touch = touch) -> Motion:
+            return Row(CASE, ROW_SEGMENTS, ROW_COLUMNS, step_s, touch).run()
+
+        fine, coarse = motion(ROW_STEP_S), motion(2 * ROW_STEP_S)
+        filaments = [
+            {
+                "column": column,
+                "contact_normal_impulse_n_s": float(f"{fine.impulses_n_s[column]:.12g}"),
+                "contact_impulse_x_n_s": 0.0,
+                "friction_work_j": 0.0,
+                "contact_time_s": float(f"{fine.contact_times_s[column]:.12g}"),
+                "max_tip_deflection_m": float(f"{fine.max_deflections_m[column]:.12g}"),
+            }
+            for column in range(ROW_COLUMNS)
+        ]
+        errors = {
+            "contact_normal_impulse_n_s": coarse.impulses_n_s / fine.impulses_n_s - 1,
+            "contact_time_s": coarse.contact_times_s / fine.contact_times_s - 1,
+            "max_tip_deflection_m": coarse.max_deflections_m / fine.max_deflections_m - 1,
+        }
+        cases.append(
+            {
+                "name": name,
+                "input": row_input(touch.stiffness_n_m2),
+                "friction_at": None,
+                "filaments": filaments,
+                "own_errors": {
+                    name: float(f"{np.abs(values).max():.1g}") for name, values in errors.items()
+                },
+            }
+        )
+    document = {
+        "made_by": command("row").removeprefix("# "),
+        "method": f"MuJoCo, implicitfast, steps of {ROW_STEP_S:g} s, contacts as springs; "
+        '"points" is the rule of MODEL.md, "capsules" are the shapes of MuJoCo (mujoco_row.py says '
+        "more). own_errors: largest relative difference to twice the step.",
+        "cases": cases,
+    }
+    text = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    (CONTACTS / "reference_row_mujoco.json").write_text(text, encoding="utf-8", newline="\n")
+
+
 def spin_up() -> None:
     """The file of the spin-up."""
 
@@ -255,7 +349,7 @@ def spin_up() -> None:
     write("spin_up.csv", comments, SPIN_UP_COLUMNS, rows)
 
 
-GROUPS = {"pass": passes, "spin_up": spin_up}
+GROUPS = {"pass": passes, "row": row, "spin_up": spin_up}
 
 
 def main() -> None:

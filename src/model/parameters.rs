@@ -9,7 +9,7 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::model::filament;
 use crate::model::record::Scalar;
-use crate::model::settings::{Settings, Turns};
+use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::workpiece::{self, Part, unit_normal};
 
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
@@ -23,6 +23,11 @@ const MAX_TAPER: f64 = 1e3;
 
 /// The largest number of turns of a pass.
 pub const MAX_TURNS: usize = 50;
+
+/// The largest number of columns of a sector.
+pub const MAX_COLUMNS: usize = 100_000;
+/// The largest number of rows of a brush.
+pub const MAX_ROWS: usize = 10_000;
 
 /// Smallest number of sampled tools of a case: a few per coefficient of the sensitivity indices.
 pub const MIN_SAMPLES: usize = 64;
@@ -238,6 +243,46 @@ macro_rules! parameter {
     };
 }
 
+/// Makes the entry of a setting in `[brush]`, which a file may leave out: the settings of a lone filament have its default.
+/// Changing one makes them those of a brush. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
+macro_rules! brush_parameter {
+    (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
+        brush_parameter!(
+            $key,
+            "",
+            $range,
+            $symbol,
+            $name,
+            |brush: &BrushSettings| Scalar::into_f64(brush.$key.unwrap_or(1)),
+            |brush: &mut BrushSettings, value| brush.$key = Some(Scalar::from_f64(value))
+        )
+    };
+    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        brush_parameter!(
+            $key,
+            $unit,
+            $range,
+            $symbol,
+            $name,
+            |brush: &BrushSettings| Scalar::into_f64(brush.$key),
+            |brush: &mut BrushSettings, value| brush.$key = Scalar::from_f64(value)
+        )
+    };
+    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
+        Parameter {
+            path: concat!("brush.", stringify!($key)),
+            unit: $unit,
+            symbol: $symbol,
+            name: $name,
+            range: $range,
+            word: "",
+            required: false,
+            get: |settings| settings.brush.as_ref().map_or_else(|| $get(&BrushSettings::default()), $get),
+            set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
+        }
+    };
+}
+
 /// All scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
     parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body").required(),
@@ -328,6 +373,27 @@ pub static PARAMETERS: &[Parameter] = &[
         "sampled tools per case"
     ),
     parameter!(uncertainty.seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the samples"),
+    brush_parameter!(auto columns, Range::whole(1.0, MAX_COLUMNS as f64), "", "columns of filaments"),
+    brush_parameter!(auto rows, Range::whole(1.0, MAX_ROWS as f64), "", "rows of filaments"),
+    brush_parameter!(stiffness_n_m2, "N/m²", Range::between(1.0, 1e15), "k_l", "contact stiffness between filaments"),
+    brush_parameter!(auto contact_points, Range::whole(1.0, 1000.0), "N_q", "contact points per segment"),
+    brush_parameter!(damping_s_m, "s/m", Range::between(0.0, 1e6), "", "contact damping between filaments"),
+    brush_parameter!(
+        friction_coefficient,
+        "",
+        Range::between(0.0, 100.0),
+        "",
+        "coefficient of friction between filaments"
+    ),
+    brush_parameter!(
+        lateral_tilt_std_rad,
+        "rad",
+        Range::between(0.0, 1.0),
+        "",
+        "standard deviation of the clamps’ tilts"
+    ),
+    brush_parameter!(seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the brush"),
+    brush_parameter!(tolerance, "", Range::between(1e-6, 0.1), "", "tolerance of the mean impulse"),
 ];
 
 impl Settings {
@@ -442,6 +508,20 @@ impl Settings {
                     "less than {limit_rad:.4}, one turn less the lead angle {lead_angle_rad:?} and the nominal contact \
                      angle {nominal_angle_rad:.4}"
                 ),
+            });
+        }
+        self.check_brush()
+    }
+
+    /// Checks that the filaments of a brush can differ from each other as `[uncertainty]` states.
+    fn check_brush(&self) -> Result<(), Violation> {
+        if self.brush.is_some() && self.uncertainty.hold != Hold::Machine && self.uncertainty.scatters() {
+            return Err(Violation {
+                path: "uncertainty.hold",
+                value: "\"process\"".to_owned(),
+                allowed: "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
+                          whose speed and distance from the workpiece the machine holds"
+                    .to_owned(),
             });
         }
         Ok(())

@@ -450,6 +450,23 @@ pub struct UncertaintySettings {
     pub hold: Hold,
 }
 
+impl UncertaintySettings {
+    /// Whether some property of the filaments, or their friction, scatters.
+    #[must_use]
+    pub fn scatters(&self) -> bool {
+        let stds = [
+            self.length_std_m,
+            self.diameter_std_m,
+            self.youngs_modulus_std_pa,
+            self.damping_ratio_std,
+            self.waviness_amplitude_std_m,
+            self.waviness_phase_std_rad,
+            self.friction_coefficient_std,
+        ];
+        stds.iter().any(|&std| std > 0.0)
+    }
+}
+
 /// What stays the same on tools whose filaments have another length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]

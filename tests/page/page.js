@@ -3,7 +3,8 @@
 //   node page.js REPORTS SCREENSHOTS
 //
 // REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, deburring.html of
-// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, and simulate three turns.
+// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, and simulate three turns. brush.html of
+// examples/brush.toml and tilted.html are pages that `bristle brush` has written.
 
 import assert from "node:assert/strict";
 import fs from "node:fs";
@@ -444,6 +445,53 @@ for (const colorScheme of ["light", "dark"]) {
       await close();
     });
   }
+}
+
+/** The number of colours on a canvas. */
+const colours = (page, canvas) =>
+  page.evaluate((canvas) => {
+    const { width, height } = document.querySelector(canvas);
+    const { data } = document.querySelector(canvas).getContext("2d").getImageData(0, 0, width, height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  }, canvas);
+const drawing = (page, canvas) => page.evaluate((canvas) => document.querySelector(canvas).toDataURL(), canvas);
+
+test("a brush in motion", async () => {
+  const { page, close } = await open(report("brush"));
+  assert.ok((await colours(page, "#side")) > 50);
+  assert.ok(await page.isHidden("#top"));
+  await shot(page, "brush-1280-light");
+  const earlier = await drawing(page, "#side");
+  await page.focus("#animation");
+  await page.keyboard.press("ArrowRight");
+  const next = await drawing(page, "#side");
+  assert.notEqual(next, earlier);
+  await page.keyboard.press("ArrowLeft");
+  assert.equal(await drawing(page, "#side"), earlier);
+  await page.selectOption("#quantity", "press_force");
+  assert.notEqual(await drawing(page, "#side"), earlier);
+  await page.selectOption("#zoom", "sector");
+  await page.keyboard.press("Home");
+  await page.click("#play");
+  await page.waitForFunction(() => Number(document.getElementById("time").value) > 100);
+  await page.click("#play");
+  const data = await dataOf(page);
+  const factor = data.sector.find(({ key }) => key === "interaction_factor").value;
+  const shown = await page.textContent('#interaction [data-key="interaction_factor"] .number');
+  assert.equal(shown, String(Number(factor.toPrecision(5))));
+  assert.ok(await page.evaluate(() => [...document.images].every((image) => image.naturalWidth > 0)));
+  await close();
+});
+
+for (const [colorScheme, width] of [["dark", 1280], ["light", NARROW]]) {
+  test(`a brush in space at ${width} px, ${colorScheme}`, async () => {
+    const { page, close } = await open(report("tilted"), { width, colorScheme });
+    assert.ok((await colours(page, "#top")) > 50);
+    await page.locator("#time").fill("400");
+    await fitsAcross(page);
+    await shot(page, `tilted-${width}-${colorScheme}`);
+    await close();
+  });
 }
 
 test("the picture of the README", async () => {

@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::commands::advise::AdviseArgs;
+use crate::commands::brush::BrushArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
@@ -15,6 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   bristle study examples/zirconia.toml --out results    simulate all contacts of a study
   bristle simulate examples/zirconia.toml --out one     simulate one contact over time
+  bristle brush examples/brush.toml --out brush         simulate filaments that touch each other
   bristle plot results                                  redraw the figures of a study
   bristle advise results --max-velocity 20              show where its tool force is high
   bristle derive --segments 2                           show the equations of motion
@@ -32,7 +34,7 @@ Exit status:
        changed, and a study keeps the cases it has simulated in its journal; or stdout cannot be
        written, and the result files are complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
-  130  Ctrl-C stopped a study; the same command resumes it";
+  130  Ctrl-C stopped a study or a brush; the same command resumes it";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -46,6 +48,7 @@ pub struct Cli {
 pub enum Command {
     Study(StudyArgs),
     Simulate(SimulateArgs),
+    Brush(BrushArgs),
     Evaluate(EvaluateArgs),
     Derive(DeriveArgs),
     Compare(CompareArgs),

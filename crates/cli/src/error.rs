@@ -1,9 +1,10 @@
 //! The errors that end a command early, and their exit statuses.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
 use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
@@ -15,6 +16,7 @@ use bristle_study::results::DataError;
 use bristle_text::shown_path;
 use thiserror::Error;
 
+use crate::checkpoint_file::CheckpointFileError;
 use crate::files::FileError;
 use crate::journal_file::JournalFileError;
 use crate::pictures::PicturesError;
@@ -46,6 +48,15 @@ pub enum CliError {
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
+    /// The settings are not those of a brush that can be simulated.
+    #[error("{}: {error}", shown_path(path))]
+    BrushRefused { path: PathBuf, error: Box<BrushError> },
+    #[error("the simulation failed: {0}")]
+    BrushFailed(Box<BrushError>),
+    #[error("{}: there is no section [brush]; add it, alone if all its defaults are right", shown_path(.0))]
+    NoBrush(PathBuf),
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointFileError),
     #[error(transparent)]
     Pictures(#[from] PicturesError),
     #[error(transparent)]
@@ -76,10 +87,19 @@ impl CliError {
         }
     }
 
+    /// The error that ended the evaluation of a brush. Its settings are to blame if there is no steady stretch of columns.
+    pub fn after(path: &Path, error: BrushError) -> Self {
+        let error = Box::new(error);
+        match *error {
+            BrushError::TooFewColumns { .. } => Self::BrushRefused { path: path.to_owned(), error },
+            _ => Self::BrushFailed(error),
+        }
+    }
+
     /// The exit status of a command that ends with it.
     pub fn status(&self) -> ExitCode {
         match self {
-            Self::Simulation(_) => SIMULATION_FAILED.into(),
+            Self::Simulation(_) | Self::BrushFailed(_) => SIMULATION_FAILED.into(),
             _ => BAD_INPUT.into(),
         }
     }

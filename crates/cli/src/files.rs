@@ -42,6 +42,9 @@ const MAX_TABLE_BYTES: u64 = 64 << 20;
 /// A longer result file cannot be one of ours: a study has at most a million cases, and a row has some 300 bytes.
 const MAX_RESULT_BYTES: u64 = 1 << 30;
 
+/// A longer state of a brush cannot be one of ours: a filament has some 20 kB, and its frames as much.
+const MAX_STATE_BYTES: u64 = 8 << 30;
+
 /// Reads a file of settings, or of a state.
 pub fn read_input(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
@@ -73,21 +76,30 @@ pub fn read_graph(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_GRAPH_BYTES as u64)
 }
 
+/// Reads the state of a brush, whose size grows with the number of filaments.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+    read_at_most(path, MAX_STATE_BYTES).map_err(|error| FileError::new("read", path, error))
+}
+
 fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
     let read = || {
-        check_source(path)?;
-        let mut bytes = Vec::new();
-        File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > limit {
-            return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
-        }
-        String::from_utf8(bytes).map_err(|error| {
+        String::from_utf8(read_at_most(path, limit)?).map_err(|error| {
             let valid = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
             io::Error::other(format!("line {line} is not UTF-8 text"))
         })
     };
     read().map_err(|error| FileError::new("read", path, error))
+}
+
+fn read_at_most(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    check_source(path)?;
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
+    }
+    Ok(bytes)
 }
 
 /// An error if a path is neither a regular file nor an input that the caller of the program has opened: reading a pipe by its

@@ -2,6 +2,7 @@
 //! stdout.
 
 mod args;
+mod checkpoint_file;
 mod commands;
 mod error;
 mod files;

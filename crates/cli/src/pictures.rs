@@ -6,7 +6,9 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle_report::figures::{Picture, contact_figures, is_of_contact, is_of_study, study_figures};
+use bristle_report::figures::{
+    Brush, Picture, brush_figures, contact_figures, is_of_brush, is_of_contact, is_of_study, study_figures,
+};
 use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
@@ -14,7 +16,7 @@ use bristle_text::shown_path;
 use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
-use crate::saved::{Contact, SavedError, saved_case, saved_study};
+use crate::saved::{Contact, SavedError, saved_brush, saved_case, saved_study};
 use crate::terminal::say;
 
 /// Subdirectory of the results for the pictures.
@@ -77,20 +79,33 @@ pub fn draw_study(
     Ok(Drawn { message, comparisons })
 }
 
-/// Draws one contact below `directory`. Removes pictures of an earlier contact that this one does not have.
+/// Draws one contact below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
 pub fn draw_contact(directory: &Path, contact: &Contact) -> Result<Drawn, PicturesError> {
     let Contact { settings, history, impulses, profile, shapes } = contact;
     let pictures = contact_figures(settings, history, impulses, profile, shapes);
     let message = write_pictures(directory, &pictures, None)?;
-    remove_others(directory, &pictures, is_of_contact);
+    remove_others(directory, &pictures, is_of_simulation);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
-/// Redraws the results saved in `saved` below `directory`: those of a study, of one contact, or of both.
+/// Draws a brush below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
+pub fn draw_brush(directory: &Path, brush: &Brush, threads: Option<NonZeroUsize>) -> Result<Drawn, PicturesError> {
+    let pictures = brush_figures(brush);
+    let message = write_pictures(directory, &pictures, threads)?;
+    remove_others(directory, &pictures, is_of_simulation);
+    Ok(Drawn { message, comparisons: Vec::new() })
+}
+
+/// Whether a picture of this name is one of a contact or a brush.
+fn is_of_simulation(name: &str) -> bool {
+    is_of_contact(name) || is_of_brush(name)
+}
+
+/// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or brush, or of both.
 pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
     // Everything is read before anything is written.
-    let (study, case) = (saved_study(saved)?, saved_case(saved)?);
-    if study.is_none() && case.is_none() {
+    let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
+    if study.is_none() && case.is_none() && brush.is_none() {
         return Err(SavedError::NoResults(saved.to_owned()).into());
     }
     let study = match study {
@@ -101,7 +116,7 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
         None => None,
     };
     prepare_directory(directory)?;
-    let is_picture = |name: &str| is_picture_of_study(name) || is_picture_of_case(name);
+    let is_picture = |name: &str| is_picture_of_study(name) || is_picture_of_simulation(name);
     let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_picture)])?;
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
@@ -109,6 +124,9 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     }
     if let Some(contact) = case {
         drawn.push(draw_contact(directory, &contact)?);
+    }
+    if let Some(brush) = brush {
+        drawn.push(draw_brush(directory, &brush, None)?);
     }
     Ok(drawn)
 }
@@ -161,9 +179,9 @@ pub fn is_picture_of_study(name: &str) -> bool {
     picture(name).is_some_and(is_of_study)
 }
 
-/// Whether a file name is that of a picture of a contact.
-pub fn is_picture_of_case(name: &str) -> bool {
-    picture(name).is_some_and(is_of_contact)
+/// Whether a file name is that of a picture of a contact or a brush.
+pub fn is_picture_of_simulation(name: &str) -> bool {
+    picture(name).is_some_and(is_of_simulation)
 }
 
 /// The name of the picture in a file.

@@ -177,9 +177,13 @@ fn time_left(seconds: f64) -> String {
     }
 }
 
-/// The progress of one pass: nothing at first, then a bar on a terminal.
+/// The progress of one long simulation: nothing at first, then a bar on a terminal.
 pub struct PassProgress {
     begun: Instant,
+    /// What is simulated, in words.
+    what: &'static str,
+    /// The share that was done when it began.
+    earlier: f64,
     bar: Option<ProgressBar>,
 }
 
@@ -189,24 +193,25 @@ impl PassProgress {
     /// Parts of the bar.
     const PARTS: f64 = 1000.0;
 
-    /// Starts with nothing done.
-    pub fn begin() -> Self {
-        Self { begun: Instant::now(), bar: None }
+    /// Starts with the share that an `earlier` run has done of `what`.
+    pub fn begin(what: &'static str, earlier: f64) -> Self {
+        Self { begun: Instant::now(), what, earlier, bar: None }
     }
 
-    /// Shows what `share` of the pass, from 0 to 1, is done.
+    /// Shows what share of it, from 0 to 1, is done.
     pub fn tell(&mut self, share: f64) {
         let passed = self.begun.elapsed();
         if passed < Self::PATIENCE {
             return;
         }
         let bar = self.bar.get_or_insert_with(|| {
-            let bar = ProgressBar::new(Self::PARTS as u64).with_style(pass_style());
+            let bar = ProgressBar::new(Self::PARTS as u64).with_style(pass_style(self.what));
             terminal::keep_below(&bar);
             bar
         });
         bar.set_position((Self::PARTS * share) as u64);
-        bar.set_message(time_left(passed.as_secs_f64() * (1.0 / share - 1.0)));
+        let rate = (share - self.earlier) / passed.as_secs_f64();
+        bar.set_message(if rate > 0.0 { time_left((1.0 - share) / rate) } else { String::new() });
     }
 
     /// Ends the bar.
@@ -218,9 +223,9 @@ impl PassProgress {
     }
 }
 
-/// Style of the bar of one pass.
-fn pass_style() -> ProgressStyle {
-    ProgressStyle::with_template("{bar:30} {percent} % of the pass{msg}")
+/// Style of the bar of one simulation.
+fn pass_style(what: &str) -> ProgressStyle {
+    ProgressStyle::with_template(&format!("{{bar:30}} {{percent}} % of {what}{{msg}}"))
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 

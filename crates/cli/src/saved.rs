@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
+use bristle_report::figures::Brush;
 use bristle_report::vtk::is_file_name;
 use bristle_study::results::{
-    DataError, SavedCase, SavedStudy, read_case, read_history, read_profile, read_runs, read_shapes, read_study,
-    read_turn_impulses,
+    DataError, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments, read_history,
+    read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
 };
 use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
@@ -28,6 +29,15 @@ pub const HISTORY: &str = "history.csv";
 pub const PROFILE: &str = "profile.csv";
 pub const SHAPES: &str = "shapes.csv";
 pub const HISTORY_PARQUET: &str = "history.parquet";
+pub const BRUSH: &str = "brush.json";
+pub const FILAMENTS: &str = "filaments.csv";
+pub const CONTACTS: &str = "contacts.csv";
+pub const BRUSH_PAGE: &str = "brush.html";
+
+/// The files that only a contact has, and those that only a brush has. One of them replaces the other in a directory, as both have
+/// metrics and a history.
+pub const OF_CONTACT: [&str; 4] = [CASE, PROFILE, SHAPES, HISTORY_PARQUET];
+pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
 /// Why saved results cannot be used.
 #[derive(Debug, Error)]
@@ -40,8 +50,8 @@ pub enum SavedError {
     Data(#[from] DataError),
     /// A directory has no results.
     #[error(
-        "`{}` has neither {STUDY} nor {CASE}\n   = help: name a directory that `bristle study` or `bristle simulate` \
-         has written to; if an older version wrote it, run the command again",
+        "`{}` has neither {STUDY} nor {CASE} nor {BRUSH}\n   = help: name a directory that `bristle study`, \
+         `bristle simulate` or `bristle brush` has written to; if an older version wrote it, run the command again",
         shown_path(.0)
     )]
     NoResults(PathBuf),
@@ -104,13 +114,29 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
     Ok(Some(Contact { settings: case.settings, history, impulses, profile, shapes }))
 }
 
-/// Reads the table in a `file` of a contact.
+/// The brush in a directory; `None` if there is none.
+pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, SavedError> {
+    if !directory.join(BRUSH).exists() {
+        return Ok(None);
+    }
+    let (text, name) = read(directory, BRUSH)?;
+    let case = read_case(&text, &name)?;
+    Ok(Some(Brush {
+        interaction: table(directory, &case, METRICS, read_interaction)?,
+        filaments: table(directory, &case, FILAMENTS, read_filaments)?,
+        history: table(directory, &case, HISTORY, read_brush_history)?,
+        pairs: table(directory, &case, CONTACTS, read_contacts)?,
+        settings: case.settings,
+    }))
+}
+
+/// Reads what is in a `file` of a contact, or of a brush.
 fn table<T>(
     directory: &Path,
     case: &SavedCase,
     file: &str,
-    parse: impl Fn(&str, &str) -> Result<Vec<T>, DataError>,
-) -> Result<Vec<T>, SavedError> {
+    parse: impl Fn(&str, &str) -> Result<T, DataError>,
+) -> Result<T, SavedError> {
     let (text, name) = read(directory, file)?;
     let rows = parse(&text, &name)?;
     // Checked after all else that can state where the text is wrong.

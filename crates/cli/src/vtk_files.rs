@@ -1,12 +1,11 @@
-//! The filament of one pass as files for ParaView: `DIR/vtk/`.
+//! Filaments as files for ParaView: `DIR/vtk/`.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bristle::model::settings::Settings;
-use bristle::simulation::Shape;
-use bristle_report::vtk::{file_names, files, is_file_name};
+use bristle_report::vtk::is_file_name;
 use bristle_study::digest::digest;
 use bristle_study::results::FileHashes;
 
@@ -25,37 +24,33 @@ pub fn vtk_name(path: &str) -> Option<&str> {
     path.strip_prefix(VTK)?.strip_prefix('/')
 }
 
-/// Writes the shapes below `directory` under temporary names, the collection last, and adds their `hashes`. Writes nothing if
-/// there are no shapes.
+/// Writes `files`, their names and texts, below `directory` under temporary names, and adds their `hashes`.
 pub fn stage_vtk(
     directory: &Path,
-    settings: &Settings,
-    shapes: &[Shape],
+    files: impl Iterator<Item = (String, String)>,
     hashes: &mut FileHashes,
 ) -> Result<Vec<StagedFile>, FileError> {
-    if shapes.is_empty() {
-        return Ok(Vec::new());
-    }
     let directory = directory.join(VTK);
     let stage = |(name, text): (String, String)| {
         hashes.insert(vtk_path(&name), digest(text.as_bytes()));
         StagedFile::text(&directory, &name, &text)
     };
-    files(settings, shapes).map(stage).collect()
+    files.map(stage).collect()
 }
 
-/// Gives the files of `shapes` shapes their final names. Returns the path of the collection if there is one.
+/// Gives the files their final names. Returns the path of the last, which is the collection, if there is one.
 ///
 /// Removes other files of an earlier run, which would be mistaken for those of this run.
-pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>, shapes: usize) -> Result<Option<PathBuf>, FileError> {
-    let collection = staged.into_iter().try_fold(None, |_, file| file.commit().map(Some))?;
+pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>) -> Result<Option<PathBuf>, FileError> {
+    let written = staged.into_iter().map(StagedFile::commit).collect::<Result<Vec<PathBuf>, FileError>>()?;
     let directory = directory.join(VTK);
-    let own: BTreeSet<String> = if shapes == 0 { BTreeSet::new() } else { file_names(shapes).collect() };
+    let own: BTreeSet<&OsStr> = written.iter().filter_map(|path| path.file_name()).collect();
     // If there is no directory, there is nothing to remove.
     let entries = fs::read_dir(&directory).into_iter().flatten().flatten();
-    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    for name in names.filter(|name| is_file_name(name) && !own.contains(name)) {
-        remove(&directory.join(name))?;
+    for name in entries.map(|entry| entry.file_name()) {
+        if name.to_str().is_some_and(is_file_name) && !own.contains(name.as_os_str()) {
+            remove(&directory.join(name))?;
+        }
     }
-    Ok(collection)
+    Ok(written.into_iter().next_back())
 }

@@ -1,9 +1,10 @@
 //! The tables that a study prints, made for a terminal 100 columns wide.
 
+use bristle::brush::{BrushResult, Stretch};
 use bristle::model::parameters::Parameter;
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, DEPTH, FRICTION, Study, Sweep, VELOCITY};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, Study, Sweep, VELOCITY};
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
@@ -28,8 +29,12 @@ const UNSTABLE: &str = "!";
 #[must_use]
 pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     let band = study.scatters().then(Quantity::band);
-    let columns: Vec<Readable> =
-        Quantity::headlines(results).chain(band).map(|quantity| Readable::new(quantity, results)).collect();
+    let interaction = study.has_brush().then(Quantity::interaction).into_iter().flatten();
+    let columns: Vec<Readable> = Quantity::headlines(results)
+        .chain(band)
+        .chain(interaction)
+        .map(|quantity| Readable::new(quantity, results))
+        .collect();
     let marks = Marks::new(results);
     let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
     let mut text = if is_grid {
@@ -99,6 +104,36 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
         text.push_str(&format!("{without} {cases} no band because the simulations of most sampled tools failed\n"));
     }
     text
+}
+
+/// A brush compared with one filament alone, for a terminal 80 columns wide.
+#[must_use]
+pub fn brush_table(result: &BrushResult) -> String {
+    let [brush, alone] = [&result.tool, &result.alone]
+        .map(|metrics| Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() }));
+    let results = [brush, alone];
+    let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
+    for quantity in Quantity::headlines(&results) {
+        let readable = Readable::new(quantity, &results);
+        rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
+    }
+    let BrushResult { columns, rows: count, stretch, interaction_factor, .. } = result;
+    let Stretch { first, last, scatter, drift, change_with_more_columns } = stretch;
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let mut text = format!("{columns} columns in {count} {}; {first} to {last} count\n", plural(*count, "row"));
+    text.push_str(&aligned(&rows).join("\n"));
+    text.push_str(&format!(
+        "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n",
+        percent(*scatter),
+        percent(*drift),
+        percent(*change_with_more_columns),
+    ));
+    text
+}
+
+/// A word, as a plural unless there is one.
+fn plural(count: usize, word: &str) -> String {
+    if count == 1 { word.to_owned() } else { format!("{word}s") }
 }
 
 /// A quantity over velocity (to the right) and depth (upwards, as in a diagram).

@@ -1,4 +1,4 @@
-//! The filament of one pass for ParaView: one file of points per time, the workpiece, and a list of both.
+//! The filament of one pass, or the filaments of a brush, for ParaView: one file of points per time, the workpiece, and a list of both.
 //!
 //! Writes shapes in VTK's XML formats: PolyData (`.vtp`) and a collection (`.pvd`). Numbers are in base 64, so that they are
 //! read back to the bit. They take two thirds of the bytes of their digits.
@@ -9,6 +9,7 @@ use std::iter;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use bristle::brush::{FilamentResult, Frame};
 use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Shape};
@@ -19,6 +20,7 @@ use bristle::workpiece::{Workpiece, unit_normal};
 pub const MAX_SHAPES: usize = 10_000;
 
 const COLLECTION: &str = "contact.pvd";
+const BRUSH_COLLECTION: &str = "brush.pvd";
 const WORKPIECE: &str = "workpiece.vtp";
 
 /// The start of every file. The header of a block of numbers is its length in bytes.
@@ -31,20 +33,21 @@ const COMPONENTS: &str = "NumberOfComponents";
 /// How far the drawn part of the workpiece extends beyond the reach of the undeformed tips, as a part of it.
 const MARGIN: f64 = 0.1;
 
-/// Names of the files for `shapes` shapes.
-pub fn file_names(shapes: usize) -> impl Iterator<Item = String> {
-    (0..shapes).map(filament_name).chain([WORKPIECE.to_owned(), COLLECTION.to_owned()])
-}
-
-/// Whether a file of this name may belong to a run with any number of shapes.
+/// Whether a file of this name may belong to a run with any number of shapes or frames.
 pub fn is_file_name(name: &str) -> bool {
-    let number = name.strip_prefix("filament_").and_then(|name| name.strip_suffix(".vtp"));
-    number.is_some_and(|number| number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit()))
-        || [WORKPIECE, COLLECTION].contains(&name)
+    let is_numbered = |beginning: &str| {
+        let number = name.strip_prefix(beginning).and_then(|name| name.strip_suffix(".vtp"));
+        number.is_some_and(|number| number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit()))
+    };
+    is_numbered("filament_") || is_numbered("brush_") || [WORKPIECE, COLLECTION, BRUSH_COLLECTION].contains(&name)
 }
 
 fn filament_name(shape: usize) -> String {
     format!("filament_{shape:04}.vtp")
+}
+
+fn brush_name(frame: usize) -> String {
+    format!("brush_{frame:04}.vtp")
 }
 
 /// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings` state and have loads.
@@ -53,9 +56,66 @@ pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (Str
     let piece = workpiece(&pass, settings);
     let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
     let filaments = shapes.iter().enumerate().map(filament);
-    filaments
-        .chain([(WORKPIECE.to_owned(), piece)])
-        .chain(iter::once_with(|| (COLLECTION.to_owned(), collection(shapes))))
+    filaments.chain([(WORKPIECE.to_owned(), piece)]).chain(iter::once_with(|| {
+        let times = shapes.iter().map(|shape| shape.time_s);
+        (COLLECTION.to_owned(), collection("filament", filament_name, times))
+    }))
+}
+
+/// Names and texts of the files of a brush, the collection last. `frames` are those of `filaments`, which `settings` state.
+pub fn brush_files<'a>(
+    settings: &'a Settings,
+    filaments: &'a [FilamentResult],
+    frames: &'a [Frame],
+) -> impl Iterator<Item = (String, String)> + 'a {
+    let piece = iter::once_with(|| (WORKPIECE.to_owned(), workpiece(&Pass::new(settings), settings)));
+    let list = iter::once_with(|| {
+        let times = frames.iter().map(|frame| frame.time_s);
+        (BRUSH_COLLECTION.to_owned(), collection("brush", brush_name, times))
+    });
+    let frame = |(k, frame)| (brush_name(k), brush(filaments, frame));
+    frames.iter().enumerate().map(frame).chain(piece).chain(list)
+}
+
+/// All filaments at one time: a line through the nodes of each.
+fn brush(filaments: &[FilamentResult], frame: &Frame) -> String {
+    let nodes = frame.nodes_m.concat();
+    let points = singles("Points", 3, nodes.as_flattened());
+    let mut next = 0;
+    let lines: Vec<Vec<i64>> = frame
+        .nodes_m
+        .iter()
+        .map(|nodes| {
+            let first = next;
+            next += nodes.len() as i64;
+            (first..next).collect()
+        })
+        .collect();
+    let arc = |nodes: &Vec<[f32; 3]>| {
+        let nodes: Vec<[f64; 3]> = nodes.iter().map(|node| node.map(f64::from)).collect();
+        let steps = nodes.windows(2).map(|pair| sub(pair[1], pair[0])).map(|step| dot(step, step).sqrt());
+        let ends = steps.scan(0.0, |length: &mut f64, step| {
+            *length += step;
+            Some(*length)
+        });
+        iter::once(0.0).chain(ends).collect::<Vec<f64>>()
+    };
+    let arc_lengths: Vec<f64> = frame.nodes_m.iter().flat_map(arc).collect();
+    let of_filament = |value: fn(&FilamentResult) -> f64| filaments.iter().map(value).collect::<Vec<f64>>();
+    let cell_data = [
+        reals("column", COMPONENTS, 1, &of_filament(|filament| filament.column as f64)),
+        reals("row", COMPONENTS, 1, &of_filament(|filament| filament.row as f64)),
+        reals("is_counted", COMPONENTS, 1, &of_filament(|filament| f64::from(u8::from(filament.is_counted)))),
+        singles("contact_normal_force_n", 1, &frame.contact_normal_force_n),
+        singles("press_force_n", 1, &frame.press_force_n),
+    ];
+    let data = reals("arc_length_m", COMPONENTS, 1, &arc_lengths);
+    poly_data((nodes.len(), points), "Lines", &lines, [&data, &cell_data.concat()], &time_value(frame.time_s))
+}
+
+/// The time of a file, in s.
+fn time_value(time: f64) -> String {
+    reals("TimeValue", "NumberOfTuples", 1, &[time])
 }
 
 /// The filament at one time: a line through its nodes.
@@ -81,7 +141,7 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
         reals("joint_angle_rad", COMPONENTS, 1, &angles),
     ];
     let line: Vec<i64> = (0..nodes.len() as i64).collect();
-    poly_data(nodes, "Lines", &[line], &data.concat(), &reals("TimeValue", "NumberOfTuples", 1, &[shape.time_s]))
+    poly_data(places(nodes), "Lines", &[line], [&data.concat(), ""], &time_value(shape.time_s))
 }
 
 fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -114,16 +174,26 @@ fn workpiece(pass: &Pass, settings: &Settings) -> String {
     let points = [near, far].concat();
     let rectangles: Vec<[i64; 4]> = (1..count).map(|end| [end - 1, end, count + end, count + end - 1]).collect();
     let arc_lengths = profile.boundaries().repeat(2);
-    poly_data(&points, "Polys", &rectangles, &reals("arc_length_m", COMPONENTS, 1, &arc_lengths), "")
+    poly_data(places(&points), "Polys", &rectangles, [&reals("arc_length_m", COMPONENTS, 1, &arc_lengths), ""], "")
 }
 
-/// Points in m, cells of points by their numbers, `data` at the points, and `fields` of the whole.
-fn poly_data<C: AsRef<[i64]>>(points: &[[f64; 3]], kind: &str, cells: &[C], data: &str, fields: &str) -> String {
-    let count = points.len();
+/// The number of points, and the array of their coordinates in m.
+fn places(points: &[[f64; 3]]) -> (usize, String) {
+    (points.len(), reals("Points", COMPONENTS, 3, points.as_flattened()))
+}
+
+/// Points as [`places`] states them, cells of points by their numbers, data at the points and of the cells, and `fields` of the whole.
+fn poly_data<C: AsRef<[i64]>>(
+    (count, coordinates): (usize, String),
+    kind: &str,
+    cells: &[C],
+    [data, cell_data]: [&str; 2],
+    fields: &str,
+) -> String {
     let counts: String = ["Verts", "Lines", "Strips", "Polys"]
         .map(|other| format!(" NumberOf{other}=\"{}\"", if other == kind { cells.len() } else { 0 }))
         .concat();
-    let coordinates = reals("Points", COMPONENTS, 3, points.as_flattened());
+    let cell_data = if cell_data.is_empty() { String::new() } else { format!("<CellData>\n{cell_data}</CellData>\n") };
     let numbers = cells.iter().flat_map(|cell| cell.as_ref().iter().flat_map(|number| number.to_le_bytes()));
     let connectivity = array("Int64", "connectivity", COMPONENTS, 1, numbers);
     let ends = cells.iter().scan(0, |end, cell| {
@@ -133,13 +203,18 @@ fn poly_data<C: AsRef<[i64]>>(points: &[[f64; 3]], kind: &str, cells: &[C], data
     let offsets = array("Int64", "offsets", COMPONENTS, 1, ends.flat_map(i64::to_le_bytes));
     format!(
         "{HEADING}<VTKFile type=\"PolyData\" {ATTRIBUTES}>\n<PolyData>\n<FieldData>\n{fields}</FieldData>\n\
-         <Piece NumberOfPoints=\"{count}\"{counts}>\n<PointData>\n{data}</PointData>\n<Points>\n{coordinates}</Points>\n\
+         <Piece NumberOfPoints=\"{count}\"{counts}>\n<PointData>\n{data}</PointData>\n{cell_data}<Points>\n{coordinates}</Points>\n\
          <{kind}>\n{connectivity}{offsets}</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n"
     )
 }
 
 fn reals(name: &str, size: &str, number: usize, values: &[f64]) -> String {
     array("Float64", name, size, number, values.iter().flat_map(|value| value.to_le_bytes()))
+}
+
+/// Numbers of single precision, as those of frames are.
+fn singles(name: &str, number: usize, values: &[f32]) -> String {
+    array("Float32", name, COMPONENTS, number, values.iter().flat_map(|value| value.to_le_bytes()))
 }
 
 /// Numbers in base 64, preceded by their length in bytes. `size` is the attribute that states how many belong together.
@@ -149,12 +224,11 @@ fn array(kind: &str, name: &str, size: &str, number: usize, bytes: impl IntoIter
     format!("<DataArray type=\"{kind}\" Name=\"{name}\" {size}=\"{number}\" format=\"binary\">{block}</DataArray>\n")
 }
 
-/// All files with their times in s: the filament is part 0, the workpiece part 1.
-fn collection(shapes: &[Shape]) -> String {
+/// All files with their `times` in s: what moves is part 0 and called `moving`, the workpiece is part 1.
+fn collection(moving: &str, file_name: fn(usize) -> String, times: impl Iterator<Item = f64>) -> String {
     let mut text = format!("{HEADING}<VTKFile type=\"Collection\" {ATTRIBUTES}>\n<Collection>\n");
-    for (k, shape) in shapes.iter().enumerate() {
-        for (part, name, file) in [(0, "filament", filament_name(k)), (1, "workpiece", WORKPIECE.to_owned())] {
-            let time = shape.time_s;
+    for (k, time) in times.enumerate() {
+        for (part, name, file) in [(0, moving, file_name(k)), (1, "workpiece", WORKPIECE.to_owned())] {
             let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>");
         }
     }
@@ -312,10 +386,11 @@ mod tests {
     fn the_collection_lists_every_file_at_every_time() {
         let (settings, simulation) = contact();
         let (names, texts): (Vec<String>, Vec<String>) = files(&settings, &simulation.shapes).unzip();
-        assert_eq!(names, file_names(SHAPES).collect::<Vec<_>>());
+        let moving = (0..SHAPES).map(filament_name);
+        assert_eq!(names, moving.chain([WORKPIECE.to_owned(), COLLECTION.to_owned()]).collect::<Vec<_>>());
         assert!(names.iter().all(|name| is_file_name(name)));
         assert!(
-            ["filament_00001.vtp", "filament_x000.vtp", "filament.vtp", "own.pvd"]
+            ["filament_00001.vtp", "filament_x000.vtp", "filament.vtp", "brush_1.vtp", "own.pvd"]
                 .iter()
                 .all(|name| !is_file_name(name))
         );

@@ -535,7 +535,7 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use bristle::model::metrics::{ContactRecord, Metrics};
-    use bristle::simulation::{Pass, Statistics};
+    use bristle::simulation::Pass;
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
@@ -556,12 +556,7 @@ mod tests {
                 contact_time_ratio: ratio,
                 ..Metrics::new(&nominal, &ContactRecord::default(), 1.0)
             };
-            Ok(CaseSummary {
-                metrics,
-                turn_contact_normal_impulses_n_s: Vec::new(),
-                statistics: Statistics::default(),
-                scatter: None,
-            })
+            Ok(CaseSummary { metrics, ..CaseSummary::default() })
         };
         assert_eq!(cases.len(), study.case_count());
         cases.iter().map(result).collect()

@@ -142,7 +142,6 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::study::CaseSummary;
-    use bristle::simulation::Statistics;
 
     fn study() -> Study {
         let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
@@ -162,12 +161,7 @@ mod tests {
                 edge_evenness,
                 ..Metrics::default()
             };
-            Ok(CaseSummary {
-                metrics,
-                statistics: Statistics::default(),
-                turn_contact_normal_impulses_n_s: Vec::new(),
-                scatter: None,
-            })
+            Ok(CaseSummary { metrics, ..CaseSummary::default() })
         };
         cases.into_iter().map(result).collect()
     }

@@ -11,21 +11,24 @@
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
-//! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to `metrics`. `check` has the first
+//! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to `metrics`; where they touch each other,
+//! `brush` has what interaction changes. `check` has the first
 //! 16 digits of the SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged or
 //! belongs to another journal. Numbers are written with digits that read back as the same `f64`: the results of a resumed
 //! study equal those of an uninterrupted one to the bit.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{self, BufRead};
 use std::sync::LazyLock;
 
-use bristle_text::{shortened, shown};
+use bristle_text::shown;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
 
+use crate::brush::Interaction;
 use crate::digest::digest;
+use crate::origin::{CHECK_DIGITS, LONGEST_PATH, each_difference, listed, programs, sealed, settings, unsealed};
 use crate::study::{CaseResult, CaseSummary, Study, SweepText};
 use crate::uncertainty::ForceScatter;
 use bristle::equations::FINGERPRINT;
@@ -42,14 +45,8 @@ static SOLVER: LazyLock<String> =
 
 /// How every header begins, whatever its format.
 const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
-/// Digits of a check: 64 bits let one damaged line in 10¹⁹ pass.
-const CHECK_DIGITS: usize = 16;
 /// A longer line was not written by this program.
 const MAX_LINE_BYTES: usize = 64 << 20;
-/// The largest number of differences that an error lists.
-const MAX_DIFFERENCES: usize = 6;
-/// Longest path of a setting in such a list, in characters.
-const LONGEST_PATH: usize = 80;
 
 /// What can be wrong with a journal.
 #[derive(Debug, Error)]
@@ -78,14 +75,6 @@ pub enum JournalError {
     /// It cannot be read.
     #[error(transparent)]
     Unreadable(#[from] io::Error),
-}
-
-fn listed(differences: &[String]) -> String {
-    let mut text: String = differences.iter().take(MAX_DIFFERENCES).map(|line| format!("\n  {line}")).collect();
-    if differences.len() > MAX_DIFFERENCES {
-        text += &format!("\n  and {} more", differences.len() - MAX_DIFFERENCES);
-    }
-    text
 }
 
 /// The contents of a journal.
@@ -147,6 +136,9 @@ enum Outcome {
         /// Where filaments scatter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         scatter: Option<Box<ForceScatter>>,
+        /// Where the case is a brush.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        brush: Option<Box<Interaction>>,
     },
     Failed {
         error: String,
@@ -181,13 +173,16 @@ impl Journal {
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter }) => Outcome::Simulated {
-                metrics: Box::new(metrics.clone()),
-                turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
-                statistics: *statistics,
-                chart_changes: statistics.chart_changes,
-                scatter: scatter.clone().map(Box::new),
-            },
+            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter, brush }) => {
+                Outcome::Simulated {
+                    metrics: Box::new(metrics.clone()),
+                    turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
+                    statistics: *statistics,
+                    chart_changes: statistics.chart_changes,
+                    scatter: scatter.clone().map(Box::new),
+                    brush: brush.clone().map(Box::new),
+                }
+            }
             Err(error) => Outcome::Failed { error: error.clone() },
         };
         sealed(&self.seed, &Entry { case: case + 1, outcome })
@@ -240,42 +235,24 @@ impl Journal {
         let Entry { case, outcome } = unsealed(&self.seed, line)?;
         let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
         let result = match outcome {
-            Outcome::Simulated { metrics, turn_contact_normal_impulses_n_s, statistics, chart_changes, scatter } => {
-                Ok(CaseSummary {
-                    metrics: *metrics,
-                    turn_contact_normal_impulses_n_s,
-                    statistics: Statistics { chart_changes, ..statistics },
-                    scatter: scatter.map(|scatter| *scatter),
-                })
-            }
+            Outcome::Simulated {
+                metrics,
+                turn_contact_normal_impulses_n_s,
+                statistics,
+                chart_changes,
+                scatter,
+                brush,
+            } => Ok(CaseSummary {
+                metrics: *metrics,
+                turn_contact_normal_impulses_n_s,
+                statistics: Statistics { chart_changes, ..statistics },
+                scatter: scatter.map(|scatter| *scatter),
+                brush: brush.map(|brush| *brush),
+            }),
             Outcome::Failed { error } => Err(error),
         };
         Some((case, result))
     }
-}
-
-/// An object as a line that ends with its check.
-fn sealed(seed: &str, object: &impl Serialize) -> String {
-    let mut line = serde_json::to_string(object).expect("all keys are texts");
-    // The check becomes the last key.
-    line.pop();
-    let check = check(seed, &line);
-    line + r#","check":""# + &check + "\"}\n"
-}
-
-/// The object of a line; `None` if its check is wrong.
-fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
-    let (object, check_here) = line.strip_suffix("\"}\n")?.rsplit_once(r#","check":""#)?;
-    if check_here != check(seed, object) {
-        return None;
-    }
-    serde_json::from_str(line).ok()
-}
-
-fn check(seed: &str, object: &str) -> String {
-    let mut digits = digest(format!("{seed}{object}").as_bytes());
-    digits.truncate(CHECK_DIGITS);
-    digits
 }
 
 /// The check of a sealed line.
@@ -325,33 +302,15 @@ fn unlike(study: &Study, line: &[u8]) -> JournalError {
 
 /// The differences of a journal's header from that of `study`, as sentences.
 fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
-    let mut differences = Vec::new();
-    let programs = [
-        ("version", &there.version, env!("CARGO_PKG_VERSION")),
-        ("equations (SHA-256)", &there.equations, FINGERPRINT),
-        ("solver (SHA-256)", &there.solver, &*SOLVER),
-    ];
-    for (what, there, here) in programs {
-        if there != here {
-            let [there, here] = [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
-            differences.push(format!("{what}: {there} there, {here} here"));
-        }
-    }
+    let mut differences = programs(&there.version, &there.equations, [&there.solver, &*SOLVER]);
     let here = study.sweep_texts();
     let named = |sweeps: &[SweepText]| -> BTreeMap<String, Vec<f64>> {
         sweeps.iter().map(|sweep| (sweep.setting.clone(), sweep.values.clone())).collect()
     };
     let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
-    let settings_here = leaves(&serde_json::to_value(study.base()).unwrap_or_default());
-    each_difference(&leaves(&there.settings), &settings_here, |path, there, here| {
-        // The base has only the first value of a setting that is swept on both sides.
-        if !(sweeps_there.contains_key(path) && sweeps_here.contains_key(path)) {
-            let text =
-                |value: Option<&Value>| value.map_or("not stated".to_owned(), |value| shortened(&value.to_string()));
-            let path = shown(path, LONGEST_PATH);
-            differences.push(format!("{path}: {} there, {} here", text(there), text(here)));
-        }
-    });
+    // The base has only the first value of a setting that is swept on both sides.
+    let is_swept = |path: &str| sweeps_there.contains_key(path) && sweeps_here.contains_key(path);
+    differences.extend(settings(&there.settings, study.base(), is_swept));
     each_difference(&sweeps_there, &sweeps_here, |path, there, here| {
         let [there, here] = [there, here].map(|values| match values.map(Vec::as_slice) {
             None => "not swept".to_owned(),
@@ -369,39 +328,6 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
         differences.push("the sweeps are in another order".to_owned());
     }
     differences
-}
-
-/// Calls `different` for each key whose values differ.
-fn each_difference<V: PartialEq>(
-    there: &BTreeMap<String, V>,
-    here: &BTreeMap<String, V>,
-    mut different: impl FnMut(&str, Option<&V>, Option<&V>),
-) {
-    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
-    for key in keys {
-        let (there, here) = (there.get(key), here.get(key));
-        if there != here {
-            different(key, there, here);
-        }
-    }
-}
-
-/// The values within an object of objects, by dotted path.
-fn leaves(value: &Value) -> BTreeMap<String, Value> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![(String::new(), value)];
-    while let Some((path, value)) = open.pop() {
-        match value {
-            Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
-                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-                (path, value)
-            })),
-            value => {
-                found.insert(path, value.clone());
-            }
-        }
-    }
-    found
 }
 
 #[cfg(test)]

@@ -4,14 +4,16 @@
 //!
 //! 1. [`document`], [`schema`], [`control_points`], [`input_error`]: an input file, read and checked;
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
-//! 3. [`uncertainty`]: sampled tools of a case, and the band of their forces;
-//! 4. [`journal`]: results as they arrive, from which a stopped study resumes;
+//! 3. [`brush`]: what a case with filaments that touch has beyond its metrics; [`uncertainty`]: sampled tools of a case, and the band of their forces;
+//! 4. [`journal`]: results as they arrive, from which a stopped study resumes; [`checkpoint`]: the state of a stopped brush;
 //! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
 //! 6. [`slices`], [`limited_work`], [`stability`], [`touch`], [`advice`]: what a study shows, warns about and advises.
 //!
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
+pub mod brush;
+pub mod checkpoint;
 pub mod control_points;
 pub mod digest;
 pub mod document;
@@ -20,6 +22,7 @@ pub mod input_error;
 pub mod journal;
 pub mod limited_work;
 pub mod measured;
+mod origin;
 pub mod results;
 pub mod schema;
 pub mod slices;

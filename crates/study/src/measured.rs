@@ -414,7 +414,6 @@ mod tests {
     use crate::document::Document;
     use crate::study::{CaseSummary, DEPTH, VELOCITY};
     use bristle::model::metrics::Metrics;
-    use bristle::simulation::Statistics;
 
     /// Two velocities, three depths that are not evenly spaced.
     fn study() -> Study {
@@ -432,12 +431,7 @@ mod tests {
             let metrics = Metrics { tool_contact_normal_force_n: force, ..Metrics::default() };
             match failed {
                 Some(number) if number == case => Err("failed".to_owned()),
-                _ => Ok(CaseSummary {
-                    metrics,
-                    turn_contact_normal_impulses_n_s: Vec::new(),
-                    statistics: Statistics::default(),
-                    scatter: None,
-                }),
+                _ => Ok(CaseSummary { metrics, ..CaseSummary::default() }),
             }
         };
         (0..study.case_count()).map(case).collect()

@@ -85,7 +85,6 @@ mod tests {
     use crate::document::Document;
     use crate::study::CaseSummary;
     use crate::testing::brush;
-    use bristle::simulation::Statistics;
 
     const FILE: &str = concat!(
         brush!(8),
@@ -126,14 +125,7 @@ mod tests {
         assert!(missed.len() == 1 && missed[0].starts_with("warning: undeformed filaments of this tool never touch"));
 
         let study = document.study().expect("a study");
-        let result = |metrics| {
-            Ok(CaseSummary {
-                metrics,
-                statistics: Statistics::default(),
-                turn_contact_normal_impulses_n_s: Vec::new(),
-                scatter: None,
-            })
-        };
+        let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
         let results = [result(metrics(0.0, 1e-3)), Err("failed".to_owned()), result(metrics(1e-3, 0.0))];
         let told = study_touch_warnings(&study, &results);
         assert_eq!(told.len(), 2);

@@ -9,6 +9,7 @@ use crate::error::CliError;
 use crate::terminal::print;
 
 pub mod advise;
+pub mod brush;
 pub mod compare;
 pub mod derive;
 pub mod evaluate;
@@ -22,6 +23,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
     match command {
         Command::Study(arguments) => study::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Brush(arguments) => brush::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Derive(arguments) => derive::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

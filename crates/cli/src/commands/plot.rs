@@ -10,7 +10,7 @@ use crate::pictures::{draw_saved, say_drawn};
 
 /// Redraw the figures of saved results, to DIR/figures
 ///
-/// DIR is a directory that `bristle study` or `bristle simulate` has written to. The figures of a study are maps and curves
+/// DIR is a directory that `bristle study`, `bristle simulate` or `bristle brush` has written to. The figures of a study are maps and curves
 /// of tip deflection, contact time, contact time ratio, impulse and tool force over the swept settings, and a comparison of
 /// the tool force with measured forces. The figures of one contact show force and tip deflection over time, and the impulse
 /// of each turn if there are several. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the results.

@@ -8,7 +8,7 @@ use bristle::simulation::{Pass, Sampling, Shape};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
-use bristle_report::vtk::{MAX_SHAPES, is_file_name};
+use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
 use bristle_study::digest::digest;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
@@ -19,9 +19,9 @@ use clap::Args;
 
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
-use crate::pictures::{FIGURES, draw_contact, is_picture_of_case, say_drawn};
+use crate::pictures::{FIGURES, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
-use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, PROFILE, SHAPES};
+use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
 use crate::terminal::{say, say_written};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
@@ -30,6 +30,9 @@ use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 const LEAST_SHAPES: usize = 300;
 /// The number of turns up to which there are so many of each.
 const MOST_TURNS: usize = 8;
+
+/// What is said of a file for `bristle brush`.
+const ALONE: &str = "note: this filament is alone; `bristle brush` simulates those of [brush] together";
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
@@ -73,11 +76,14 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
     let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    if settings.brush.is_some() {
+        say(ALONE);
+    }
     prepare_directory(&arguments.out)?;
     let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];
     let _occupied = occupy(
         &arguments.out,
-        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_case), (VTK, &is_file_name)],
+        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
     )?;
     let shapes = arguments.vtk.unwrap_or(0) as usize;
     if shapes > 0 {
@@ -85,7 +91,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let mut progress = PassProgress::begin();
+    let mut progress = PassProgress::begin("the pass", 0.0);
     // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
     let least = LEAST_SHAPES * settings.process.turns.at_most().min(MOST_TURNS);
     let every = least.div_ceil(shapes.max(2) - 1);
@@ -118,7 +124,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
         stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,
     ];
-    let vtk = stage_vtk(&arguments.out, &contact.settings, &for_vtk, &mut hashes)?;
+    let for_vtk = (shapes > 0).then(|| files(&contact.settings, &for_vtk)).into_iter().flatten();
+    let vtk = stage_vtk(&arguments.out, for_vtk, &mut hashes)?;
     let case = case_text(&contact.settings, &hashes);
     #[cfg(feature = "parquet")]
     let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
@@ -130,10 +137,14 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     #[cfg(feature = "parquet")]
     say_written(&table.commit()?);
+    // Of a brush that was simulated in the same directory.
+    for name in OF_BRUSH {
+        remove(&arguments.out.join(name))?;
+    }
     if !cfg!(feature = "parquet") {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
-    commit_vtk(&arguments.out, vtk, shapes)?.iter().for_each(|path| say_written(path));
+    commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_contact(&arguments.out, &contact)?);
     case_touch_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);

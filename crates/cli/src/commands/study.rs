@@ -27,13 +27,10 @@ use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_s
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
+use crate::values::{INTERRUPTED, MAX_THREADS};
 
-/// Exit status if Ctrl-C stopped a study. As in shells, it is 128 plus the number of the signal.
-const INTERRUPTED: i32 = 130;
 /// Name of the page.
 const REPORT: &str = "report.html";
-/// Largest number of threads for a study.
-const MAX_THREADS: u64 = 1024;
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
@@ -217,7 +214,7 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
         say_at_the_end(format_args!(
             "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
         ));
-        process::exit(INTERRUPTED)
+        process::exit(INTERRUPTED.into())
     });
     // If signals are handled elsewhere, or ignored, that is intended. The journal survives an end without notice.
     let _ = ctrlc::try_set_handler(stop);

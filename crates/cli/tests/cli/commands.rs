@@ -720,7 +720,7 @@ fn help_states_examples_units_and_exit_statuses() {
         .assert()
         .success()
         .stdout(contains("Examples").and(contains("SI")).and(contains("Exit status")));
-    for command in ["study", "simulate", "evaluate", "derive", "compare", "schema"] {
+    for command in ["study", "simulate", "brush", "evaluate", "derive", "compare", "schema"] {
         workspace.bristle(&format!("{command} --help")).assert().success();
     }
 }

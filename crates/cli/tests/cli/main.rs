@@ -3,6 +3,7 @@
 mod program;
 
 mod advise;
+mod brush;
 mod commands;
 mod formats;
 mod friction;

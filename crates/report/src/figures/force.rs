@@ -2,15 +2,19 @@
 
 use super::{Family, Picture, Sides, View, selection};
 use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_study::measured::{Measurement, Simulated, same, tool_force};
 use bristle_study::slices::spread;
 use bristle_study::slices::{Slice, equation};
+use bristle_study::study::CaseSummary;
 use bristle_study::text::number::short;
 use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
 
 /// Maximum number of curves with measured points, each of which has a band.
 const MAX_MEASURED: usize = 4;
+/// Maximum number of pairs of curves with and without interaction.
+const MAX_INTERACTING: usize = 3;
 /// Maximum number of curves with bands of scattering filaments, which are wide.
 const MAX_SCATTERED: usize = 3;
 
@@ -89,6 +93,43 @@ impl View<'_> {
             curves,
         };
         let name = format!("sobol_over_{}{}", x.word(), self.slice.suffix());
+        Some(Picture { name, canvas: diagram.draw() })
+    }
+
+    /// The tool force with and without interaction; none if this side has one value only.
+    pub(super) fn interaction(&self, family: Family) -> Option<Picture> {
+        let Sides { over, of, .. } = self.sides(family);
+        if !over.varies() {
+            return None;
+        }
+        let members = spread(of.values.len(), MAX_INTERACTING);
+        let mut curves = Vec::new();
+        for (index, &member) in members.iter().enumerate() {
+            let summary = |along: usize| {
+                let [x, y] = if family == Family::OverX { [along, member] } else { [member, along] };
+                self.results[self.slice.case(x, y)].as_ref().ok()
+            };
+            let curve = |force: &dyn Fn(&CaseSummary) -> Option<f64>| {
+                let force = |along| summary(along).and_then(force).unwrap_or(f64::NAN);
+                over.shown().into_iter().enumerate().map(|(along, at)| (at, force(along))).collect::<Vec<_>>()
+            };
+            let name = equation(of.parameter, of.values[member]);
+            // Pens of one colour.
+            let brush = curve(&|summary| Some(summary.metrics.tool_contact_normal_force_n));
+            let alone = curve(&|summary| Some(summary.brush.as_ref()?.tool_contact_normal_force_alone_n));
+            curves.push(Curve::new(format!("brush, {name}"), Look::Joined, brush).with_pen(index));
+            curves.push(Curve::new(format!("alone, {name}"), Look::Line, alone).with_pen(index + COLORS.len()));
+        }
+        let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
+        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let diagram = Diagram {
+            title: "Contact normal force of the tool with and without interaction".to_owned(),
+            subtitle: self.subtitle([selection, gaps(has_gaps)]),
+            x: Axis::linear(over.label()),
+            y: Axis::from_zero("F_n,w in N"),
+            curves,
+        };
+        let name = format!("interaction_over_{}{}", over.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw() })
     }
 

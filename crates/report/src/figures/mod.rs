@@ -12,16 +12,19 @@ use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
+use bristle_study::brush::Interaction;
 use bristle_study::measured::{Measurement, relative_uncertainty};
 use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, equation, offset_slices, process_slices, telling_slices};
-use bristle_study::study::{CaseResult, DEPTH, Study, VELOCITY};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::shown_metrics;
 
+mod brush;
 mod force;
 mod profile;
 
+pub use brush::{Brush, brush_figures, is_of_brush};
 pub use profile::drawn_shapes;
 
 /// Maximum number of values of the further sweeps for which figures are drawn.
@@ -76,13 +79,31 @@ enum Family {
     OverY,
 }
 
-/// The metrics of which there can be figures: among them the paper's figures 4a, 4b, 5, 6a and 6b.
-fn drawn() -> impl Iterator<Item = &'static Column<Metrics>> {
-    Metrics::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
+/// A record whose numbers are drawn over the settings of a study.
+trait Drawn: Record {
+    /// That of a case, if it has one.
+    fn of(summary: &CaseSummary) -> Option<&Self>;
+}
+
+impl Drawn for Metrics {
+    fn of(summary: &CaseSummary) -> Option<&Self> {
+        Some(&summary.metrics)
+    }
+}
+
+impl Drawn for Interaction {
+    fn of(summary: &CaseSummary) -> Option<&Self> {
+        summary.brush.as_ref()
+    }
+}
+
+/// The numbers of which there can be figures: among the metrics the paper's figures 4a, 4b, 5, 6a and 6b.
+fn drawn<R: Drawn>() -> impl Iterator<Item = &'static Column<R>> {
+    R::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
 }
 
 /// How a metric is drawn; by default as a map, and as curves over the horizontal side.
-fn style(metric: &Column<Metrics>) -> Style {
+fn style<R>(metric: &Column<R>) -> Style {
     let plain = Style { range: None, level: None, families: &[Family::OverX] };
     match metric.key {
         "contact_time_ratio" => Style {
@@ -102,6 +123,14 @@ fn style(metric: &Column<Metrics>) -> Style {
             }),
             ..plain
         },
+        "interaction_factor" => Style {
+            level: Some(Level {
+                value: 1.0,
+                in_map: "line: 1, above which interaction raises the force",
+                in_curves: None,
+            }),
+            ..plain
+        },
         "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
         "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
             Style { families: &[Family::OverX, Family::OverY], ..plain }
@@ -111,25 +140,25 @@ fn style(metric: &Column<Metrics>) -> Style {
 }
 
 /// The name of a metric as a title, with its symbol and unit.
-fn title(metric: &Column<Metrics>) -> String {
+fn title<R>(metric: &Column<R>) -> String {
     let mut name = metric.name.chars();
     let first = name.next().map(|first| first.to_uppercase().to_string()).unwrap_or_default();
     format!("{first}{} {}", name.as_str(), with_unit(metric, metric.symbol)).trim_end().to_owned()
 }
 
 /// Symbol and unit of a metric; its name if it has no symbol.
-fn label(metric: &Column<Metrics>) -> String {
+fn label<R>(metric: &Column<R>) -> String {
     with_unit(metric, if metric.symbol.is_empty() { metric.name } else { metric.symbol })
 }
 
 /// A text with the unit in which figures show the metric.
-fn with_unit(metric: &Column<Metrics>, text: &str) -> String {
+fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     let unit = metric.display.unit;
     if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
 }
 
 /// The axis of a metric. A linear one can always show zero.
-fn axis_of(metric: &Column<Metrics>, linear: impl FnOnce(String) -> Axis) -> Axis {
+fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
     match metric.display.scale {
         record::Scale::Linear => linear(label(metric)),
         record::Scale::Logarithmic => Axis::logarithmic(label(metric)),
@@ -143,14 +172,15 @@ fn axis_of(metric: &Column<Metrics>, linear: impl FnOnce(String) -> Axis) -> Axi
 /// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`, and map and curves over the velocity of each other
 /// metric that is drawn, without optional ones that are zero in all cases; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
-/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`. Further sweeps have figures for each
+/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`, brushes `interaction_over_velocity`,
+/// `interaction_over_depth` and `interaction_factor_map`. Further sweeps have figures for each
 /// of their values, at most four, with the value at the end of the name.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
         let view = View { study, results, slice };
-        let is_map = slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies();
+        let is_map = is_map(slice);
         for metric in shown_metrics(Prominence::Figure, results) {
             if is_map {
                 pictures.push(view.map(metric, "map"));
@@ -164,8 +194,17 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
         for slice in &offset_slices(study, MAX_SLICES).chosen {
             let view = View { study, results, slice };
-            let of_edges = drawn().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
+            let of_edges = drawn::<Metrics>().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
             pictures.extend(of_edges.map(|metric| view.map(metric, "over_offset_and_depth")));
+        }
+    }
+    if study.has_brush() {
+        for slice in &slices.chosen {
+            let view = View { study, results, slice };
+            pictures.extend([Family::OverX, Family::OverY].into_iter().filter_map(|family| view.interaction(family)));
+            if is_map(slice) {
+                pictures.extend(drawn::<Interaction>().map(|column| view.map(column, "map")));
+            }
         }
     }
     if study.scatters() {
@@ -193,14 +232,20 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     Pictures { pictures, note }
 }
 
+/// Whether a slice is over velocity and depth.
+fn is_map(slice: &Slice) -> bool {
+    slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies()
+}
+
 /// Whether [`study_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
     let of_metric = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
-    let beginnings = ["measured_over_", "scatter_over_", "sobol_over_"];
+    let beginnings = ["measured_over_", "scatter_over_", "sobol_over_", "interaction_over_"];
     beginnings.iter().any(|beginning| rest(beginning).is_some())
-        || drawn().any(|metric| rest(metric.display.file_name).is_some_and(of_metric))
+        || drawn::<Metrics>().any(|metric| rest(metric.display.file_name).is_some_and(of_metric))
+        || drawn::<Interaction>().any(|column| rest(column.display.file_name).is_some_and(of_metric))
 }
 
 /// The side along which a figure runs, and the side with one curve per value.
@@ -219,9 +264,9 @@ struct View<'a> {
 
 impl View<'_> {
     /// A metric in its unit at positions on the sides of the slice; none if the case failed.
-    fn value(&self, metric: &Column<Metrics>, x: usize, y: usize) -> Option<f64> {
+    fn value<R: Drawn>(&self, metric: &Column<R>, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
-        Some(metric.display.factor * metric.get(&summary.metrics))
+        Some(metric.display.factor * metric.get(R::of(summary)?))
     }
 
     /// The sides of the slice as a family of curves uses them.
@@ -240,7 +285,7 @@ impl View<'_> {
     }
 
     /// `N_f` with its uncertainty, if it applies to all values.
-    fn uncertainty(&self, metric: &Column<Metrics>) -> String {
+    fn uncertainty<R>(&self, metric: &Column<R>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(self.study, case);
         let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
@@ -267,7 +312,7 @@ impl View<'_> {
     }
 
     /// A map of a metric; `kind` is part of its name.
-    fn map(&self, metric: &Column<Metrics>, kind: &str) -> Picture {
+    fn map<R: Drawn>(&self, metric: &Column<R>, kind: &str) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
         let side = |side: &Side, shown: &[usize]| {
@@ -302,7 +347,7 @@ impl View<'_> {
         Picture { name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
     }
 
-    fn curves(&self, metric: &Column<Metrics>, family: Family) -> Picture {
+    fn curves<R: Drawn>(&self, metric: &Column<R>, family: Family) -> Picture {
         let Sides { over, of, .. } = self.sides(family);
         let value = |along: usize, member: usize| match family {
             Family::OverX => self.value(metric, along, member),

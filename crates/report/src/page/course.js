@@ -104,7 +104,11 @@ function createCaseView(study, grid) {
     if (errors.has(index)) {
       notes.push([`This case has failed: ${errors.get(index)}`]);
     } else if (course === null && courses.size === 0) {
-      notes.push(["This page holds no course over time."]);
+      notes.push([
+        study.brush
+          ? "This page holds no course over time: `bristle brush` shows the sector of one case in motion."
+          : "This page holds no course over time.",
+      ]);
     } else if (course === null) {
       const nearest = nearestCourse(index);
       notes.push([

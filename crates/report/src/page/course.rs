@@ -8,11 +8,10 @@ use std::num::NonZeroUsize;
 use std::sync::{Mutex, MutexGuard};
 use std::{io, thread};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 use super::Selection;
+use super::packed::Packed;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, sample_side_by_side};
 use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
@@ -73,13 +72,61 @@ pub struct Course {
     above: Packed,
 }
 
+/// The view along the tool's axis with the workpiece below: the component of its normal across the axis points up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SideView {
+    /// That component.
+    up: [f64; 2],
+    /// Height of the tool's axis above the workpiece in m.
+    pub(super) axis_height: f64,
+}
+
+impl SideView {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let [x, y, _] = unit_normal(&settings.workpiece);
+        let across = x.hypot(y);
+        let axis_height =
+            (reach(&settings.workpiece, settings.tool_radius_m()) - settings.process.penetration_depth_m) / across;
+        Self { up: [x / across, y / across], axis_height }
+    }
+
+    /// The place of a point along the surface, in m.
+    pub(super) fn along(&self, [r_x, r_y, _]: [f64; 3]) -> f64 {
+        let [x, y] = self.up;
+        y * r_x - x * r_y
+    }
+
+    /// Its height above the surface in m.
+    pub(super) fn above(&self, [r_x, r_y, _]: [f64; 3]) -> f64 {
+        let [x, y] = self.up;
+        x * r_x + y * r_y + self.axis_height
+    }
+
+    /// The places and the heights of points in the plane of rotation.
+    fn packed(&self, points: &[[f64; 2]]) -> [Packed; 2] {
+        let coordinates: [fn(&Self, [f64; 3]) -> f64; 2] = [Self::along, Self::above];
+        coordinates.map(|coordinate| {
+            Packed::new(&points.iter().map(|&[x, y]| coordinate(self, [x, y, 0.0])).collect::<Vec<_>>())
+        })
+    }
+}
+
 /// The outline of a workpiece: points along and above the surface in m.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-struct Outline {
+pub(super) struct Outline {
     along: Packed,
     above: Packed,
     /// Whether it goes round the material.
     solid: bool,
+}
+
+impl Outline {
+    /// The outline as it lies at time zero.
+    pub(super) fn new(pass: &Pass, settings: &Settings, view: &SideView) -> Self {
+        let outline = pass.workpiece().profile(OUTLINE_REACH * settings.tool_radius_m()).unwrap_or_default();
+        let [along, above] = view.packed(&outline.simplified(OUTLINE_ERROR));
+        Self { along, above, solid: outline.is_solid() }
+    }
 }
 
 /// The work by cells of the profile.
@@ -107,13 +154,9 @@ impl Course {
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = Pass::new(settings);
         let [entry, exit] = pass.nominal_times();
-        // Seen along the tool axis with the workpiece below: the component of the normal across the axis points up.
-        let [x, y, _] = unit_normal(&settings.workpiece);
-        let across = x.hypot(y);
-        let tool_radius = settings.tool_radius_m();
-        let axis_height = (reach(&settings.workpiece, tool_radius) - settings.process.penetration_depth_m) / across;
-        let along = |[r_x, r_y, _]: [f64; 3]| (y * r_x - x * r_y) / across;
-        let above = |[r_x, r_y, _]: [f64; 3]| (x * r_x + y * r_y) / across + axis_height;
+        let view = SideView::new(settings);
+        let along = |point| view.along(point);
+        let above = |point| view.above(point);
         let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
         let drawn: Vec<usize> = super::spread(points, points.min(MAX_POINTS)).collect();
         let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
@@ -122,14 +165,6 @@ impl Course {
         };
         let history = &simulation.history;
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
-        let placed = |points: &[[f64; 2]]| {
-            let pack = |coordinate: &dyn Fn([f64; 3]) -> f64| {
-                Packed::new(&points.iter().map(|&[x, y]| coordinate([x, y, 0.0])).collect::<Vec<_>>())
-            };
-            [pack(&along), pack(&above)]
-        };
-        let outline = pass.workpiece().profile(OUTLINE_REACH * tool_radius).unwrap_or_default();
-        let [outline_along, outline_above] = placed(&outline.simplified(OUTLINE_ERROR));
         Self {
             case,
             end: simulation.end_time_s,
@@ -138,11 +173,11 @@ impl Course {
             turn: pass.turn_time(),
             turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(super::rounded).collect(),
             body_radius: settings.tool.body_radius_m,
-            tool_radius,
-            axis_height,
-            outline: Outline { along: outline_along, above: outline_above, solid: outline.is_solid() },
+            tool_radius: settings.tool_radius_m(),
+            axis_height: view.axis_height,
+            outline: Outline::new(&pass, settings, &view),
             feed: settings.workpiece.feed_velocity_m_s,
-            work: Work::new(&pass, &simulation.profile, placed),
+            work: Work::new(&pass, &simulation.profile, &view),
             samples: history.len(),
             mean_force: Packed::new(&mean_forces(history)),
             peak_force: curve(|sample| sample.peak_contact_normal_force_n),
@@ -159,15 +194,15 @@ impl Course {
 }
 
 impl Work {
-    /// The work in the cells of `profile` from the first to the last that has any; `placed` gives the places of points.
-    fn new(pass: &Pass, profile: &[ProfileCell], placed: impl Fn(&[[f64; 2]]) -> [Packed; 2]) -> Self {
+    /// The work in the cells of `profile` from the first to the last that has any.
+    fn new(pass: &Pass, profile: &[ProfileCell], view: &SideView) -> Self {
         let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
         let first = profile.iter().position(has_work).unwrap_or(0);
         let last = profile.iter().rposition(has_work).map_or(0, |last| last + 1);
         let (shown, cells) = (&profile[first..last], pass.profile().unwrap_or_default().cells);
         let cells = cells.get(first..last).unwrap_or_default();
         let profile = ProfileCells { cells: cells.to_vec(), period: None };
-        let [along, above] = placed(&profile.points());
+        let [along, above] = view.packed(&profile.points());
         let pack = |value: fn(&ProfileCell) -> f64| Packed::new(&shown.iter().map(value).collect::<Vec<_>>());
         Self {
             cells: cells.len(),
@@ -189,29 +224,6 @@ fn mean_forces(history: &[Sample]) -> Vec<f64> {
         (rise / (pair[1].time_s - pair[0].time_s)).max(0.0)
     };
     std::iter::once(0.0).chain(history.windows(2).map(mean)).collect()
-}
-
-/// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a drawing.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Packed {
-    least: f64,
-    step: f64,
-    /// Unsigned 16-bit numbers, low byte first, in Base64.
-    words: String,
-}
-
-impl Packed {
-    /// The values must be finite.
-    fn new(values: &[f64]) -> Self {
-        let least = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
-        let largest = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
-        // Divided first, so that no range overflows.
-        let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
-        // Conversion to an integer is to the nearest bound, and to zero where the step is zero.
-        let word = |value: &f64| (value / step - least / step).round() as u16;
-        let bytes: Vec<u8> = values.iter().map(word).flat_map(u16::to_le_bytes).collect();
-        Self { least, step, words: STANDARD.encode(bytes) }
-    }
 }
 
 /// Records the courses of a study, at most [`MAX_COURSES`], evenly spread over the grid.
@@ -257,7 +269,7 @@ impl<'a> Recorder<'a> {
         self.courses.lock().expect("nothing panics with the courses in hand")
     }
 
-    /// Simulates the cases of the page that were not recorded, and returns all courses.
+    /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes have none.
     ///
     /// A case that failed, in `results` or now, has no course. The default number of threads is the number of cores. Neither
     /// the number of threads nor the time of recording changes a course.
@@ -266,6 +278,9 @@ impl<'a> Recorder<'a> {
     /// If the threads cannot be started.
     pub fn finish(self, results: &[CaseResult], threads: Option<NonZeroUsize>) -> io::Result<Vec<Course>> {
         let study = self.study;
+        if study.has_brush() {
+            return Ok(Vec::new());
+        }
         let recorded: BTreeSet<usize> = self.courses().iter().map(Course::case).collect();
         let mut queue: Vec<(Kind, f64, usize)> = Selection::with_course(study)
             .cases
@@ -363,8 +378,8 @@ mod tests {
         let course = Course::new(0, &settings, &simulation);
         assert_eq!((course.shapes, course.points), (SAMPLING.shapes, 26));
         // Above the workpiece, but for what the contact gives way, and a step of packing.
-        assert!(course.above.least > -1e-3, "{}", course.above.least);
-        assert!(course.above.least < 1e-4, "{}", course.above.least);
+        assert!(course.above.least() > -1e-3, "{}", course.above.least());
+        assert!(course.above.least() < 1e-4, "{}", course.above.least());
     }
 
     #[test]
@@ -415,26 +430,5 @@ mod tests {
             assert!(difference < 1e-5 * taken(&exact), "{difference} J at {} s", sample.time_s);
         }
         assert_eq!(alongside.metrics, simulate(&settings).expect("the pass ends").metrics);
-    }
-
-    #[test]
-    fn packed_numbers_come_back_to_half_a_step() {
-        let values: Vec<f64> = (0..1000).map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i)).collect();
-        let Packed { least, step, words } = Packed::new(&values);
-        let bytes = STANDARD.decode(words).expect("base 64");
-        assert_eq!(bytes.len(), 2 * values.len());
-        for (pair, value) in bytes.chunks(2).zip(values) {
-            let word = u16::from_le_bytes([pair[0], pair[1]]);
-            // Half a step, and rounding.
-            assert!((least + step * f64::from(word) - value).abs() <= 0.500_001 * step);
-        }
-    }
-
-    #[test]
-    fn a_constant_and_nothing_can_be_packed() {
-        let constant = Packed::new(&[2.5, 2.5]);
-        assert_eq!((constant.least, constant.step, constant.words.as_str()), (2.5, 0.0, "AAAAAA=="));
-        let nothing = Packed::new(&[]);
-        assert_eq!((nothing.least, nothing.step, nothing.words.as_str()), (0.0, 0.0, ""));
     }
 }

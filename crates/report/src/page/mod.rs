@@ -1,4 +1,4 @@
-//! `report.html`: a study as one self-contained page for a browser.
+//! `report.html`: a study as one self-contained page for a browser; `brush.html`: a brush.
 //!
 //! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page comes out. It contains the
 //! data as JSON, the scripts that draw them, and their style. The same study gives the same bytes: the page contains neither
@@ -13,12 +13,16 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
+use bristle_study::brush::Interaction;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
 use bristle_text::shown;
 
+mod brush;
 mod course;
+mod packed;
 
+pub use brush::brush_page;
 pub use course::{Course, MAX_COURSES, Recorder};
 
 /// The page with places to be filled in.
@@ -27,6 +31,7 @@ const STYLE: &str = include_str!("style.css");
 /// The scripts of the page; each builds on those before it.
 const SCRIPT: &str = concat!(
     include_str!("format.js"),
+    include_str!("settings.js"),
     include_str!("overview.js"),
     include_str!("course.js"),
     include_str!("script.js"),
@@ -147,9 +152,17 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =
         ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
+    let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
+    let (headlines, others): (Vec<&Column<Interaction>>, Vec<&Column<Interaction>>) = Interaction::COLUMNS
+        .iter()
+        .filter(|_| study.has_brush())
+        .partition(|column| column.display.prominence == Prominence::Headline);
+    // What interaction changes comes first.
+    let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
     let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
-    let quantities: Vec<QuantityData> = metrics.chain(scatter.filter(tells)).collect();
+    let quantities: Vec<QuantityData> =
+        metrics.chain(scatter.filter(tells)).chain(others.into_iter().map(interaction)).collect();
     let statistics: Vec<QuantityData> = Statistics::COLUMNS
         .iter()
         .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
@@ -171,8 +184,11 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         "cases": study.case_count(),
         "failed": results.iter().filter(|result| result.is_err()).count(),
         "axes": axes,
-        "settings": settings(study),
+        "settings": settings(&study.settings(0), |parameter| {
+            study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter))
+        }),
         "quantities": quantities,
+        "brush": study.has_brush(),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
@@ -196,20 +212,24 @@ fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     rounded(tool_force(impulse, settings.tool.filament_count_uncertainty, rate))
 }
 
-/// All settings of the study; swept ones have no value.
-fn settings(study: &Study) -> Vec<Value> {
-    let base = study.settings(0);
+/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`.
+fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
+    let brush = base.brush.as_ref();
     let mut entries: Vec<(&str, Value)> = PARAMETERS
         .iter()
+        .filter(|parameter| brush.is_some() || parameter.section() != "brush")
         .map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
-            let swept = study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter));
             let value = match path {
-                _ if swept => Value::Null,
+                _ if is_swept(parameter) => Value::Null,
                 // A number, or a word.
                 "process.turns" => json!(base.process.turns),
-                _ => json!(parameter.get(&base)),
+                // A number, or nothing.
+                "brush.columns" => json!(brush.and_then(|brush| brush.columns)),
+                "brush.rows" => json!(brush.and_then(|brush| brush.rows)),
+                "brush.contact_points" => json!(brush.and_then(|brush| brush.contact_points)),
+                _ => json!(parameter.get(base)),
             };
             (path, entry([path, symbol, name, unit], value))
         })
@@ -240,9 +260,17 @@ fn settings(study: &Study) -> Vec<Value> {
             ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
             json!(base.process.gravity_m_s2),
         ),
-        ("", ["uncertainty.hold", "", hold, ""], json!(base.uncertainty.hold)),
+        ("brush.columns", ["uncertainty.hold", "", hold, ""], json!(base.uncertainty.hold)),
     ];
-    for (next, names, value) in others {
+    let of_brush = brush.into_iter().flat_map(|brush| {
+        let before = "brush.stiffness_n_m2";
+        [
+            (before, ["brush.pattern", "", "pattern of the roots", ""], json!(brush.pattern)),
+            (before, ["brush.ends", "", "what is beyond the first and the last row", ""], json!(brush.ends)),
+            ("brush.seed", ["brush.steady", "", "whether a steady stretch counts", ""], json!(brush.steady)),
+        ]
+    });
+    for (next, names, value) in others.into_iter().chain(of_brush) {
         let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
         entries.insert(place, (names[0], entry(names, value)));
     }

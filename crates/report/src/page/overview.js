@@ -408,7 +408,7 @@ function createOverview(study, grid, open) {
     }
   }
 
-  const isSelection = () => kept.size + errors.size < quantity.values.length;
+  const isSelection = () => kept.size > 0 && kept.size + errors.size < quantity.values.length;
 
   function frame(style, i, j) {
     return svgElement("rect", { class: style, x: left(i), y: top(j), width: cellWidth(), height: cellHeight() });

@@ -12,13 +12,15 @@ function showHead() {
       const mark = axis.symbol ? [" ", symbol(axis.symbol), "\u00a0=\u00a0"] : [" "];
       return [axis.name, ...mark, `${rangeText(axis)} (${countText(axis)})`];
     });
-  const cases = study.cases === 1 ? "One contact" : `${number(study.cases, 9)} contacts`;
+  const what = study.brush ? ["One sector", "sectors"] : ["One contact", "contacts"];
+  const cases = study.cases === 1 ? what[0] : `${number(study.cases, 9)} ${what[1]}`;
+  const of = study.brush ? "of a brush whose filaments touch each other" : "of one abrasive filament with the workpiece";
   const list = swept.flatMap((parts, k) => [k === 0 ? " over " : ", ", ...parts]);
   const outcome =
     study.failed === 0 ? "" : ` ${number(study.failed, 9)} of them ${study.failed === 1 ? "has" : "have"} failed.`;
   document
     .getElementById("summary")
-    .replaceChildren(`${cases} of one abrasive filament with the workpiece`, ...list, `.${outcome}`);
+    .replaceChildren(`${cases} ${of}`, ...list, `.${outcome}`);
   if (study.quantities[0].values.length < study.cases) {
     document
       .getElementById("summary")
@@ -38,40 +40,11 @@ function countText({ count }) {
   return count === 1 ? "1 value" : `${number(count)} values`;
 }
 
-/** The numbers of a vector, or of a list of vectors. */
-function vectorText(value) {
-  return `(${value.map((part) => (Array.isArray(part) ? vectorText(part) : number(part))).join(", ")})`;
-}
-
-/** A setting's value and unit. */
-function settingText({ path, value, unit }) {
-  const swept = grid.axes.find((axis) => axis.path === path);
-  if (swept) {
-    return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
-  }
-  if (Array.isArray(value)) return [value.length > 0 ? `${vectorText(value)}${unit ? `\u202f${unit}` : ""}` : "–"];
-  if (typeof value !== "number") return [String(value)];
-  return rich(withUnit(value, scaleFor(unit, Math.abs(value)), 12));
-}
-
-function showSettings() {
-  const sectionOf = ({ path }) => path.split(".")[0];
-  const sections = [...new Set(study.settings.map(sectionOf))];
-  const tables = sections.map((section) => {
-    const rows = study.settings
-      .filter((setting) => sectionOf(setting) === section)
-      .map((setting) =>
-        element(
-          "tr",
-          {},
-          element("th", { scope: "row" }, setting.name, " ", element("code", { class: "quiet" }, setting.path)),
-          element("td", {}, setting.symbol ? symbol(setting.symbol) : []),
-          element("td", { class: "number" }, ...settingText(setting)),
-        ),
-      );
-    return element("table", {}, element("caption", {}, section), element("tbody", {}, ...rows));
-  });
-  document.getElementById("settings").replaceChildren(...tables);
+/** A setting's value and unit, or the range of a swept one. */
+function settingText(setting) {
+  const swept = grid.axes.find((axis) => axis.path === setting.path);
+  if (swept === undefined) return fixedSettingText(setting);
+  return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
 }
 
 function showOrigin() {
@@ -83,8 +56,9 @@ function showOrigin() {
       )} ${name}`,
   );
   const kept = study.courses.length;
-  const courses =
-    kept + study.errors.length >= study.cases
+  const courses = study.brush
+    ? "none; `bristle brush` has a page with the sector in motion"
+    : kept + study.errors.length >= study.cases
       ? "of all cases that were solved"
       : `of ${kept} cases, evenly spread over the study`;
   const scatters = study.quantities.some(({ key }) => key.startsWith(SHARE));
@@ -93,18 +67,14 @@ function showOrigin() {
     ["Equations of motion", [`derived by ${study.equations.maker}`]],
     ["Hash of the equations", [element("code", {}, study.equations.sha256), " (SHA-256)"]],
     ["Solver, all cases shown", [total.join(", ")]],
-    ["Courses over time", [`${courses}, from a second integration at the same settings`]],
+    ["Courses over time", [study.brush ? courses : `${courses}, from a second integration at the same settings`]],
     [
       "Uncertainty of F_n,w",
       rich(`± from the number of filaments alone: F_n,w ΔN_f / N_f${scatters ? "; the 95 % band from sampled tools" : ""}`),
     ],
     ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)"]],
   ];
-  document
-    .getElementById("origin")
-    .replaceChildren(
-      ...entries.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]),
-    );
+  showEntries(entries);
 }
 
 const caseView = createCaseView(study, grid);
@@ -140,7 +110,7 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
-showSettings();
+showSettings(study.settings, settingText);
 showOrigin();
 // Without an address: the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);

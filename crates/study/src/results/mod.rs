@@ -3,10 +3,15 @@
 //! This module writes studies, settings and tables as text and reads them back: the same numbers to the bit, or an error that
 //! states where the text is wrong. The program handles the files.
 
+mod brush;
 mod data;
 mod saved;
 mod tables;
 
+pub use brush::{
+    read_brush_history, read_contacts, read_filaments, read_interaction, write_brush_history, write_brush_metrics,
+    write_contacts, write_filaments,
+};
 pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
 pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};

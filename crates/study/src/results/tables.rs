@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{AGAIN, DataError, Source};
 use super::saved::SavedStudy;
+use crate::brush::Interaction;
 use crate::digest::digest;
 use crate::study::{CaseResult, CaseSummary, DEPTH, Study, Sweep, VELOCITY};
 use crate::uncertainty::ForceScatter;
@@ -46,7 +47,7 @@ impl Cell {
     }
 
     /// The cell in a CSV file.
-    fn into_text(self) -> String {
+    pub(super) fn into_text(self) -> String {
         match self {
             Self::Real(value) => value.map_or_else(String::new, |value| format!("{value:?}")),
             Self::Count(value) => value.map_or_else(String::new, |value| value.to_string()),
@@ -74,7 +75,8 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
 /// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
 ///
 /// A case that failed has empty metrics and statistics, and the error's text as its status. If filaments scatter in some
-/// case, the distribution of the tool force comes between the metrics and the statistics. If some case has several turns, the
+/// case, the distribution of the tool force comes between the metrics and the statistics, and so does what interaction changes if the
+/// cases are brushes. If some case has several turns, the
 /// impulses of all turns come before the status.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
@@ -96,7 +98,8 @@ fn setting_columns(study: &Study) -> Vec<(&'static str, &'static Parameter)> {
 pub fn run_columns(study: &Study) -> Vec<&'static str> {
     let names = setting_columns(study).into_iter().map(|(name, _)| name);
     let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
-    let figures = [keys::<Metrics>(), scatter, keys::<Statistics>()].into_iter().flatten();
+    let brush = if study.has_brush() { keys::<Interaction>() } else { Vec::new() };
+    let figures = [keys::<Metrics>(), scatter, brush, keys::<Statistics>()].into_iter().flatten();
     let turns = study.takes_turns().then_some(TURN_IMPULSES);
     names.chain(figures).chain(turns).chain(["status"]).collect()
 }
@@ -104,7 +107,7 @@ pub fn run_columns(study: &Study) -> Vec<&'static str> {
 /// The rows of a study's table, for the columns [`run_columns`].
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
-    let (scatters, takes_turns) = (study.scatters(), study.takes_turns());
+    let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
     results.iter().enumerate().map(move |(case, result)| {
         let settings = study.settings(case);
         let mut row: Vec<Cell> =
@@ -113,6 +116,9 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
         row.extend(cells::<Metrics>(summary.map(|summary| &summary.metrics)));
         if scatters {
             row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
+        }
+        if has_brush {
+            row.extend(cells::<Interaction>(summary.and_then(|summary| summary.brush.as_ref())));
         }
         row.extend(cells::<Statistics>(summary.map(|summary| &summary.statistics)));
         if takes_turns {
@@ -204,7 +210,7 @@ pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
 }
 
 /// Writes a heading, then one row per record.
-fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
+pub(super) fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(keys::<R>())?;
     for record in records {
@@ -229,6 +235,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     }
     let metrics = table.columns(&keys::<Metrics>())?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
+    let brush = if study.has_brush() { Some(table.columns(&keys::<Interaction>())?) } else { None };
     let statistics = table.columns(&keys::<Statistics>())?;
     let turns = if study.takes_turns() { Some(table.column(TURN_IMPULSES)?) } else { None };
     let status = table.column("status")?;
@@ -263,6 +270,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
                         }
                         _ => None,
                     },
+                    brush: brush.as_ref().map(|columns| table.read::<Interaction>(row, columns)).transpose()?,
                 })
             }
             message => Err(message.unwrap_or_default().to_owned()),
@@ -306,7 +314,8 @@ pub fn read_shapes(text: &str, name: &str) -> Result<Vec<Shape>, DataError> {
     Ok(shapes.collect())
 }
 
-fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
+/// Reads the records that [`write_records`] wrote.
+pub(super) fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let columns = table.columns(&keys::<R>())?;

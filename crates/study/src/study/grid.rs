@@ -10,6 +10,9 @@ use thiserror::Error;
 use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText, TURNS};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
+/// The section of an input file whose sweeps make every case a brush.
+const BRUSH: &str = "brush";
+
 /// The reasons why sweeps do not form a study.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StudyError {
@@ -108,14 +111,23 @@ impl Study {
         })
     }
 
-    /// Whether filaments scatter in some case.
+    /// Whether tools are sampled in some case, because their filaments scatter. Those of a brush scatter within it.
     #[must_use]
     pub fn scatters(&self) -> bool {
+        if self.has_brush() {
+            return false;
+        }
         let swept = |path| self.sweeps.iter().find(|sweep| sweep.parameter().path == path);
         INPUTS[..MOVING].iter().any(|input| match swept(input.std) {
             Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
             None => input.scatters(&self.base),
         })
+    }
+
+    /// Whether the cases are brushes, whose filaments touch each other.
+    #[must_use]
+    pub fn has_brush(&self) -> bool {
+        self.base.brush.is_some() || self.sweeps.iter().any(|sweep| sweep.parameter().section() == BRUSH)
     }
 
     /// Whether some case has more than one turn.

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
+use bristle::brush::simulate_brush;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
@@ -16,10 +17,11 @@ use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
+use crate::brush::{Interaction, statistics, turn_impulses};
 use crate::uncertainty::{ForceScatter, Scatter};
 
 /// The part of a simulated case that is kept.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CaseSummary {
     /// The contact metrics, those of the last turn.
     pub metrics: Metrics,
@@ -29,6 +31,8 @@ pub struct CaseSummary {
     pub statistics: Statistics,
     /// The distribution of the tool force where filaments scatter. `None` if most of the sampled tools failed.
     pub scatter: Option<ForceScatter>,
+    /// What a brush has beyond its metrics. `None` if the case is one filament alone.
+    pub brush: Option<Interaction>,
 }
 
 /// A case's summary, or the text of the error that ended it.
@@ -36,7 +40,7 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. If `threads` is `None`, there are as many
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread. If `threads` is `None`, there are as many
 /// threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
 /// case, from any thread. An error of a simulation ends only its case.
 ///
@@ -78,7 +82,7 @@ pub fn complete_study(
 /// [`complete_study`], with the samples that `sampling` requests of each pass.
 ///
 /// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
-/// neither the passes of sampled tools nor passes that failed. Results are those of [`complete_study`] to the bit if
+/// neither the passes of sampled tools, nor those of a brush, nor passes that failed. Results are those of [`complete_study`] to the bit if
 /// `sampling` is [`alongside`](Sampling::alongside).
 ///
 /// # Errors
@@ -94,6 +98,9 @@ pub fn complete_study_sampled(
     on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
+    if study.has_brush() {
+        return complete_brushes(study, threads, results, on_case_done, simulate_case);
+    }
     complete_cases(study, threads, results, on_case_done, |take, done| {
         sample_taken(sampling, take, &|number, result| {
             if let Ok(simulation) = &result
@@ -104,6 +111,69 @@ pub fn complete_study_sampled(
             done(number, result);
         });
     })
+}
+
+/// Simulates the brush of one case.
+fn simulate_case(settings: &Settings) -> CaseResult {
+    let result = simulate_brush(settings, 1).map_err(|error| error.to_string())?;
+    Ok(CaseSummary {
+        turn_contact_normal_impulses_n_s: turn_impulses(&result),
+        statistics: statistics(&result.statistics),
+        scatter: None,
+        brush: Some(Interaction::of(&result)),
+        metrics: result.tool,
+    })
+}
+
+/// [`complete_study`] for a study of brushes. Each thread simulates one case at a time, those with the most work first.
+pub(super) fn complete_brushes(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+    simulate: impl Fn(&Settings) -> CaseResult + Sync,
+) -> io::Result<()> {
+    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
+    // Steps are ways of the tips.
+    let work = |number: &usize| {
+        let settings = study.settings(*number);
+        settings.filament.segments as f64
+            * Pass::new(&settings).end_time()
+            * settings.process.brushing_velocity_m_s
+            * settings.brush.and_then(|brush| brush.rows).unwrap_or(1) as f64
+    };
+    let mut waiting: Vec<(f64, usize)> =
+        (0..results.len()).filter(|&number| results[number].is_none()).map(|number| (work(&number), number)).collect();
+    waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    let threads = thread_count(threads).min(waiting.len());
+    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study of brushes started");
+    let start = Instant::now();
+    let waiting = Mutex::new(waiting);
+    let results = Mutex::new(results);
+    let queued = || waiting.lock().expect("nothing panics with the queue in hand");
+    let work = || {
+        loop {
+            let next = queued().pop();
+            let Some((_, case)) = next else { return };
+            let begun = Instant::now();
+            let result = simulate(&study.settings(case));
+            trace_case(case, &result, begun);
+            let flow = on_case_done(case, &result);
+            results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+            if flow.is_break() {
+                queued().clear();
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            thread::Builder::new().spawn_scoped(scope, work)?;
+        }
+        work();
+        Ok::<_, io::Error>(())
+    })?;
+    info!(seconds = start.elapsed().as_secs_f64(), "study ended");
+    Ok(())
 }
 
 /// [`sample_side_by_side`], compiled once here rather than again for each caller of this module.
@@ -194,6 +264,7 @@ impl BegunCase {
                             turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
                             statistics: simulation.statistics,
                             scatter: None,
+                            brush: None,
                         })
                         .map_err(|error| error.to_string()),
                 );

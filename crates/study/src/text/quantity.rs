@@ -3,6 +3,7 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scale};
 
+use crate::brush::Interaction;
 use crate::study::{CaseResult, CaseSummary};
 use crate::text::number::spanning;
 use crate::uncertainty::ForceScatter;
@@ -31,13 +32,15 @@ enum Parts {
     Metric(&'static Column<Metrics>),
     /// Upper and lower end of the band of the tool force.
     Band,
+    /// What a brush has beyond its metrics.
+    Interaction(&'static Column<Interaction>),
 }
 
 impl Parts {
     /// The number of parts.
     fn count(&self) -> usize {
         match self {
-            Self::Metric(_) => 1,
+            Self::Metric(_) | Self::Interaction(_) => 1,
             Self::Band => 2,
         }
     }
@@ -46,6 +49,7 @@ impl Parts {
     fn get(&self, summary: &CaseSummary, part: usize) -> Option<f64> {
         match self {
             Self::Metric(column) => Some(column.get(&summary.metrics)),
+            Self::Interaction(column) => summary.brush.as_ref().map(|interaction| column.get(interaction)),
             Self::Band => summary.scatter.as_ref().map(|scatter: &ForceScatter| {
                 let [lower, upper] = scatter.band();
                 if part == 0 { upper } else { lower }
@@ -67,6 +71,12 @@ impl Quantity {
         Self { name, qualifier: " of 95 %", parts: Parts::Band, ..Self::tool_force() }
     }
 
+    /// What interaction changes, where the cases are brushes.
+    pub fn interaction() -> impl Iterator<Item = Self> {
+        let shown = Interaction::COLUMNS.iter().filter(|column| column.display.prominence == Prominence::Headline);
+        shown.map(|column| Self::of(column, Parts::Interaction(column)))
+    }
+
     /// The contact normal force of the tool.
     fn tool_force() -> Self {
         let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
@@ -74,8 +84,13 @@ impl Quantity {
     }
 
     fn metric(column: &'static Column<Metrics>) -> Self {
+        Self::of(column, Parts::Metric(column))
+    }
+
+    /// The quantity of a column.
+    fn of<R>(column: &'static Column<R>, parts: Parts) -> Self {
         let &Column { symbol, name, unit, display, .. } = column;
-        Self { symbol, name, qualifier: "", unit, scale: display.scale, parts: Parts::Metric(column) }
+        Self { symbol, name, qualifier: "", unit, scale: display.scale, parts }
     }
 }
 

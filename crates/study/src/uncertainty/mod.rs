@@ -104,10 +104,10 @@ pub fn check(settings: &Settings) -> Result<(), Violation> {
     Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
 }
 
-/// Whether some property of the filaments scatters.
+/// Whether some property of the filaments scatters from tool to tool. Within a brush it scatters from filament to filament instead.
 #[must_use]
 pub fn scatters(settings: &Settings) -> bool {
-    INPUTS[..MOVING].iter().any(|input| input.scatters(settings))
+    settings.brush.is_none() && settings.uncertainty.scatters()
 }
 
 bristle::record! {

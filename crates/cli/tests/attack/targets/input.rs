@@ -20,6 +20,8 @@ use crate::tree::{TOML, Tree};
 const ALL: &str = include_str!("../../../../../examples/zirconia.toml");
 /// Filaments that scatter.
 const SCATTER: &str = include_str!("../../../../../examples/uncertainty.toml");
+/// Filaments that touch each other.
+const BRUSH: &str = include_str!("../../../../../examples/brush.toml");
 /// Measured forces.
 const MEASURED: &str = "
 [measured]
@@ -36,7 +38,7 @@ const STIFF: f64 = 1e250;
 
 /// Input files.
 pub struct Input {
-    seeds: [String; 4],
+    seeds: [String; 5],
     /// Settings whose neighbours are quickly simulated.
     quick: Settings,
     /// Numbers of simulations that ended, and that failed.
@@ -48,7 +50,13 @@ impl Input {
     pub fn new() -> Self {
         let quick = Document::parse(STUDY, "").and_then(|document| document.settings()).expect("the file is right");
         Self {
-            seeds: [STUDY.to_owned(), ALL.to_owned(), SCATTER.to_owned(), STUDY.to_owned() + MEASURED],
+            seeds: [
+                STUDY.to_owned(),
+                ALL.to_owned(),
+                SCATTER.to_owned(),
+                BRUSH.to_owned(),
+                STUDY.to_owned() + MEASURED,
+            ],
             quick,
             simulated: 0.into(),
             failed: 0.into(),

@@ -38,6 +38,9 @@ fn small() -> String {
     STUDY.replace("[1e5, 1e300]", "[1e5]")
 }
 
+/// Three filaments that touch each other, where a study of one filament states everything else.
+const BRUSH: &str = "[brush]\ncolumns = 3\nsteady = false\n";
+
 /// The program.
 pub struct Program {
     input: Input,
@@ -68,6 +71,7 @@ impl Program {
         let files = vec![
             file("case.toml", &small()),
             file("compared.toml", &format!("{}[measured]\nfile = \"forces.csv\"\n", small())),
+            file("brush.toml", &format!("{}{BRUSH}", small())),
             file("state.json", SEEDS[0]),
             file("graph.json", CHAIN),
             file("forces.csv", FORCES),
@@ -118,6 +122,7 @@ impl Program {
         document.study().map_or(true, |study| {
             study.case_count() <= 8
                 && !study.scatters()
+                && !study.has_brush()
                 && (0..study.case_count()).all(|case| self.input.is_quick(&study.settings(case)))
         }) && (quick_case || document.settings().is_err())
     }
@@ -177,7 +182,8 @@ fn words(text: &str) -> Vec<String> {
 
 /// A call with damaged arguments.
 fn damaged_arguments(random: &mut Rng) -> Mutant {
-    const CALLS: [&str; 12] = [
+    const CALLS: [&str; 13] = [
+        "brush brush.toml --out out --frames 5 --vtk",
         "study case.toml --out out --threads 2",
         "study case.toml --out begun --restart --json",
         "simulate case.toml --out out --samples 30 --vtk=5",
@@ -247,7 +253,11 @@ fn damaged_arguments(random: &mut Rng) -> Mutant {
 /// A call in adverse circumstances.
 fn adverse(random: &mut Rng) -> Mutant {
     /// What happens, what the shell does, and the call.
-    const CIRCUMSTANCES: [(&str, &str, &str); 19] = [
+    const CIRCUMSTANCES: [(&str, &str, &str); 23] = [
+        ("FIFO", "mkdir out; mkfifo out/checkpoint.bin", "brush brush.toml --out out"),
+        ("directory", "mkdir -p out/checkpoint.bin", "brush brush.toml --out out"),
+        ("link", "mkdir out; ln -s ../outside/kept out/filaments.csv", "brush brush.toml --out out"),
+        ("killed before", "mkdir out; echo > out/.checkpoint.bin.bristle-0a1B2c", "brush brush.toml --out out"),
         ("FIFO", "rm case.toml; mkfifo case.toml", "study case.toml --out out"),
         ("FIFO", "rm case.toml; mkfifo case.toml", "simulate case.toml --out out"),
         ("FIFO", "rm state.json; mkfifo state.json", "evaluate case.toml --state state.json"),

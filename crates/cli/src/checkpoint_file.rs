@@ -1,0 +1,98 @@
+//! The checkpoint file of a brush, from which a stopped simulation goes on.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use bristle::model::settings::Settings;
+use bristle_study::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use bristle_text::shown_path;
+use thiserror::Error;
+
+use crate::files::{FileError, StagedFile, read_bytes, remove};
+
+/// Name of the file in the results directory.
+pub const CHECKPOINT: &str = "checkpoint.bin";
+
+/// Writing checkpoints takes at most this share of the time.
+const SHARE: f64 = 0.05;
+
+/// Why a brush cannot go on from the checkpoint in its directory.
+#[derive(Debug, Error)]
+pub enum CheckpointFileError {
+    /// The file does not belong to this simulation.
+    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
+    Unusable { path: PathBuf, error: CheckpointError },
+    /// It cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+fn advice(error: &CheckpointError) -> &'static str {
+    match error {
+        CheckpointError::Foreign => "help: move the file away, or choose another directory with --out",
+        _ => {
+            "help: choose another directory with --out to keep this state, \
+             or use --restart to discard it and simulate from the beginning"
+        }
+    }
+}
+
+/// The checkpoint of a running brush.
+pub struct CheckpointFile<'a> {
+    path: PathBuf,
+    settings: &'a Settings,
+    frames: usize,
+    /// The shortest time between two checkpoints.
+    pause: Duration,
+    written: Instant,
+}
+
+impl<'a> CheckpointFile<'a> {
+    /// That in a directory, of a brush with these settings and this number of frames, with the state that it holds. Discards this
+    /// state if `restart` is set.
+    pub fn open(
+        directory: &Path,
+        settings: &'a Settings,
+        frames: usize,
+        pause: Duration,
+        restart: bool,
+    ) -> Result<(Self, Option<Vec<u8>>), CheckpointFileError> {
+        let path = directory.join(CHECKPOINT);
+        let unusable = |error| CheckpointFileError::Unusable { path: path.clone(), error };
+        let bytes = if path.exists() { Some(read_bytes(&path)?) } else { None };
+        let state = match bytes.as_deref().map(|bytes| read_checkpoint(settings, frames, bytes)) {
+            // A file that is not a checkpoint belongs to someone else: not even a restart may discard it.
+            Some(Err(CheckpointError::Foreign)) => return Err(unusable(CheckpointError::Foreign)),
+            None => None,
+            Some(_) if restart => None,
+            Some(Err(error)) => return Err(unusable(error)),
+            Some(Ok(state)) => Some(state.to_owned()),
+        };
+        Ok((Self { path, settings, frames, pause, written: Instant::now() }, state))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the state if the last one is old.
+    pub fn keep(&mut self, state: impl FnOnce() -> Vec<u8>) -> Result<(), FileError> {
+        if self.written.elapsed() < self.pause { Ok(()) } else { self.write(&state()) }
+    }
+
+    /// Writes the state, in the place of the last one.
+    pub fn write(&mut self, state: &[u8]) -> Result<(), FileError> {
+        let begun = Instant::now();
+        let bytes = write_checkpoint(self.settings, self.frames, state);
+        StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))?.commit()?;
+        self.pause = self.pause.max(begun.elapsed().div_f64(SHARE));
+        self.written = Instant::now();
+        Ok(())
+    }
+
+    /// Removes it, once it is of no more use.
+    pub fn remove(self) -> Result<(), FileError> {
+        remove(&self.path)
+    }
+}

@@ -1,0 +1,261 @@
+//! `bristle brush`.
+
+use std::fs;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::{self, ExitCode};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
+use bristle::model::settings::Settings;
+use bristle_report::figures::Brush;
+use bristle_report::page::brush_page;
+use bristle_report::tables::brush_table;
+use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
+use bristle_study::brush::Interaction;
+use bristle_study::digest::digest;
+use bristle_study::results::{
+    FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
+};
+use bristle_study::study::thread_count;
+use bristle_text::shown_path;
+use clap::Args;
+
+use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
+use crate::error::CliError;
+use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
+use crate::pictures::{FIGURES, draw_brush, is_picture_of_simulation, say_drawn};
+use crate::progress::PassProgress;
+use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
+use crate::terminal::{say, say_at_the_end, say_written};
+use crate::values::{INTERRUPTED, MAX_THREADS};
+use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
+
+/// What is simulated, for its progress.
+const BRUSH_IN_WORDS: &str = "the brush";
+/// Number of frames, unless the sector is large.
+const FRAMES: u64 = 120;
+
+/// Simulate the filaments of [brush], which touch each other, and write DIR/metrics.json, filaments.csv and a page
+///
+/// The section [brush] of the file states the arrangement of the filaments and their contact. With [brush] alone all defaults
+/// hold. A sector of the brush passes the workpiece. Metrics are taken from the columns in its middle, where the impulse no longer
+/// changes from column to column. If there are none, the sector is simulated again with more columns; if the file states their number,
+/// the error says how many are needed.
+///
+/// metrics.json is a flat object with the metrics of the tool, what interaction changes, and the columns that count. filaments.csv has
+/// the metrics of each filament; column 0 meets the workpiece first. history.csv has the forces of the sector over time, and contacts.csv
+/// where and how strongly filaments press on each other. brush.html is a page with the sector in motion, and DIR/figures has figures.
+/// [study] is ignored: `bristle study` simulates a brush for each of its cases. A simulation of more than 2 s shows its progress on a
+/// terminal.
+///
+/// The simulation can be stopped at any moment, by Ctrl-C or by a crash. The same command goes on from DIR/checkpoint.bin, where
+/// the state is written every 10 s and on Ctrl-C. The results are the same to the bit. A state of other settings or another build of
+/// Bristle is refused; --restart discards it.
+///
+/// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
+#[derive(Args)]
+pub struct BrushArgs {
+    /// Input file, see `bristle schema`
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// Directory for the results, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of threads [default: one per core]; does not change the results
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+    /// Number of equally spaced times in the page and for ParaView, at most; large sectors have fewer
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = FRAMES,
+        value_parser = clap::value_parser!(u64).range(2..=MAX_SHAPES as u64),
+    )]
+    frames: u64,
+    /// Write the frames to DIR/vtk, for ParaView
+    #[arg(long)]
+    vtk: bool,
+    /// Refuse a sector that needs more memory than this [default: what is available, if the system says so]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    memory_mib: Option<u64>,
+    /// Discard DIR/checkpoint.bin and simulate from the beginning
+    #[arg(long)]
+    restart: bool,
+    /// Time between two checkpoints, in s
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
+    checkpoint_every: u64,
+}
+
+impl BrushArgs {
+    fn threads(&self) -> Option<NonZeroUsize> {
+        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+    }
+
+    fn options(&self) -> RunOptions {
+        RunOptions {
+            threads: thread_count(self.threads()),
+            frames: self.frames as usize,
+            memory: self.memory_mib.map(|mebibytes| mebibytes << 20).or_else(available_memory),
+            ..RunOptions::default()
+        }
+    }
+
+    fn refused(&self, error: BrushError) -> CliError {
+        CliError::BrushRefused { path: self.file.clone(), error: Box::new(error) }
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
+    let text = read_input(&arguments.file)?;
+    let name = arguments.file.to_string_lossy();
+    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    if settings.brush.is_none() {
+        return Err(CliError::NoBrush(arguments.file.clone()));
+    }
+    prepare_directory(&arguments.out)?;
+    let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT]].concat();
+    let _occupied = occupy(
+        &arguments.out,
+        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
+    )?;
+    if arguments.vtk {
+        prepare_directory(&arguments.out.join(VTK))?;
+    }
+    match simulate(arguments, &settings)? {
+        Some((result, checkpoint)) => {
+            write_results(arguments, settings.clone(), result)?;
+            checkpoint.remove()?;
+            Ok(ExitCode::SUCCESS)
+        }
+        None => Ok(INTERRUPTED.into()),
+    }
+}
+
+/// Simulates the brush, from its checkpoint if there is one. `None` if Ctrl-C has stopped it.
+fn simulate<'a>(
+    arguments: &BrushArgs,
+    settings: &'a Settings,
+) -> Result<Option<(BrushResult, CheckpointFile<'a>)>, CliError> {
+    let options = arguments.options();
+    let pause = Duration::from_secs(arguments.checkpoint_every);
+    let (mut checkpoint, state) =
+        CheckpointFile::open(&arguments.out, settings, options.frames, pause, arguments.restart)?;
+    let run = match &state {
+        Some(state) => BrushRun::resume(settings, options, state),
+        None => BrushRun::new(settings, options),
+    };
+    let mut run = run.map_err(|error| arguments.refused(error))?;
+    if state.is_some() {
+        let (done, path) = (percent(&run), shown_path(checkpoint.path()));
+        say(format_args!("{done} % of the brush are in `{path}`, the simulation goes on from there"));
+    }
+    let stop = stop_on_interrupt();
+    let mut progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
+    let mut columns = run.columns();
+    let outcome = loop {
+        match run.advance() {
+            Ok(true) => {}
+            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.file, error)),
+            Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
+        }
+        if run.columns() != columns {
+            progress.end();
+            let now = run.columns();
+            say(format_args!("{columns} columns have no steady stretch: simulating {now} columns from the beginning"));
+            columns = now;
+            progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
+        }
+        progress.tell(run.done());
+        if stop.load(Ordering::Relaxed) {
+            checkpoint.write(&run.checkpoint())?;
+            let (done, path) = (percent(&run), shown_path(checkpoint.path()));
+            say_at_the_end(format_args!(
+                "stopped: {done} % of the brush are in `{path}`; run the same command again to resume"
+            ));
+            return Ok(None);
+        }
+        checkpoint.keep(|| run.checkpoint())?;
+    };
+    progress.end();
+    match outcome {
+        Ok(result) => Ok(Some((result, checkpoint))),
+        Err(error) => {
+            // The same state would lead to the same error.
+            checkpoint.remove()?;
+            Err(error)
+        }
+    }
+}
+
+/// The memory that the machine has left, in bytes, where it says so: on Linux.
+fn available_memory() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let available = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1 << 10)
+}
+
+/// What is done, in per cent.
+fn percent(run: &BrushRun) -> u32 {
+    (100.0 * run.done()).floor() as u32
+}
+
+/// A mark that the first Ctrl-C sets. The second ends the program.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let mark = Arc::clone(&stop);
+    let handle = move || {
+        if mark.swap(true, Ordering::Relaxed) {
+            process::exit(INTERRUPTED.into());
+        }
+    };
+    // If signals are handled elsewhere, or ignored, that is intended. The checkpoint survives an end without notice.
+    let _ = ctrlc::try_set_handler(handle);
+    stop
+}
+
+/// Writes all results and tells the user.
+fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<(), CliError> {
+    let mut hashes = FileHashes::new();
+    let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
+        let mut content = Vec::new();
+        write(&mut content).expect("memory takes what is written to it");
+        hashes.insert(name.to_owned(), digest(&content));
+        StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
+    };
+    let staged = [
+        stage(METRICS, &|out| write_brush_metrics(out, &result))?,
+        stage(FILAMENTS, &|out| write_filaments(out, &result.filaments))?,
+        stage(HISTORY, &|out| write_brush_history(out, &result.history))?,
+        stage(CONTACTS, &|out| write_contacts(out, &result.pairs))?,
+    ];
+    let for_vtk = arguments.vtk.then(|| brush_files(&settings, &result.filaments, &result.frames));
+    let vtk = stage_vtk(&arguments.out, for_vtk.into_iter().flatten(), &mut hashes)?;
+    let case = case_text(&settings, &hashes);
+    let brush = Brush {
+        interaction: Interaction::of(&result),
+        filaments: result.filaments.clone(),
+        history: std::mem::take(&mut result.history),
+        pairs: std::mem::take(&mut result.pairs),
+        settings,
+    };
+    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
+    StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
+    say(brush_table(&result));
+    for file in staged.into_iter().chain([page]) {
+        say_written(&file.commit()?);
+    }
+    // Of a contact that was simulated in the same directory.
+    for name in OF_CONTACT {
+        remove(&arguments.out.join(name))?;
+    }
+    commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads())?);
+    Ok(())
+}

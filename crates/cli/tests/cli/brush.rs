@@ -1,0 +1,384 @@
+//! `bristle brush`, studies of brushes, and their documents, as users meet them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use bristle::model::metrics::Metrics;
+use bristle::model::record::{Column, Record};
+use bristle::model::settings::BrushSettings;
+use bristle_study::brush::Interaction;
+use bristle_study::results::keys;
+use serde_json::{Map, Value};
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+/// A planar sector that takes a tenth of a second.
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 682
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+
+[brush]
+rows = 1
+columns = 8
+steady = false
+";
+
+/// The section that makes a study of it.
+const STUDY: &str = "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
+
+/// A directory with an input file.
+struct Workspace {
+    directory: TempDir,
+}
+
+impl Workspace {
+    fn new(file: &str) -> Self {
+        let workspace = Self { directory: TempDir::new().expect("a temporary directory") };
+        fs::write(workspace.path().join("case.toml"), file).expect("the file can be written");
+        workspace
+    }
+
+    fn path(&self) -> &Path {
+        self.directory.path()
+    }
+
+    fn result(&self, name: &str) -> PathBuf {
+        self.path().join("out").join(name)
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.result(name)).expect(name)
+    }
+
+    /// The rows of a table, by the keys of its heading.
+    fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
+        let mut reader = csv::Reader::from_path(self.result(name)).expect(name);
+        reader.deserialize().map(|row| row.expect("a row")).collect()
+    }
+
+    fn metrics(&self) -> Map<String, Value> {
+        serde_json::from_str(&self.read("metrics.json")).expect("an object")
+    }
+
+    /// Runs a command that succeeds, and returns what it says.
+    fn run(&self, arguments: &str) -> String {
+        let output = bristle(self.path(), arguments).assert().success().get_output().stderr.clone();
+        String::from_utf8(output).expect("text")
+    }
+
+    /// Runs a command that fails with a status, and returns what it says.
+    fn fail(&self, arguments: &str, status: i32) -> String {
+        let output = bristle(self.path(), arguments).assert().code(status).get_output().stderr.clone();
+        String::from_utf8(output).expect("text")
+    }
+
+    /// A running simulation.
+    fn start(&self, arguments: &str) -> Child {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
+        command.current_dir(self.path()).args(arguments.split_whitespace());
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().expect("the program starts")
+    }
+
+    /// All files of the results, with their contents.
+    fn files(&self) -> BTreeMap<String, Vec<u8>> {
+        let mut files = BTreeMap::new();
+        let mut open = vec![self.path().join("out")];
+        while let Some(directory) = open.pop() {
+            for entry in fs::read_dir(directory).expect("a directory") {
+                let path = entry.expect("an entry").path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    let name = path.strip_prefix(self.path().join("out")).expect("below it").to_string_lossy();
+                    files.insert(name.replace('\\', "/"), fs::read(&path).expect("a file"));
+                }
+            }
+        }
+        files
+    }
+}
+
+/// The number in a cell.
+fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
+    row[key].parse().expect(key)
+}
+
+#[test]
+fn a_brush_is_written_and_drawn() {
+    let workspace = Workspace::new(FILE);
+    let said = workspace.run("brush case.toml --out out --vtk --frames 11");
+    assert!(said.contains("8 columns in 1 row; 0 to 7 count") && said.contains("interaction factor 0."), "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+
+    let metrics = workspace.metrics();
+    let has = |key: &&str| metrics.contains_key(*key);
+    assert!(keys::<Metrics>().iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
+    let filaments = workspace.rows("filaments.csv");
+    assert_eq!(filaments.len(), 8);
+    let impulses = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s"));
+    let mean = impulses.sum::<f64>() / 8.0;
+    let of_tool = metrics["contact_normal_impulse_n_s"].as_f64().expect("a number");
+    let alone = metrics["contact_normal_impulse_alone_n_s"].as_f64().expect("a number");
+    let factor = metrics["interaction_factor"].as_f64().expect("a number");
+    // Sums in another order.
+    assert!((mean / of_tool - 1.0).abs() < 1e-12 && (of_tool / alone / factor - 1.0).abs() < 1e-12);
+    assert!(filaments.iter().enumerate().all(|(column, row)| number(row, "column") == column as f64));
+
+    let history = workspace.rows("history.csv");
+    assert!(history.iter().any(|row| number(row, "touching_pairs") > 0.0));
+    assert!(!workspace.rows("contacts.csv").is_empty());
+    let page = workspace.read("brush.html");
+    assert!(page.contains("The sector in motion") && page.matches("<img ").count() == 4, "figures");
+
+    let frames = workspace.files().into_keys().filter(|name| name.starts_with("vtk/brush_")).count();
+    assert!((5..=11).contains(&frames), "{frames}");
+    let collection = workspace.read("vtk/brush.pvd");
+    // Each with the workpiece.
+    assert_eq!(collection.matches("<DataSet ").count(), 2 * frames);
+    assert!(workspace.result("vtk/workpiece.vtp").exists());
+    assert!(!workspace.result("checkpoint.bin").exists());
+}
+
+#[test]
+fn plot_draws_a_saved_brush_to_the_same_bytes() {
+    let workspace = Workspace::new(FILE);
+    workspace.run("brush case.toml --out out");
+    let before = workspace.files();
+    fs::remove_dir_all(workspace.result("figures")).expect("figures");
+    workspace.run("plot out");
+    assert!(workspace.files() == before);
+    // Of another brush.
+    let text = workspace.read("filaments.csv").replacen("\n0,0,", "\n1,0,", 1);
+    fs::write(workspace.result("filaments.csv"), text).expect("the file can be written");
+    let said = workspace.fail("plot out", 2);
+    assert!(said.contains("filaments.csv"), "{said}");
+}
+
+#[test]
+fn neither_threads_nor_frames_change_a_result() {
+    let workspace = Workspace::new(FILE);
+    let tables = ["metrics.json", "filaments.csv", "history.csv", "contacts.csv"];
+    let results = |arguments: &str| {
+        workspace.run(arguments);
+        tables.map(|name| workspace.read(name))
+    };
+    let one = results("brush case.toml --out out --threads 1");
+    assert!(one == results("brush case.toml --out out --threads 3 --frames 7"));
+}
+
+#[test]
+fn a_brush_and_a_contact_replace_each_other() {
+    let workspace = Workspace::new(FILE);
+    workspace.run("brush case.toml --out out");
+    let said = workspace.run("simulate case.toml --out out");
+    assert!(said.contains("note: this filament is alone; `bristle brush`"), "{said}");
+    let names: Vec<String> = workspace.files().into_keys().collect();
+    let is_of_brush =
+        |name: &&String| name.contains("brush") || name.contains("filaments") || name.contains("contacts");
+    assert_eq!(names.iter().find(is_of_brush), None, "{names:?}");
+    workspace.run("brush case.toml --out out");
+    let names: Vec<String> = workspace.files().into_keys().collect();
+    assert!(
+        !names.iter().any(|name| ["case.json", "shapes.csv", "figures/history.svg"].contains(&&**name)),
+        "{names:?}"
+    );
+    workspace.run("plot out");
+}
+
+#[test]
+fn a_killed_brush_ends_with_the_same_bytes() {
+    let undisturbed = Workspace::new(&longer());
+    undisturbed.run("brush case.toml --out out");
+    let workspace = Workspace::new(&longer());
+    let checkpoint = workspace.result("checkpoint.bin");
+    let mut kills = 0;
+    while kills < 3 {
+        let before = fs::read(&checkpoint).ok();
+        let mut child = workspace.start("brush case.toml --out out --checkpoint-every 0 --threads 1");
+        // Until another checkpoint is there.
+        while child.try_wait().expect("the process is ours").is_none() && fs::read(&checkpoint).ok() == before {
+            sleep(Duration::from_millis(1));
+        }
+        child.kill().expect("the process is ours");
+        child.wait().expect("the process is ours");
+        assert!(!workspace.result("metrics.json").exists(), "it has been killed before its end");
+        kills += 1;
+    }
+    let said = workspace.run("brush case.toml --out out");
+    assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation goes on from there"), "{said}");
+    assert!(workspace.files() == undisturbed.files());
+}
+
+/// A sector that takes long enough to be stopped.
+fn longer() -> String {
+    FILE.replace("columns = 8", "columns = 60").replace("segments = 4", "segments = 10")
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_brush_says_how_to_resume() {
+    let workspace = Workspace::new(&longer().replace("10.0", "2.5"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
+    command.current_dir(workspace.path()).args("brush case.toml --out out --checkpoint-every 0".split(' '));
+    let child = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    while !workspace.result("checkpoint.bin").exists() {
+        sleep(Duration::from_millis(1));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(killed.success());
+    let output = child.wait_with_output().expect("the process is ours");
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("stopped: ") && said.contains("run the same command again to resume"), "{said}");
+
+    // Of other settings, of other frames, and damaged.
+    let refused = |arguments: &str| {
+        let said = workspace.fail(arguments, 2);
+        assert!(said.contains("cannot resume from `out/checkpoint.bin`") && said.contains("--restart"), "{said}");
+        said
+    };
+    assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
+    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    assert!(refused("brush case.toml --out out").contains("brush.columns: 60 there, 8 here"));
+    let mut bytes = fs::read(workspace.result("checkpoint.bin")).expect("a checkpoint");
+    fs::write(workspace.path().join("case.toml"), longer().replace("10.0", "2.5")).expect("the file can be written");
+    *bytes.last_mut().expect("bytes") ^= 1;
+    fs::write(workspace.result("checkpoint.bin"), &bytes).expect("the file can be written");
+    assert!(refused("brush case.toml --out out").contains("it is damaged"));
+    fs::write(workspace.result("checkpoint.bin"), "mine").expect("the file can be written");
+    let said = workspace.fail("brush case.toml --out out --restart", 2);
+    assert!(said.contains("it is not the checkpoint of a brush"), "{said}");
+    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    fs::write(workspace.result("checkpoint.bin"), &bytes).expect("the file can be written");
+    workspace.run("brush case.toml --out out --restart");
+}
+
+#[test]
+fn brushes_that_cannot_be_are_refused() {
+    let refused = |old: &str, new: &str, expected: &[&str]| {
+        assert!(FILE.contains(old), "{old}");
+        let workspace = Workspace::new(&FILE.replacen(old, new, 1));
+        let said = workspace.fail("brush case.toml --out out", 2);
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        assert!(!workspace.result("metrics.json").exists());
+    };
+    refused("columns = 8", "columns = 0", &["`brush.columns` is 0, but must be a whole number from 1", "case.toml:17"]);
+    refused("columns = 8", "colums = 8", &["unknown key `brush.colums`", "did you mean `brush.columns`?"]);
+    refused("rows = 1", "pattern = \"hexagonal\"", &["`brush.pattern` is \"hexagonal\"", "staggered"]);
+    refused("rows = 1", "tolerance = 1.0", &["`brush.tolerance` is 1.0", "0.1"]);
+    refused("steady = false", "stiffness_n_m2 = -1.0", &["`brush.stiffness_n_m2` is -1.0"]);
+    refused("[brush]\nrows = 1\ncolumns = 8\nsteady = false\n", "", &["there is no section [brush]"]);
+    refused("columns = 8", "columns = 5000", &["`brush.columns` is 5000", "682 filaments around"]);
+    refused("filament_count = 682", "filament_count = 900", &["filaments overlap", "tool.filament_count"]);
+    refused(
+        "[brush]",
+        "[uncertainty]\nlength_std_m = 1e-4\n[brush]",
+        &["`uncertainty.hold` is \"process\"", "\"machine\""],
+    );
+    let workspace = Workspace::new(FILE);
+    let said = workspace.fail("brush case.toml --out out --memory-mib 1", 2);
+    assert!(said.contains("MB of memory"), "{said}");
+}
+
+#[test]
+fn a_study_of_brushes_has_both_forces_and_resumes() {
+    let workspace = Workspace::new(&format!("{FILE}{STUDY}"));
+    let said = workspace.run("study case.toml --out out --threads 2");
+    assert!(said.contains("F_n,w alone in N") && said.contains("interaction factor"), "{said}");
+    let runs = workspace.rows("runs.csv");
+    assert_eq!(runs.len(), 4);
+    for row in &runs {
+        let [force, alone, factor] =
+            ["tool_contact_normal_force_n", "tool_contact_normal_force_alone_n", "interaction_factor"]
+                .map(|key| number(row, key));
+        assert!((force / alone / factor - 1.0).abs() < 1e-12 && row["status"] == "ok", "{row:?}");
+    }
+    let names: Vec<String> = workspace.files().into_keys().collect();
+    for name in ["interaction_over_velocity", "interaction_over_depth", "interaction_factor_map", "tool_force_map"] {
+        assert!(names.contains(&format!("figures/{name}.svg")), "{names:?}");
+    }
+    assert!(workspace.read("report.html").contains("\"interaction_factor\""));
+
+    // A journal without its last two cases.
+    let before = workspace.files();
+    let journal = workspace.read("journal.jsonl");
+    let kept: String = journal.split_inclusive('\n').take(3).collect();
+    fs::write(workspace.result("journal.jsonl"), kept).expect("the file can be written");
+    let said = workspace.run("study case.toml --out out --threads 1");
+    assert!(said.contains("2 of 4 cases are in `out/journal.jsonl`, 2 remain"), "{said}");
+    for (name, content) in workspace.files() {
+        assert!(name == "journal.jsonl" || before[&name] == content, "{name} differs");
+    }
+    // The case is that of the command.
+    workspace.run("brush case.toml --out one");
+    let metrics: Map<String, Value> =
+        serde_json::from_str(&fs::read_to_string(workspace.path().join("one/metrics.json")).expect("metrics"))
+            .expect("an object");
+    assert_eq!(metrics["interaction_factor"].as_f64(), Some(number(&runs[0], "interaction_factor")));
+    workspace.run("plot out");
+    workspace.run("advise out");
+}
+
+/// With uncertain filaments each of a brush is its own, and no tools are sampled.
+#[test]
+fn filaments_of_a_brush_differ_instead_of_tools() {
+    let uncertainty = "[uncertainty]\nhold = \"machine\"\nyoungs_modulus_std_pa = 0.3e9\n";
+    let workspace = Workspace::new(&format!("{FILE}{uncertainty}{STUDY}"));
+    workspace.run("study case.toml --out out");
+    let runs = workspace.rows("runs.csv");
+    assert!(runs.iter().all(|row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")));
+    workspace.run("brush case.toml --out out");
+    let differing = workspace.read("filaments.csv");
+    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    workspace.run("brush case.toml --out out");
+    assert!(workspace.read("filaments.csv") != differing);
+}
+
+#[test]
+fn the_documents_list_every_column_of_a_brush() {
+    let page = include_str!("../../../../docs/results.md");
+    let (_, section) = page.split_once("\n## Results of a brush\n").expect("the section");
+    let (section, _) = section.split_once("\n## ").expect("the next section");
+    let row = |column: &Column<Interaction>| {
+        let &Column { key, symbol, unit, name, meaning, .. } = column;
+        format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
+    };
+    for column in Interaction::COLUMNS {
+        assert!(section.contains(&row(column)), "{}", row(column));
+    }
+    let workspace = Workspace::new(FILE);
+    workspace.run("brush case.toml --out out");
+    for name in ["filaments.csv", "history.csv", "contacts.csv"] {
+        let text = workspace.read(name);
+        let heading = text.lines().next().expect("a heading");
+        for key in heading.split(',').filter(|key| !keys::<Metrics>().contains(key)) {
+            assert!(section.contains(&format!("`{key}`")), "{name}: {key}");
+        }
+    }
+}
+
+#[test]
+fn the_example_is_a_brush_and_a_study() {
+    let example = include_str!("../../../../examples/brush.toml");
+    let document = bristle_study::document::Document::parse(example, "brush.toml").expect("TOML");
+    // It states every key that has a default value.
+    assert_eq!(document.settings().expect("settings").brush, Some(BrushSettings::default()));
+    assert_eq!(document.study().expect("a study").case_count(), 16);
+}

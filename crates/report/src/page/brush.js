@@ -1,0 +1,305 @@
+// Fills the page of a brush: the sector in motion, its results and its settings.
+
+const brush = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+
+/** Duration of the whole simulation at speed 1, in seconds. */
+const PLAYING_TIME = 10;
+/** Largest turn of the tool between two frames for which shapes in between are drawn, in rad. */
+const SMALL_TURN = 0.05;
+/** Largest height of the views in pixels, and their margin as a part of the filament's length. */
+const HEIGHT = 460;
+const MARGIN = 0.06;
+/** How far beside the outer rows filaments are shown from above, as a part of their length. */
+const ASIDE = 0.12;
+/** Share of the forces that the colours tell apart. */
+const BULK = 0.98;
+/** Opacity of filaments that do not count. */
+const PALE = 0.4;
+
+function showHead() {
+  byId("name").textContent = brush.name;
+  const number_of = (count, what) => `${number(count, 9)} ${what}${count === 1 ? "" : "s"}`;
+  const factor = brush.sector.find(({ key }) => key === "interaction_factor").value;
+  const force = brush.metrics.find(({ key }) => key === "tool_contact_normal_force_n");
+  const scale = scaleFor("N", Math.max(force.value, force.alone));
+  byId("summary").replaceChildren(
+    `${number_of(brush.columns, "column")} of ${number_of(brush.rows, "filament")} pass the workpiece. `,
+    ...rich("F_n,w"),
+    ` is ${withUnit(force.value, scale, 4)}; without interaction it would be ${withUnit(force.alone, scale, 4)}. The interaction factor is ${number(factor, 4)}.`,
+  );
+}
+
+/** A row of a table: a name with its meaning, further cells, and numbers. */
+function row({ key, name, meaning }, cells, numbers) {
+  return element(
+    "tr",
+    { "data-key": key },
+    element("th", { scope: "row" }, name, element("span", { class: "quiet" }, ...rich(meaning))),
+    ...cells,
+    ...numbers.map((text) => element("td", { class: "number" }, text)),
+  );
+}
+
+function showResults() {
+  const metrics = brush.metrics.map((metric) => {
+    const scale = scaleFor(metric.unit, Math.max(Math.abs(metric.value), Math.abs(metric.alone)));
+    const mark = element("td", {}, metric.symbol ? symbol(metric.symbol) : []);
+    return row(metric, [mark], [withUnit(metric.value, scale), withUnit(metric.alone, scale)]);
+  });
+  byId("metrics").tBodies[0].replaceChildren(...metrics);
+  const interaction = brush.sector.map((entry) =>
+    row(entry, [], [withUnit(entry.value, scaleFor(entry.unit, Math.abs(entry.value)))]),
+  );
+  byId("interaction").tBodies[0].replaceChildren(...interaction);
+}
+
+function showOrigin() {
+  const work = brush.work.map(([name, count]) => `${number(count, 12)} ${name}`);
+  showEntries([
+    ["Software", [`Bristle ${brush.version}`]],
+    ["Equations of motion", [`derived by ${brush.equations.maker}`]],
+    ["Hash of the equations", [element("code", {}, brush.equations.sha256), " (SHA-256)"]],
+    ["Solver", [work.join(", ")]],
+    ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021); filaments are capsules that press on each other"]],
+  ]);
+}
+
+/** The force that few of the positive ones exceed. */
+function bulk(forces) {
+  const positive = forces.filter((force) => force > 0).sort();
+  return positive.length > 0 ? positive[Math.floor((positive.length - 1) * BULK)] : 0;
+}
+
+/** The sector in motion. */
+function createSector() {
+  const motion = { ...brush.motion };
+  for (const key of ["along", "above", "axial", "contact_force", "press_force"]) {
+    if (motion[key] !== null) motion[key] = unpack(motion[key]);
+  }
+  const outline = { along: unpack(brush.outline.along), above: unpack(brush.outline.above) };
+  const { times, tool_angles, points } = motion;
+  const filaments = motion.filaments.length;
+  const counted = motion.filaments.map((filament) => brush.counted[filament]);
+  const last = times.length - 1;
+  const turn = Math.abs(tool_angles[last] - tool_angles[0]) / last;
+  // There are too many for the arguments of a function.
+  const range = (values) =>
+    values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+  /** Forces at the end of the colours: few impacts are higher. */
+  const most = { contact_force: bulk(motion.contact_force), press_force: bulk(motion.press_force) };
+  const [animation, side, top, slider, playButton, speed] = ["animation", "side", "top", "time", "play", "speed"].map(byId);
+  /** Filaments from the back to the front: the axis points at the reader. */
+  const order = Array.from({ length: filaments }, (_, filament) => filament);
+  if (motion.axial !== null) order.sort((a, b) => motion.axial[a * points] - motion.axial[b * points]);
+  /** Place among the frames, from 0 to the last. */
+  let place = 0;
+  let playing = null;
+
+  /** A coordinate at the place shown. */
+  function at(values, index, perFrame) {
+    const frame = Math.min(Math.floor(place), last);
+    const part = turn < SMALL_TURN ? place - frame : 0;
+    const value = values[frame * perFrame + index];
+    return part === 0 ? value : value + part * (values[(frame + 1) * perFrame + index] - value);
+  }
+
+  /** The part of the scene that is shown: least and largest place along the surface and above it, in m. */
+  function box() {
+    const margin = MARGIN * brush.length;
+    if (byId("zoom").value === "sector") {
+      const [[left, right], [, high]] = [range(motion.along), range(motion.above)];
+      return [left - margin, right + margin, -2 * margin, high + margin];
+    }
+    const reach = Math.sqrt(Math.max(0, brush.tool_radius ** 2 - brush.axis_height ** 2)) + 0.9 * brush.length;
+    return [-reach, reach, -2 * margin, 1.15 * brush.length];
+  }
+
+  /** A canvas of this height, cleared, with coordinates in pixels. */
+  function cleared(canvas, height) {
+    const [width, ratio] = [canvas.clientWidth, window.devicePixelRatio || 1];
+    [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    canvas.style.height = `${height}px`;
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.lineCap = "round";
+    pen.lineJoin = "round";
+    return pen;
+  }
+
+  function draw() {
+    const style = getComputedStyle(document.documentElement);
+    const ink = (name) => style.getPropertyValue(`--${name}`);
+    const [left, right, low, high] = box();
+    const scale = Math.min(side.clientWidth / (right - left), HEIGHT / (high - low));
+    const middle = (left + right) / 2;
+    const x = (along) => side.clientWidth / 2 + scale * (along - middle);
+    const pen = cleared(side, Math.round(scale * (high - low)));
+    const y = (above) => scale * (high - above);
+    drawWorkpiece(pen, ink, x, y);
+    pen.beginPath();
+    pen.arc(x(0), y(brush.axis_height), scale * brush.body_radius, 0, 2 * Math.PI);
+    pen.fillStyle = ink("body");
+    pen.fill();
+    drawFilaments(pen, ink, scale, (point) => x(at(motion.along, point, filaments * points)), (point) => y(at(motion.above, point, filaments * points)));
+    drawLength(pen, ink, scale, side);
+    if (motion.axial !== null) drawFromAbove(ink, scale, x);
+    byId("clock").textContent = withUnit(timeShown(), scaleFor("s", times[last]), 4);
+    slider.value = String((1000 * place) / last);
+  }
+
+  function drawWorkpiece(pen, ink, x, y) {
+    const shift = brush.feed * timeShown();
+    const surface = Array.from(outline.along, (along, k) => [x(along + shift), y(outline.above[k])]);
+    const trace = () => {
+      pen.beginPath();
+      surface.forEach(([across, down], k) => (k === 0 ? pen.moveTo(across, down) : pen.lineTo(across, down)));
+    };
+    trace();
+    pen.fillStyle = ink("workpiece");
+    if (!brush.outline.solid) {
+      pen.lineTo(surface.at(-1)[0], pen.canvas.height);
+      pen.lineTo(surface[0][0], pen.canvas.height);
+    }
+    pen.fill();
+    trace();
+    pen.strokeStyle = ink("ink");
+    pen.lineWidth = 1.2;
+    pen.stroke();
+  }
+
+  /** Filaments as thick as they are, with an edge that separates them. */
+  function drawFilaments(pen, ink, scale, x, y) {
+    const quantity = byId("quantity").value;
+    const thick = Math.max(scale * brush.diameter, 1.2);
+    const edge = Math.min(1.2, 0.25 * thick);
+    for (const filament of order) {
+      const force = at(motion[quantity], filament, filaments);
+      pen.beginPath();
+      for (let k = 0; k < points; k += 1) {
+        const point = filament * points + k;
+        if (k === 0) pen.moveTo(x(point), y(point));
+        else pen.lineTo(x(point), y(point));
+      }
+      pen.globalAlpha = 1;
+      pen.strokeStyle = ink("paper");
+      pen.lineWidth = thick;
+      pen.stroke();
+      pen.globalAlpha = counted[filament] ? 1 : PALE;
+      pen.strokeStyle = force > 1e-4 * most[quantity] ? color(force / most[quantity]) : ink("failed-ink");
+      pen.lineWidth = thick - edge;
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  }
+
+  /** The sector from above: the surface to the right as in the view along the axis, and the axis upwards. */
+  function drawFromAbove(ink, scale, x) {
+    // The rows and what is beside them: a filament that falls over may reach far out.
+    const [low, high] = range(motion.axial.filter((_, point) => point % points === 0));
+    const margin = ASIDE * brush.length;
+    const pen = cleared(top, Math.round(scale * (high - low + 2 * margin)));
+    const y = (z) => scale * (high + margin - z);
+    drawFilaments(pen, ink, scale, (point) => x(at(motion.along, point, filaments * points)), (point) => y(at(motion.axial, point, filaments * points)));
+  }
+
+  /** A bar of a round length. */
+  function drawLength(pen, ink, scale, canvas) {
+    const length = ticks(0, canvas.clientWidth / scale / 4, 4)[1];
+    const [end, level] = [canvas.clientWidth - 14, 18];
+    pen.beginPath();
+    pen.moveTo(end - scale * length, level - 4);
+    pen.lineTo(end - scale * length, level);
+    pen.lineTo(end, level);
+    pen.lineTo(end, level - 4);
+    pen.strokeStyle = ink("ink");
+    pen.lineWidth = 1.5;
+    pen.stroke();
+    pen.fillStyle = ink("ink");
+    pen.font = "12px system-ui, sans-serif";
+    pen.textAlign = "right";
+    pen.fillText(withUnit(length, scaleFor("m", length)), end - scale * length - 6, level);
+  }
+
+  function timeShown() {
+    return at(times, 0, 1);
+  }
+
+  function showLegend() {
+    const high = most[byId("quantity").value];
+    byId("legend-low").textContent = "grey: none";
+    byId("legend-high").textContent = `${withUnit(high, scaleFor("N", high), 3)} or more`;
+    const stops = Array.from({ length: 9 }, (_, k) => color(k / 8));
+    byId("bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+  }
+
+  function go(to) {
+    place = Math.min(Math.max(to, 0), last);
+    draw();
+  }
+
+  function pause() {
+    playing = null;
+    playButton.textContent = "Play";
+  }
+
+  function step(now) {
+    if (playing === null) return;
+    const passed = (now - playing) / 1000;
+    playing = now;
+    go(place + (passed * Number(speed.value) * last) / PLAYING_TIME);
+    if (place >= last) pause();
+    else requestAnimationFrame(step);
+  }
+
+  function play() {
+    if (playing !== null) {
+      pause();
+      return;
+    }
+    if (place >= last) place = 0;
+    playing = performance.now();
+    playButton.textContent = "Pause";
+    requestAnimationFrame(step);
+  }
+
+  playButton.addEventListener("click", play);
+  slider.addEventListener("input", () => {
+    pause();
+    go((Number(slider.value) / 1000) * last);
+  });
+  const keys = {
+    " ": play,
+    ArrowLeft: () => go(Math.ceil(place) - 1),
+    ArrowRight: () => go(Math.floor(place) + 1),
+    Home: () => go(0),
+    End: () => go(last),
+  };
+  animation.addEventListener("keydown", (event) => {
+    if (!(event.key in keys) || event.target !== animation) return;
+    event.preventDefault();
+    if (event.key !== " ") pause();
+    keys[event.key]();
+  });
+  byId("quantity").addEventListener("change", () => {
+    showLegend();
+    draw();
+  });
+  byId("zoom").addEventListener("change", draw);
+  addEventListener("resize", draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  byId("from-above").hidden = motion.axial === null;
+  const slow = Math.round(PLAYING_TIME / times[last]);
+  byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
+  if (filaments < brush.counted.length) byId("alike").textContent = "Filaments that move alike in several rows are drawn once. ";
+  showLegend();
+  // The middle of the simulation, where the sector is on the workpiece.
+  go(last / 2);
+}
+
+showHead();
+showResults();
+showSettings(brush.settings, fixedSettingText);
+showOrigin();
+if (brush.motion === null) byId("sector").hidden = true;
+else createSector();

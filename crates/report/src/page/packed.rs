@@ -1,0 +1,60 @@
+//! Numbers of a page with two bytes each.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Serialize;
+
+/// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a drawing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Packed {
+    least: f64,
+    step: f64,
+    /// Unsigned 16-bit numbers, low byte first, in Base64.
+    words: String,
+}
+
+impl Packed {
+    /// The values must be finite.
+    pub(super) fn new(values: &[f64]) -> Self {
+        let least = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
+        let largest = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
+        // Divided first, so that no range overflows.
+        let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
+        // Conversion to an integer is to the nearest bound, and to zero where the step is zero.
+        let word = |value: &f64| (value / step - least / step).round() as u16;
+        let bytes: Vec<u8> = values.iter().map(word).flat_map(u16::to_le_bytes).collect();
+        Self { least, step, words: STANDARD.encode(bytes) }
+    }
+
+    /// The smallest value.
+    #[cfg(test)]
+    pub(super) fn least(&self) -> f64 {
+        self.least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_numbers_come_back_to_half_a_step() {
+        let values: Vec<f64> = (0..1000).map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i)).collect();
+        let Packed { least, step, words } = Packed::new(&values);
+        let bytes = STANDARD.decode(words).expect("base 64");
+        assert_eq!(bytes.len(), 2 * values.len());
+        for (pair, value) in bytes.chunks(2).zip(values) {
+            let word = u16::from_le_bytes([pair[0], pair[1]]);
+            // Half a step, and rounding.
+            assert!((least + step * f64::from(word) - value).abs() <= 0.500_001 * step);
+        }
+    }
+
+    #[test]
+    fn a_constant_and_nothing_can_be_packed() {
+        let constant = Packed::new(&[2.5, 2.5]);
+        assert_eq!((constant.least, constant.step, constant.words.as_str()), (2.5, 0.0, "AAAAAA=="));
+        let nothing = Packed::new(&[]);
+        assert_eq!((nothing.least, nothing.step, nothing.words.as_str()), (0.0, 0.0, ""));
+    }
+}
