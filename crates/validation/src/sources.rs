@@ -71,6 +71,7 @@ sources! {
         derivations/reference_edges.py";
     CVODES_ROWS = "CasADi, CVODES, rows": "tests/data/reference_row.json and derivations/trajectories/row_three_cvodes.csv, by \
         derivations/reference_row.py";
+    MUJOCO_ROW = "MuJoCo, row": "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo 4.0";
     PASS = "single pass": "The pass of one filament, which has equations, method and step control of its own";
     KNOWN_ROW = "known row": "Forces of a converged planar row in docs/MODEL.md, \"Filaments that touch\"";
     CONVERGENCE = "convergence": "The same row with another setting: a converged result does not depend on it";

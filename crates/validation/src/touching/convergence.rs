@@ -1,6 +1,6 @@
 //! How the mean impulse of a steady stretch converges.
 
-use bristle::brush::{BrushResult, simulate_brush};
+use bristle::brush::{BrushResult, FilamentResult, simulate_brush};
 use bristle::model::metrics::tool_force;
 use bristle::model::settings::{BrushSettings, Settings};
 
@@ -28,26 +28,31 @@ fn mean(settings: &Settings) -> Result<f64, Failure> {
     Ok(simulate_brush(settings, 1)?.tool.contact_normal_impulse_n_s)
 }
 
+/// Number of segments of the rows whose forces are known.
+const SEGMENTS: usize = 8;
+/// The depth in m at which settings are changed.
+const DEPTH: f64 = 1e-3;
+
 pub fn steady(extent: Extent) -> Result<Trial, Failure> {
-    const SEGMENTS: usize = 8;
     // Depth in m, and the forces in N of the row and of a filament alone that docs/MODEL.md states.
-    let known: &[(f64, f64, f64)] = &[(1e-3, 148.0, 165.0), (3e-3, 320.0, 290.0)];
+    let (changes, known): (Changes, &[_]) = match extent {
+        Extent::Quick => (QUICK, &[(DEPTH, 148.0, 165.0)]),
+        Extent::Full => (FULL, &[(DEPTH, 148.0, 165.0), (3e-3, 320.0, 290.0)]),
+    };
+    let base = steady_row(SEGMENTS, DEPTH)?;
+    let of_base = simulate_brush(&base, 1)?;
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
     for &(depth, of_row, of_one) in known {
         let settings = steady_row(SEGMENTS, depth)?;
-        let result = simulate_brush(&settings, 1)?;
+        let result = if settings == base { of_base.clone() } else { simulate_brush(&settings, 1)? };
         let subject = format!("a_e = {} mm, n = {SEGMENTS}", 1e3 * depth);
-        let (quantity, computed) = ("F_n,w in N", force(&settings, result.tool.contact_normal_impulse_n_s));
-        checks.push(Check::value(
-            subject.clone(),
-            quantity,
-            of_row,
-            sources::KNOWN_ROW,
-            computed,
-            tolerances::KNOWN_ROW,
-        ));
-        let (quantity, computed) = ("F_n,w in N, alone", force(&settings, result.alone.contact_normal_impulse_n_s));
-        checks.push(Check::value(subject, quantity, of_one, sources::KNOWN_ROW, computed, tolerances::KNOWN_ROW));
+        for (quantity, known, impulse) in [
+            ("F_n,w in N", of_row, result.tool.contact_normal_impulse_n_s),
+            ("F_n,w in N, alone", of_one, result.alone.contact_normal_impulse_n_s),
+        ] {
+            let (computed, tolerance) = (force(&settings, impulse), tolerances::KNOWN_ROW);
+            checks.push(Check::value(subject.clone(), quantity, known, sources::KNOWN_ROW, computed, tolerance));
+        }
         curves.extend(along_columns(depth, &result));
     }
     let figure = Figure {
@@ -61,22 +66,18 @@ pub fn steady(extent: Extent) -> Result<Trial, Failure> {
         y: Axis::linear("p_n in mN s"),
         curves,
     };
-    let mut figures = vec![figure];
-    if extent == Extent::Full {
-        let (more, of_tolerance) = studies(SEGMENTS)?;
-        checks.extend(more);
-        figures.push(of_tolerance);
-    }
+    let (studies, of_tolerance) = changes.compare(&base, &of_base)?;
+    checks.extend(studies);
     Ok(Trial {
         title: "A steady stretch, and what it depends on",
         text: "A planar row of 682 filaments around, n = 8, at 10 m/s, without friction. `F_n,w = p̄_n N_f ω/(2π)` with the mean \
             impulse of the columns between entry and exit, and N_f = 10 500 as in the paper's brush. docs/MODEL.md states the forces, \
-            from a prototype that was another code. In the full suite the mean is computed again at 1 mm with one setting changed at a time: \
-            each is compared with the finest or with the default. Brushes of several rows are staggered 1.3 mm apart and periodic along the \
-            axis, and each filament is tilted out of its plane at random, by 1e-3 rad."
+            from a prototype that was another code. The mean at 1 mm is computed again with one setting changed at a time. Brushes of \
+            several rows are staggered, 1.3 mm apart and periodic along the axis, and each filament is tilted out of its plane at random, \
+            by 1e-3 rad."
             .to_owned(),
         checks,
-        figures,
+        figures: vec![figure, of_tolerance],
     })
 }
 
@@ -86,7 +87,7 @@ fn along_columns(depth: f64, result: &BrushResult) -> [Curve; 3] {
     let place = |column: usize, impulse: f64| (column as f64, 1e3 * impulse);
     let all = result.filaments.iter().map(|filament| (filament, filament.metrics.contact_normal_impulse_n_s));
     let counted = all.clone().filter(|(filament, _)| filament.is_counted);
-    let points = |(filament, impulse): (&bristle::brush::FilamentResult, f64)| place(filament.column, impulse);
+    let points = |(filament, impulse): (&FilamentResult, f64)| place(filament.column, impulse);
     let alone = result.alone.contact_normal_impulse_n_s;
     [
         Curve::new(
@@ -108,66 +109,104 @@ fn tilted(row: &Settings, rows: usize) -> Settings {
     settings
 }
 
-/// Changes of the mean with one setting at a time.
-fn studies(segments: usize) -> Result<(Vec<Check>, Figure), Failure> {
-    let base = steady_row(segments, 1e-3)?;
-    let columns = simulate_brush(&base, 1)?.columns;
-    let reference = mean(&base)?;
-    let mut checks = Vec::new();
-    let mut compare = |subject: String, mean: f64, reference: f64, tolerance| {
-        let (quantity, source) = ("change of p̄_n", sources::CONVERGENCE);
-        checks.push(Check::value(subject, quantity, 0.0, source, mean / reference - 1.0, tolerance));
-    };
-    let other = |change: &dyn Fn(&mut BrushSettings)| mean(&with(&base, change));
-    for points in [3, 10, 20] {
-        let changed = other(&|brush| brush.contact_points = Some(points))?;
-        compare(format!("N_q = {points} instead of 5"), changed, reference, tolerances::STEADY);
-    }
-    for stiffness in [2e8, 9e8] {
-        // Impacts of stiffer contacts are shorter.
-        let changed = other(&|brush| (brush.stiffness_n_m2, brush.tolerance) = (stiffness, 3e-4))?;
-        compare(format!("k_l = {stiffness:e} N/m² instead of 6e7"), changed, reference, tolerances::STEADY);
-    }
-    for factor in [3, 4] {
-        let columns = factor * columns / 2;
-        let changed = other(&|brush| brush.columns = Some(columns))?;
-        compare(format!("{columns} columns instead of the default"), changed, reference, tolerances::STEADY);
-    }
-    let of_segments = |segments: usize| mean(&steady_row(segments, 1e-3)?);
-    let fine = of_segments(24)?;
-    for (segments, mean) in [(8, reference), (12, of_segments(12)?), (16, of_segments(16)?)] {
-        compare(format!("n = {segments} instead of 24"), mean, fine, tolerances::STEADY_SEGMENTS);
-    }
-    let [two, four, eight] = [2, 4, 8].map(|rows| mean(&tilted(&base, rows)));
-    let eight = eight?;
-    for (rows, mean) in [(2, two?), (4, four?)] {
-        let subject = format!("{rows} staggered, tilted rows instead of 8");
-        compare(subject, mean, eight, tolerances::STEADY_ROWS);
-    }
-    let finest = other(&|brush| brush.tolerance = 1e-5)?;
-    let mut course = Vec::new();
-    for tolerance in [3e-3, 1e-3, 3e-4, 1e-4, 3e-5] {
-        let mean = other(&|brush| brush.tolerance = tolerance)?;
-        course.push((tolerance, (mean / finest - 1.0).abs()));
-        if tolerance <= 1e-3 {
-            let subject = format!("tolerance {tolerance:e} instead of 1e-5, over the tolerance");
-            let (quantity, source) = ("change of p̄_n", sources::CONTROL);
-            let ratio = (mean / finest - 1.0) / tolerance;
-            checks.push(Check::value(subject, quantity, 0.0, source, ratio, tolerances::STEADY_TOLERANCE));
+/// What is changed, one after the other.
+struct Changes {
+    /// Numbers of contact points per segment, instead of the default.
+    points: &'static [usize],
+    /// Contact stiffnesses in N/m² instead of the default, with a finer time step, as stiffer impacts are shorter.
+    stiffnesses: &'static [f64],
+    /// Numbers of columns, as multiples of half the default number.
+    half_columns: &'static [usize],
+    /// Numbers of segments, and that which they are compared with.
+    segments: (&'static [usize], usize),
+    /// Tolerances, and that which they are compared with.
+    tolerances: (&'static [f64], f64),
+    /// Numbers of rows of tilted filaments, and that which they are compared with.
+    rows: Option<(&'static [usize], usize)>,
+}
+
+const QUICK: Changes = Changes {
+    points: &[10],
+    stiffnesses: &[],
+    half_columns: &[],
+    segments: (&[4], 8),
+    tolerances: (&[3e-3], 1e-3),
+    rows: None,
+};
+
+const FULL: Changes = Changes {
+    points: &[3, 10, 20],
+    stiffnesses: &[2e8, 9e8],
+    half_columns: &[3, 4],
+    segments: (&[8, 12, 16], 24),
+    tolerances: (&[3e-3, 1e-3, 3e-4, 1e-4, 3e-5], 1e-5),
+    rows: Some((&[2, 4], 8)),
+};
+
+impl Changes {
+    /// The changes of the mean of `base`, whose result is given, and their diagram over the tolerance.
+    fn compare(&self, base: &Settings, of_base: &BrushResult) -> Result<(Vec<Check>, Figure), Failure> {
+        let (columns, reference) = (of_base.columns, of_base.tool.contact_normal_impulse_n_s);
+        let mean = |settings: &Settings| if settings == base { Ok(reference) } else { mean(settings) };
+        let mut checks = Vec::new();
+        let mut compare = |subject: String, mean: f64, reference: f64, tolerance| {
+            let (quantity, source) = ("change of p̄_n", sources::CONVERGENCE);
+            checks.push(Check::value(subject, quantity, 0.0, source, mean / reference - 1.0, tolerance));
+        };
+        let other = |change: &dyn Fn(&mut BrushSettings)| mean(&with(base, change));
+        for &points in self.points {
+            let changed = other(&|brush| brush.contact_points = Some(points))?;
+            compare(format!("N_q = {points} instead of the default"), changed, reference, tolerances::STEADY);
         }
+        for &stiffness in self.stiffnesses {
+            let changed = other(&|brush| (brush.stiffness_n_m2, brush.tolerance) = (stiffness, 3e-4))?;
+            compare(format!("k_l = {stiffness:e} N/m² instead of 6e7"), changed, reference, tolerances::STEADY);
+        }
+        for factor in self.half_columns {
+            let more = factor * columns / 2;
+            let changed = other(&|brush| brush.columns = Some(more))?;
+            compare(format!("{more} columns instead of {columns}"), changed, reference, tolerances::STEADY);
+        }
+        let of_segments = |segments: usize| mean(&steady_row(segments, DEPTH)?);
+        let (numbers, most) = self.segments;
+        let fine = of_segments(most)?;
+        for &segments in numbers {
+            let (changed, subject) = (of_segments(segments)?, format!("n = {segments} instead of {most}"));
+            compare(subject, changed, fine, tolerances::STEADY_COARSE);
+        }
+        if let Some((numbers, most)) = self.rows {
+            let many = mean(&tilted(base, most))?;
+            for &rows in numbers {
+                let changed = mean(&tilted(base, rows))?;
+                let subject = format!("{rows} rows of tilted filaments instead of {most}");
+                compare(subject, changed, many, tolerances::STEADY_COARSE);
+            }
+        }
+        let (coarser, finest) = self.tolerances;
+        let limit = other(&|brush| brush.tolerance = finest)?;
+        let mut course = Vec::new();
+        for &tolerance in coarser {
+            let change = other(&|brush| brush.tolerance = tolerance)? / limit - 1.0;
+            course.push((tolerance, change.abs()));
+            let subject = format!("tolerance {tolerance:e} instead of {finest:e}");
+            let (quantity, source) = ("change of p̄_n / tolerance", sources::CONTROL);
+            let (ratio, allowed) = (change / tolerance, tolerances::STEADY_TOLERANCE);
+            checks.push(Check::value(subject, quantity, 0.0, source, ratio, allowed));
+        }
+        let ends = [coarser.first(), coarser.last()].map(|end| end.map_or((1.0, 1.0), |end| (*end, *end)));
+        let figure = Figure {
+            name: "validation_row_tolerance",
+            title: "Error of the mean impulse over the tolerance of the brush".to_owned(),
+            description: "Change of the mean impulse of the steady stretch from that at the finest tolerance, over the tolerance, both \
+                logarithmic: it lies near or below the tolerance, and falls with it."
+                .to_owned(),
+            x: Axis::logarithmic("tolerance of the brush"),
+            y: Axis::logarithmic("relative change of p̄_n"),
+            curves: vec![
+                Curve::new(format!("n = {SEGMENTS}, 1 mm"), Look::Joined, course),
+                Curve::new("error = tolerance", Look::Reference, ends.to_vec()),
+            ],
+        };
+        Ok((checks, figure))
     }
-    let figure = Figure {
-        name: "validation_row_tolerance",
-        title: "Error of the mean impulse over the tolerance of the brush".to_owned(),
-        description: "Change of the mean impulse of the steady stretch from that at 1e-5, over the tolerance, both logarithmic: it lies \
-            near or below the tolerance, and falls with it."
-            .to_owned(),
-        x: Axis::logarithmic("tolerance of the brush"),
-        y: Axis::logarithmic("relative change of p̄_n"),
-        curves: vec![
-            Curve::new("n = 8, 1 mm", Look::Joined, course),
-            Curve::new("error = tolerance", Look::Reference, vec![(3e-5, 3e-5), (3e-3, 3e-3)]),
-        ],
-    };
-    Ok((checks, figure))
 }

@@ -10,12 +10,13 @@ use super::Group;
 pub const GROUP: Group = Group {
     title: "Filaments that touch",
     purpose: "First pairs of filaments at rest: with how much force they press on each other, and how they bend then. Then sectors of a \
-        brush that pass a workpiece: compared with another code, their balances and symmetries, and how the mean impulse converges.",
+        brush that pass a workpiece: compared with other codes, their balances and symmetries, and how the mean impulse converges.",
     trials: &[
         pairs::straight,
         pairs::cantilevers,
         pairs::over_filament,
         rows::cvodes,
+        rows::mujoco,
         rows::balance,
         rows::momentum,
         rows::alone,
