@@ -313,16 +313,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         (place.segment.index(n) as f64 + place.fraction) * length
     }
 
-    /// Begins anew at `motion`: what follows does not depend on what was found on the way here.
-    pub fn begin_anew(&mut self, motion: &Motion) {
-        self.candidates.forget();
+    /// Forgets factorisations, so that what follows does not depend on where they were made. Neither does it depend on anything else that
+    /// is kept: how far filaments may go before they touch only saves work.
+    pub fn forget(&mut self) {
         for group in &mut self.groups {
             group.factorised = None;
         }
-        for clearance in &mut self.clearances {
-            clearance.gap = f64::NEG_INFINITY;
-        }
-        self.evaluate(motion);
     }
 
     /// Which groups have not been touched yet.
@@ -637,7 +633,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             tangents,
             incoming,
             residual,
-            displacements,
             division,
             candidates,
             ..
@@ -651,9 +646,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(forces.0.par_chunks_mut(n + 1))
             .zip(loads.par_chunks_mut(LANES).zip(clearances.par_chunks_mut(LANES)))
             .zip(residual.par_chunks_mut(n))
-            .zip(displacements.0.par_chunks_mut(n + 1))
             .with_min_len(division.share)
-            .map(|(((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual), displacements)| {
+            .map(|((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual)| {
                 if group.activity == Activity::Solved {
                     return 0;
                 }
@@ -664,7 +658,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 group.meet_others(presses, incoming, &mut forces, &mut met, n);
                 if group.activity == Activity::Rests {
                     if met == [0; LANES] {
-                        group.largest = 0.0;
                         return 0;
                     }
                     group.activity = Activity::Alone;
@@ -687,7 +680,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 }
                 if group.activity == Activity::Alone {
                     group.equations.solve(residual);
-                    group.displace(residual, displacements);
                 }
                 usize::from(is_stale)
             })
@@ -712,7 +704,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         for (part, index) in compact.chunks(n).zip(&indices) {
             residual[index * n..(index + 1) * n].copy_from_slice(part);
         }
-        coupling.displace(&compact);
         Some(vectors)
     }
 
@@ -720,30 +711,39 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// themselves whose nodes' velocities change by less than `tolerance` (m/s) are solved.
     fn correct(&mut self, motion: &mut Motion, by_rate: f64, tolerance: f64) -> f64 {
         let n = self.layout.segments;
-        let Self { groups, residual, displacements, .. } = self;
-        let parts = residual.chunks(n).zip(displacements.0.chunks(n + 1)).zip(motion.accelerations.chunks_mut(n));
-        let mut largest = 0.0;
-        for (group, ((corrections, displacements), accelerations)) in groups.iter_mut().zip(parts) {
-            if matches!(group.activity, Activity::Solved | Activity::Rests) {
-                continue;
-            }
-            for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
-                for (value, correction) in acceleration.iter_mut().zip(correction) {
-                    *value = *value - *correction;
+        let Self { groups, residual, displacements, division, .. } = self;
+        groups
+            .par_iter_mut()
+            .zip(residual.par_chunks(n))
+            .zip(displacements.0.par_chunks_mut(n + 1))
+            .zip(motion.accelerations.par_chunks_mut(n))
+            .with_min_len(division.share)
+            .for_each(|(((group, corrections), displacements), accelerations)| {
+                group.largest = 0.0;
+                if matches!(group.activity, Activity::Solved | Activity::Rests) {
+                    return;
                 }
-            }
-            let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
-            let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
-            // A number that is not finite must come through.
-            let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
-            let own = of_lanes.fold(0.0, |most: f64, square| if square <= most { most } else { square }).sqrt();
-            if group.activity == Activity::Alone && by_rate * own <= tolerance {
-                group.activity = Activity::Solved;
-            }
-            largest = if own <= largest { largest } else { own };
-        }
-        largest
+                for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
+                    for (value, correction) in acceleration.iter_mut().zip(correction) {
+                        *value = *value - *correction;
+                    }
+                }
+                group.displace(corrections, displacements);
+                let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
+                let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
+                let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
+                group.largest = of_lanes.fold(0.0, larger).sqrt();
+                if group.activity == Activity::Alone && by_rate * group.largest <= tolerance {
+                    group.activity = Activity::Solved;
+                }
+            });
+        groups.iter().map(|group| group.largest).fold(0.0, larger)
     }
+}
+
+/// The larger one, or one that is not a number.
+fn larger(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
 }
 
 impl Group {
@@ -934,40 +934,37 @@ fn parts_of<'a>(field: &'a mut Field, groups: &[&mut Group], segments: usize) ->
     all.filter_map(|(index, part)| groups.next_if_eq(&index).map(|_| part)).collect()
 }
 
-impl Coupling<'_> {
-    /// Displacements of the nodes with a change of the coordinates.
-    fn displace(&mut self, x: &Vector) {
+impl Coupled for Coupling<'_> {
+    fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut gmres::Part) + Sync) {
         let parts = parts_of(self.displacements, &self.groups, self.segments);
         self.groups
             .par_iter_mut()
-            .zip(x.par_chunks(self.segments))
+            .zip(x.par_chunks_mut(self.segments))
             .zip(parts)
+            .enumerate()
             .with_min_len(self.share)
-            .for_each(|((group, x), displacements)| group.displace(x, displacements));
-    }
-}
-
-impl Coupled for Coupling<'_> {
-    fn precondition(&mut self, x: &mut Vector) {
-        let parts = parts_of(self.displacements, &self.groups, self.segments);
-        self.groups.par_iter_mut().zip(x.par_chunks_mut(self.segments)).zip(parts).with_min_len(self.share).for_each(
-            |((group, x), displacements)| {
+            .for_each(|(number, ((group, x), displacements))| {
+                prepare(number, x);
                 group.equations.solve(x);
                 group.displace(x, displacements);
-            },
-        );
+            });
     }
 
-    fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lane; 2]]) + Sync) {
+    fn couple(
+        &mut self,
+        image: &mut Vector,
+        sums: &mut [Vec<f64>],
+        combine: impl Fn(usize, &mut gmres::Part, &mut Vec<f64>) + Sync,
+    ) {
         let Self { groups, displacements, forces, tangents, incoming, segments, factor, share } = self;
         let parts = parts_of(forces, groups, *segments);
         groups
             .par_iter_mut()
-            .zip(image.par_chunks_mut(*segments))
+            .zip(image.par_chunks_mut(*segments).zip(sums))
             .zip(parts)
             .enumerate()
             .with_min_len(*share)
-            .for_each(|(number, ((group, image), forces))| {
+            .for_each(|(number, ((group, (image, sums)), forces))| {
                 let mut forces = GroupField::new(group.index, *segments, forces);
                 forces.clear();
                 for tangent in &tangents[group.index] {
@@ -980,7 +977,7 @@ impl Coupled for Coupling<'_> {
                 for block in &mut *image {
                     *block = block.map(|value| value * *factor);
                 }
-                combine(number, image);
+                combine(number, image, sums);
             });
     }
 }

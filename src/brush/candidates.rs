@@ -56,7 +56,7 @@ impl Layout {
 /// Half the number of nodes over which a path holds.
 const SPREAD: usize = 6;
 /// A pair of filaments is listed if they may be nearer than the reach and this multiple of it.
-const MARGIN: f64 = 0.8;
+const MARGIN: f64 = 0.3;
 
 /// Points that may press on other filaments.
 #[derive(Clone, Debug)]
@@ -134,11 +134,6 @@ impl Candidates {
             built: Vec::new(),
             layout,
         }
-    }
-
-    /// Forgets everything: what follows does not depend on what was before.
-    pub fn forget(&mut self) {
-        *self = Self::new(self.layout.clone());
     }
 
     /// Follows the nodes to `positions`, and builds the list again if filaments may touch that are not in it. The body is at `angle`

@@ -7,21 +7,31 @@ use crate::equations::{LANES, Lanes, Lanewise};
 /// Blocks of coordinates of filaments, in lanes, group by group.
 pub type Vector = Vec<[Lanes<LANES>; 2]>;
 
+/// Blocks of one group.
+pub type Part = [[Lanes<LANES>; 2]];
+
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
-    /// `M⁻¹ x`, in place.
-    fn precondition(&mut self, x: &mut Vector);
+    /// `M⁻¹ x`, in place, once `prepare` has put the part of each group into `x`.
+    fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut Part) + Sync);
 
-    /// `C x`, where `x` was preconditioned last, for each group: `combine` gets its number and what is `C x` there, in place.
-    fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync);
+    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each group, and one of `sums`.
+    fn couple(
+        &mut self,
+        image: &mut Vector,
+        sums: &mut [Vec<f64>],
+        combine: impl Fn(usize, &mut Part, &mut Vec<f64>) + Sync,
+    );
 }
 
 /// Memory of [`solve`].
 #[derive(Clone, Debug, Default)]
 pub struct Krylov {
-    basis: Vec<Vector>,
+    /// Vectors of the basis, each to be multiplied by its factor.
+    basis: Vec<(Vector, f64)>,
     preconditioned: Vec<Vector>,
-    partial: Vec<Vec<f64>>,
+    /// Sums over groups.
+    sums: Vec<Vec<f64>>,
 }
 
 /// How vectors are divided: into groups of so many blocks, and into parts of at least so many groups.
@@ -34,13 +44,14 @@ pub struct Division {
 }
 
 /// The most vectors of the Krylov space.
-pub const MAX_VECTORS: usize = 60;
+const MAX_VECTORS: usize = 60;
 
 /// Solves for `right_side`, in place, until the residual is less than `tolerance` of it, by the generalised minimal residual method of
 /// Saad and Schultz (1986), preconditioned on the right by `M`. Returns the number of vectors, or none if it did not converge.
 ///
-/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`. Sums go over groups in their
-/// order, so that they do not depend on the number of threads.
+/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`. Vectors are made orthogonal by
+/// the classical method of Gram and Schmidt, which is as good for the few that are needed, and goes over them once. Sums go over groups
+/// in their order, so that they do not depend on the number of threads.
 pub fn solve(
     system: &mut impl Coupled,
     right_side: &mut Vector,
@@ -48,7 +59,11 @@ pub fn solve(
     krylov: &mut Krylov,
     division: Division,
 ) -> Option<usize> {
-    let size = krylov.norm(right_side, division);
+    let groups = right_side.len() / division.blocks;
+    krylov.sums.resize_with(groups, Vec::new);
+    let mut next = krylov.vector(0, right_side.len());
+    next.clone_from(right_side);
+    let size = squares(&mut next, &mut krylov.sums, division, |_, _| ()).sqrt();
     if size == 0.0 {
         return Some(0);
     }
@@ -59,27 +74,31 @@ pub fn solve(
     let mut triangle: Vec<Vec<f64>> = Vec::new();
     let mut rotations: Vec<[f64; 2]> = Vec::new();
     let mut remaining = vec![size];
-    let mut next = krylov.vector(0);
-    next.clone_from(right_side);
-    division.each(&mut next, |_, part| scale(part, 1.0 / size));
+    let mut rest = size;
+    let at = |group: usize| group * division.blocks..(group + 1) * division.blocks;
     for step in 0..MAX_VECTORS {
-        let mut z = std::mem::take(&mut krylov.preconditioned[step]);
-        z.clone_from(&next);
-        krylov.basis[step] = next;
-        system.precondition(&mut z);
-        let mut image = krylov.vector(step + 1);
-        image.clone_from(&z);
-        krylov.preconditioned[step] = z;
-        let basis = &krylov.basis[..=step];
-        let at = |group: usize| group * division.blocks..(group + 1) * division.blocks;
-        system.couple(&mut image, |group, part| add_scaled(part, 1.0, &basis[step][at(group)]));
-        let mut column = projections(basis, &image, &mut krylov.partial, division);
-        division.each(&mut image, |group, part| {
-            for (vector, projection) in basis.iter().zip(&column) {
-                add_scaled(part, -projection, &vector[at(group)]);
+        let mut image = krylov.vector(step + 1, right_side.len());
+        krylov.basis[step] = (next, 1.0 / rest);
+        let Krylov { basis, preconditioned, sums } = krylov;
+        let basis = &basis[..=step];
+        let (newest, factor) = &basis[step];
+        system.precondition(&mut preconditioned[step], |group, part| {
+            for (value, newest) in part.iter_mut().zip(&newest[at(group)]) {
+                *value = newest.map(|newest| newest * splat(*factor));
             }
         });
-        let rest = krylov.norm(&image, division);
+        system.couple(&mut image, sums, |group, part, sums| {
+            add_scaled(part, *factor, &newest[at(group)]);
+            sums.clear();
+            sums.extend(basis.iter().map(|(vector, factor)| factor * dot(&vector[at(group)], part)));
+        });
+        let mut column: Vec<f64> = (0..=step).map(|k| sums.iter().map(|sums| sums[k]).sum()).collect();
+        rest = squares(&mut image, sums, division, |group, part| {
+            for ((vector, factor), projection) in basis.iter().zip(&column) {
+                add_scaled(part, -projection * factor, &vector[at(group)]);
+            }
+        })
+        .sqrt();
         for (k, [cos, sin]) in rotations.iter().enumerate() {
             let (upper, lower) = (column[k], column[k + 1]);
             column[k] = cos * upper + sin * lower;
@@ -97,14 +116,13 @@ pub fn solve(
         triangle.push(column);
         let left = remaining[step + 1].abs();
         if left <= tolerance * size {
-            combine(&triangle, &remaining[..=step], &krylov.preconditioned, right_side, division);
+            combine(&triangle, &remaining[..=step], preconditioned, right_side, division);
             return Some(step + 1);
         }
         if rest == 0.0 {
             return None;
         }
         next = image;
-        division.each(&mut next, |_, part| scale(part, 1.0 / rest));
     }
     None
 }
@@ -116,7 +134,8 @@ fn combine(triangle: &[Vec<f64>], right_side: &[f64], vectors: &[Vector], soluti
         let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
-    division.each(solution, |group, part| {
+    let parts = solution.par_chunks_mut(division.blocks).enumerate();
+    parts.with_min_len(division.share).for_each(|(group, part)| {
         part.fill([splat(0.0); 2]);
         for (weight, vector) in weights.iter().zip(vectors) {
             add_scaled(part, *weight, &vector[group * division.blocks..(group + 1) * division.blocks]);
@@ -125,51 +144,40 @@ fn combine(triangle: &[Vec<f64>], right_side: &[f64], vectors: &[Vector], soluti
 }
 
 impl Krylov {
-    /// The vector at `index`, to be replaced.
-    fn vector(&mut self, index: usize) -> Vector {
+    /// The vector at `index`, of `length` blocks to be replaced, and memory for that which is preconditioned.
+    fn vector(&mut self, index: usize, length: usize) -> Vector {
         if self.basis.len() <= index {
-            self.basis.resize_with(index + 1, Vector::new);
+            self.basis.resize_with(index + 1, Default::default);
             self.preconditioned.resize_with(index + 1, Vector::new);
         }
-        std::mem::take(&mut self.basis[index])
-    }
-
-    fn norm(&mut self, vector: &Vector, division: Division) -> f64 {
-        projections(std::slice::from_ref(vector), vector, &mut self.partial, division)[0].sqrt()
+        self.preconditioned[index].resize(length, [splat(0.0); 2]);
+        let (mut vector, _) = std::mem::take(&mut self.basis[index]);
+        vector.resize(length, [splat(0.0); 2]);
+        vector
     }
 }
 
-/// The products of a vector with each of a basis.
-fn projections(basis: &[Vector], vector: &Vector, partial: &mut Vec<Vec<f64>>, division: Division) -> Vec<f64> {
-    partial.resize_with(vector.len() / division.blocks, Vec::new);
-    let parts = partial.par_iter_mut().zip(vector.par_chunks(division.blocks)).enumerate();
-    parts.with_min_len(division.share).for_each(|(group, (sums, part))| {
+/// The sum of the squares of a vector, after `change` of each group's part.
+fn squares(
+    vector: &mut Vector,
+    sums: &mut [Vec<f64>],
+    division: Division,
+    change: impl Fn(usize, &mut Part) + Sync,
+) -> f64 {
+    let parts = vector.par_chunks_mut(division.blocks).zip(&mut *sums).enumerate();
+    parts.with_min_len(division.share).for_each(|(group, (part, sums))| {
+        change(group, part);
         sums.clear();
-        let at = group * division.blocks..(group + 1) * division.blocks;
-        sums.extend(basis.iter().map(|other| dot(&other[at.clone()], part)));
+        sums.push(dot(part, part));
     });
-    (0..basis.len()).map(|k| partial.iter().map(|sums| sums[k]).sum()).collect()
-}
-
-impl Division {
-    /// Calls `change` for each group.
-    fn each(self, vector: &mut Vector, change: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync) {
-        let parts = vector.par_chunks_mut(self.blocks).enumerate();
-        parts.with_min_len(self.share).for_each(|(group, part)| change(group, part));
-    }
+    sums.iter().map(|sums| sums[0]).sum()
 }
 
 fn splat(value: f64) -> Lanes<LANES> {
     Lanes::from_lanes(|_| value)
 }
 
-fn scale(part: &mut [[Lanes<LANES>; 2]], factor: f64) {
-    for block in part {
-        *block = block.map(|value| value * splat(factor));
-    }
-}
-
-fn add_scaled(part: &mut [[Lanes<LANES>; 2]], factor: f64, other: &[[Lanes<LANES>; 2]]) {
+fn add_scaled(part: &mut Part, factor: f64, other: &Part) {
     for (block, other) in part.iter_mut().zip(other) {
         for (value, other) in block.iter_mut().zip(other) {
             *value = *value + splat(factor) * *other;
@@ -177,7 +185,7 @@ fn add_scaled(part: &mut [[Lanes<LANES>; 2]], factor: f64, other: &[[Lanes<LANES
     }
 }
 
-fn dot(a: &[[Lanes<LANES>; 2]], b: &[[Lanes<LANES>; 2]]) -> f64 {
+fn dot(a: &Part, b: &Part) -> f64 {
     let mut sum = splat(0.0);
     for (a, b) in a.iter().zip(b) {
         sum = sum + a[0] * b[0] + a[1] * b[1];
@@ -193,6 +201,7 @@ mod tests {
     struct Dense {
         diagonal: Vec<f64>,
         coupling: Vec<Vec<f64>>,
+        solved: Vec<f64>,
     }
 
     const BLOCKS: usize = 2;
@@ -211,16 +220,22 @@ mod tests {
     }
 
     impl Coupled for Dense {
-        fn precondition(&mut self, x: &mut Vector) {
-            let solved: Vec<f64> = flat(x).iter().zip(&self.diagonal).map(|(x, diagonal)| x / diagonal).collect();
-            *x = folded(&solved);
+        fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut Part) + Sync) {
+            x.chunks_mut(BLOCKS).enumerate().for_each(|(group, part)| prepare(group, part));
+            self.solved = flat(x).iter().zip(&self.diagonal).map(|(x, diagonal)| x / diagonal).collect();
+            *x = folded(&self.solved);
         }
 
-        fn couple(&mut self, image: &mut Vector, combine: impl Fn(usize, &mut [[Lanes<LANES>; 2]]) + Sync) {
-            let x = flat(image);
-            let product = |row: &Vec<f64>| row.iter().zip(&x).map(|(a, b)| a * b).sum();
+        fn couple(
+            &mut self,
+            image: &mut Vector,
+            sums: &mut [Vec<f64>],
+            combine: impl Fn(usize, &mut Part, &mut Vec<f64>) + Sync,
+        ) {
+            let product = |row: &Vec<f64>| row.iter().zip(&self.solved).map(|(a, b)| a * b).sum();
             *image = folded(&self.coupling.iter().map(product).collect::<Vec<f64>>());
-            image.chunks_mut(BLOCKS).enumerate().for_each(|(group, part)| combine(group, part));
+            let parts = image.chunks_mut(BLOCKS).zip(sums).enumerate();
+            parts.for_each(|(group, (part, sums))| combine(group, part, sums));
         }
     }
 
@@ -236,7 +251,7 @@ mod tests {
             .collect();
         let division = Division { blocks: BLOCKS, share: 1 };
         let mut solution = folded(&right_side);
-        let mut system = Dense { diagonal, coupling };
+        let mut system = Dense { diagonal, coupling, solved: Vec::new() };
         let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");
         assert!(vectors > 3 && vectors <= size, "{vectors}");
         for (value, expected) in flat(&solution).iter().zip(&expected) {

@@ -232,7 +232,7 @@ impl BrushRun {
                 self.frames.push(self.frame());
             }
         }
-        self.sectors.iter_mut().for_each(|(_, sector)| sector.begin_anew());
+        self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
         if turns == Turns::Steady && to == end {
             self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
         }

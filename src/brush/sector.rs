@@ -156,14 +156,14 @@ impl Sector {
         self.balance.as_ref()
     }
 
-    /// Whether a filament touches the workpiece.
+    /// Whether a filament still touches the workpiece in its first turn.
     pub fn is_touching(&self) -> bool {
-        self.accounts.iter().any(|account| account.load.pressing > 0.0)
+        self.accounts.iter().any(|account| account.load.pressing > 0.0 && account.record.turn == 1)
     }
 
-    /// Begins anew: what follows does not depend on what was found on the way here.
-    pub fn begin_anew(&mut self) {
-        self.bundle.begin_anew(&self.motion);
+    /// Forgets what was found on the way here: what follows does not depend on it.
+    pub fn forget(&mut self) {
+        self.bundle.forget();
     }
 
     /// Goes on to `end` (s), in one step of `length` (s) or, where that fails, in shorter ones.
@@ -331,7 +331,6 @@ impl Sector {
                 *value = words.number()?;
             }
         }
-        self.begin_anew();
         Some(())
     }
 }
