@@ -72,7 +72,7 @@ pub fn steady(extent: Extent) -> Result<Trial, Failure> {
         title: "A steady stretch, and what it depends on",
         text: "A planar row of 682 filaments around, n = 8, at 10 m/s, without friction. `F_n,w = p̄_n N_f ω/(2π)` with the mean \
             impulse of the columns between entry and exit, and N_f = 10 500 as in the paper's brush. docs/MODEL.md states the forces, \
-            from a prototype that was another code. The mean at 1 mm is computed again with one setting changed at a time. Brushes of \
+            from a prototype, another code. The mean at 1 mm is computed again with one setting changed at a time. Brushes of \
             several rows are staggered, 1.3 mm apart and periodic along the axis, and each filament is tilted out of its plane at random, \
             by 1e-3 rad."
             .to_owned(),
