@@ -20,12 +20,14 @@ mod small_motion;
 mod sources;
 mod statics;
 mod tolerances;
+mod touching;
 mod trial;
 mod vibration;
 
 use std::sync::Mutex;
 use std::thread;
 
+use bristle::brush::{BrushError, StepError};
 use bristle::simulation::{IntegrationError, SimulationError};
 use thiserror::Error;
 
@@ -50,6 +52,12 @@ pub enum Failure {
     /// A pass ended early.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// A brush cannot be simulated.
+    #[error(transparent)]
+    Brush(#[from] BrushError),
+    /// Filaments of an assembly could not go on.
+    #[error(transparent)]
+    Step(#[from] StepError),
     /// Newton's method found no equilibrium.
     #[error("no equilibrium was found")]
     NoEquilibrium,
@@ -74,7 +82,7 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 10] = [
+pub static GROUPS: [Group; 11] = [
     statics::GROUP,
     vibration::GROUP,
     shape::GROUP,
@@ -83,6 +91,7 @@ pub static GROUPS: [Group; 10] = [
     impact::GROUP,
     contact::GROUP,
     edges::GROUP,
+    touching::GROUP,
     peers::GROUP,
     paper::GROUP,
 ];

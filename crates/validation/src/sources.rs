@@ -35,6 +35,11 @@ sources! {
         1961, section 2.7";
     EDGE_ELASTICA = "elastica": "The elastica with a force at one point, by elliptic integrals, as stated with the case \
         (crates/validation/src/exact/held.rs)";
+    PRESSED = "force per length": "The force per length between filaments in docs/MODEL.md, integrated along straight filaments \
+        (crates/validation/src/exact/pressed.rs)";
+    HERTZ_CROSSED = "crossed cylinders": "Hertz's law for crossed cylinders, as docs/MODEL.md states it for filaments; K. L. Johnson, \
+        Contact mechanics, Cambridge University Press 1985, section 4.2";
+    CANTILEVERS = "cantilevers": "Bending of both beams, a³/(3 E I), and the contact in series, as stated with the case";
     HEINRICH = "Heinrich 1991": "S. M. Heinrich, R. J. Stango and C. Y. Shia, Effect of workpart curvature on the stiffness \
         properties of circular filamentary brushes, Journal of Engineering for Industry 113 (1991) 276–282, for the problem; the \
         solution is our own";
@@ -64,6 +69,12 @@ sources! {
     CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
     CVODES_EDGES = "CasADi, CVODES, edges": "derivations/trajectories/edge_leaving_cvodes.csv and edge_entering_cvodes.csv, by \
         derivations/reference_edges.py";
+    CVODES_ROWS = "CasADi, CVODES, rows": "tests/data/reference_row.json and derivations/trajectories/row_three_cvodes.csv, by \
+        derivations/reference_row.py";
+    MUJOCO_ROW = "MuJoCo, row": "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo 4.0";
+    PASS = "single pass": "The pass of one filament, which has equations, method and step control of its own";
+    KNOWN_ROW = "known row": "Forces of a converged planar row in docs/MODEL.md, \"Filaments that touch\"";
+    CONVERGENCE = "convergence": "The same row with another setting: a converged result does not depend on it";
     MUJOCO = "MuJoCo 4.0": "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
     EXUDYN = "Exudyn 1.13": "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
     DAMPED_BEAM = "damped beam": "The end of a beam with damping proportional to its stiffness, as stated with the case";

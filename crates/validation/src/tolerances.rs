@@ -102,6 +102,41 @@ tolerances! {
     SLIPPED = Absolute 0.0, "slipped": "Bounds stated in the case.";
     CURVES = Relative 2e-5, "curves": "As for quasi-statics on a plane. On a cylinder the force changes by a quarter in 0.01 rad, so \
         that small errors of the tip show.";
+    PARALLEL = Relative 1e-10, "parallel": "Exact for every N_q. The overlap of 1e-5 m is a difference of lengths a hundred times as \
+        large.";
+    PRESSED = Relative 1e-2, "pressed": "Hertz's law is the limit for δ ≪ d: at δ = 1e-5 m its error is 0.5 %. The lever arms of \
+        bent filaments change by d times their slope.";
+    PRESSED_INTEGRAL = Relative 3e-3, "pressed, integral": "At N_q = 128 a part is 12 µm long, and the filaments touch on 0.3 mm: the error \
+        depends on where points lie.";
+    PLACE_IN_MEMORY = Absolute 1e-6, "place in memory": "Newton's method stops where velocities change by less than 1e-7 m/s.";
+    HELD_BY_FILAMENT = Relative 2e-4, "held by a filament": "The contact is resolved by parts of 25 µm, and touches between nodes, so that \
+        an error of order n⁻² depends on where.";
+    ROW = Relative 1e-3, "row": "At a tolerance of 1e-5. Steps are fixed and not cut at impacts, of which each filament has several.";
+    ROW_OF_HERTZ = Relative 5e-3, "row, Hertz's stiffness": "Filaments bounce off each other so often that the reference itself is known \
+        to 1e-6 only, and short steps do not resolve each impact.";
+    BOUNCES = Relative 2e-2, "bounces": "With Hertz's stiffness the impulses of two of the six filaments depend on each bounce: MuJoCo's \
+        change by 0.5 % with its step, and Bristle's by 1 % from a tolerance of 3e-6 to 1e-6. Their mean does not.";
+    CAPSULES = Relative 0.1, "capsules": "Capsules touch at one point, where lines press on each other along a length.";
+    CAPSULES_MEAN = Relative 2e-2, "capsules, mean": "The same in the mean over the row.";
+    ROW_PAIR = Absolute 1e-3, "row, pairs": "As for rows, over the impulses of all pairs.";
+    ROW_COURSE = Absolute 1e-2, "row, course": "Forces between two instants are interpolated, and jump in impacts.";
+    ROW_PRESSES = Absolute 5e-2, "row, presses": "Impacts between filaments last some 20 µs, and steps 1 µs: what is off by a tenth \
+        of a step shows.";
+    ROW_ENERGY = Absolute 1e-4, "energy of a row": "At a tolerance of 1e-5 or less. Steps are not cut at impacts.";
+    ROW_SLOPE = Between [0.3, 1.6] 0.0, "slope of a row": "The step is proportional to the tolerance to the power of ⅔. Impacts \
+        begin within steps, so that a method of order 2 loses up to one order.";
+    ROW_MOMENTUM = Absolute 1e-4, "momentum of a row": "The moment of the workpiece is integrated in fixed steps that are not cut at \
+        impacts; vibrations remain at the end, e⁻¹⁰ of those before.";
+    ROW_ALONE = Relative 1e-4, "alone": "At a tolerance of 1e-5. Steps are not cut at impacts.";
+    ROW_ALONE_ABSOLUTE = Absolute 1e-4, "alone, change": "The same.";
+    ROW_DETAIL = Relative 1e-3, "alone, details": "The same in the largest force, the contact time and the work of friction, which \
+        depend on single steps.";
+    ROW_IMAGE = Absolute 2e-3, "image": "The tolerance of the time step is 1e-4; bounces amplify differences of the solution.";
+    KNOWN_ROW = Relative 1e-2, "known row": "The forces are stated with three digits, one of them as \"about\".";
+    STEADY = Absolute 5e-3, "steady": "A stretch is steady if its parts differ from its mean by less than 0.3 %.";
+    STEADY_COARSE = Absolute 3e-2, "steady, coarse": "The chain converges as n⁻², from an error of some 2 % at n = 4. The impulses of tilted \
+        filaments scatter by 40 %, and the stretch of two rows has 50 of them: where one carries more, its neighbours carry less.";
+    STEADY_TOLERANCE = Absolute 3.0, "steady, tolerance": "The tolerance applies to the mean of a long stretch.";
     EDGE_TIP = Absolute 1e-7, "edge, tip": "The error of CVODES at 1e-10: 2e-10 m of l_f or of s_n,max, and as much in the start of \
         each contact.";
     EDGE_FORCE = Absolute 3e-6, "edge, force": "The error of CVODES is 1e-5 N of 12 N.";

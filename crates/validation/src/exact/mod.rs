@@ -5,6 +5,7 @@ pub mod elastica;
 pub mod held;
 pub mod impact;
 pub mod pendulum;
+pub mod pressed;
 pub mod rotating_beam;
 pub mod taper;
 

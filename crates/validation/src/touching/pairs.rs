@@ -1,0 +1,380 @@
+//! Pairs of filaments at rest.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+
+use bristle::brush::{Assembly, PressLaw};
+use bristle::contact::ContactLaw;
+use bristle::equations::linear::{add, scale};
+use bristle::equations::{Clamp, PolarAxis};
+use bristle::model::filament::{bending_stiffness, chain};
+use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
+use bristle::simulation::Filament;
+use bristle::tool::ClampMotion;
+use bristle::workpiece::{Part, Plane};
+
+use crate::chains::{extrapolated, paper_case, worse};
+use crate::exact::held::{Circle, Held};
+use crate::exact::pressed::Pressing;
+use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use crate::{Extent, Failure, sources, tolerances};
+
+/// A clamp at rest, which has come by `way` (m) since time zero, smoothly within `time` (s).
+#[derive(Clone, Copy, Debug)]
+struct Approaching {
+    /// Where it comes to rest, in m.
+    root: [f64; 3],
+    direction: [f64; 3],
+    way: [f64; 3],
+    time: f64,
+}
+
+impl Approaching {
+    /// A clamp that does not move.
+    fn still(root: [f64; 3], direction: [f64; 3]) -> Self {
+        Self { root, direction, way: [0.0; 3], time: 1.0 }
+    }
+}
+
+impl ClampMotion for Approaching {
+    fn at(&self, time: f64) -> Clamp<f64> {
+        let t = (time / self.time).clamp(0.0, 1.0);
+        // The polynomial of degree five without velocity and acceleration at both ends.
+        let left = 1.0 - t.powi(3) * (10.0 - t * (15.0 - 6.0 * t));
+        let rate = 30.0 * t * t * (1.0 - t).powi(2) / self.time;
+        let change = 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / (self.time * self.time);
+        Clamp {
+            position: add(self.root, scale(-left, self.way)),
+            velocity: scale(rate, self.way),
+            acceleration: scale(change, self.way),
+            direction: self.direction,
+            direction_rate: [0.0; 3],
+        }
+    }
+}
+
+/// One of two filaments: what it is, its clamp, and the direction in which it starts, straight.
+struct Member {
+    filament: FilamentSettings,
+    clamp: Approaching,
+    start: [f64; 3],
+}
+
+impl Member {
+    /// A filament that starts in the direction of its clamp.
+    fn new(filament: FilamentSettings, clamp: Approaching) -> Self {
+        Self { filament, clamp, start: clamp.direction }
+    }
+}
+
+/// The filaments, which press on each other with the default stiffness, without damping and friction.
+fn assembly(members: &[Member], points: usize) -> Assembly<Approaching> {
+    /// In m/s.
+    const TOLERANCE: f64 = 1e-7;
+    let filaments = members.iter().map(|Member { filament, clamp, .. }| Filament {
+        chain: chain(filament, [0.0; 3]),
+        motion: *clamp,
+        law: ContactLaw::from(&ContactSettings::default()),
+        workpiece: Part::Plane(Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3])),
+    });
+    let radii: Vec<f64> = members.iter().map(|member| 0.5 * member.filament.diameter_m).collect();
+    let law = PressLaw { damping: 0.0, friction: 0.0, ..PressLaw::of(&Settings::paper(10.0, 1e-3)) };
+    let coordinates = |index: usize| {
+        let Member { filament, start, .. } = &members[index];
+        let [q, v, _] = PolarAxis::Z.coordinates([*start, [0.0; 3], [0.0; 3]]);
+        [vec![q; filament.segments], vec![v; filament.segments]]
+    };
+    Assembly::new(filaments.collect(), &radii, law, points, coordinates, TOLERANCE)
+}
+
+/// The paper's filament of `segments` segments.
+fn filament(segments: usize) -> Result<FilamentSettings, Failure> {
+    Ok(paper_case(segments, 10.0, 1e-3)?.filament)
+}
+
+/// How the paper's filaments press on each other.
+fn pressing(filament: &FilamentSettings) -> Pressing {
+    Pressing { stiffness: PressLaw::of(&Settings::paper(10.0, 1e-3)).stiffness, reach: filament.diameter_m }
+}
+
+/// The force on filament `index` in N.
+fn force_on(assembly: &Assembly<Approaching>, index: usize) -> [f64; 3] {
+    assembly.presses().fold([0.0; 3], |sum, (filaments, force, _)| {
+        let sign = if filaments[0] == index {
+            1.0
+        } else if filaments[1] == index {
+            -1.0
+        } else {
+            0.0
+        };
+        add(sum, scale(sign, force))
+    })
+}
+
+/// Goes on to `end` (s) in steps of `step` (s), and shorter ones where Newton's method needs them.
+fn advance(assembly: &mut Assembly<Approaching>, end: f64, step: f64) -> Result<(), Failure> {
+    let mut length = step;
+    while end - assembly.time() > 1e-9 * step {
+        match assembly.step(length.min(end - assembly.time())) {
+            Ok(()) => length = (2.0 * length).min(step),
+            Err(_) if length > 1e-6 * step => length *= 0.5,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of contact points per segment of 1.6 mm.
+const POINTS: [usize; 5] = [8, 16, 32, 64, 128];
+
+pub fn straight(_: Extent) -> Result<Trial, Failure> {
+    const SEGMENTS: usize = 25;
+    const OVERLAP: f64 = 1e-5;
+    /// Places at which the filaments cross, along a part of the rule.
+    const SHIFTS: usize = 8;
+    let filament = filament(SEGMENTS)?;
+    let (pressing, length) = (pressing(&filament), filament.length_m);
+    let height = pressing.reach - OVERLAP;
+    let force = |root: [f64; 3], direction: [f64; 3], points: usize| {
+        let below = Member::new(filament.clone(), Approaching::still([0.0; 3], [1.0, 0.0, 0.0]));
+        let above = Member::new(filament.clone(), Approaching::still(root, direction));
+        let [_, _, force] = force_on(&assembly(&[below, above], points), 1);
+        force
+    };
+    let finest = POINTS[POINTS.len() - 1];
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    for (name, angle) in [("90°", FRAC_PI_2), ("30°", FRAC_PI_6)] {
+        let (hertz, exact) = (pressing.hertz(OVERLAP, angle), pressing.crossed(OVERLAP, angle));
+        let (sine, cosine) = angle.sin_cos();
+        let forces = |points: usize| {
+            (0..SHIFTS).map(move |shift| {
+                let part = length / (SEGMENTS * points) as f64;
+                let middle = 0.5 * length + shift as f64 / SHIFTS as f64 * part;
+                force([middle * (1.0 - cosine), -middle * sine, height], [cosine, sine, 0.0], points)
+            })
+        };
+        let farthest = |points: usize, reference: f64| {
+            forces(points).fold(reference, |farthest, force| {
+                if (force - reference).abs() > (farthest - reference).abs() { force } else { farthest }
+            })
+        };
+        let subject = format!("crossed at {name}, N_q = {finest}, the farthest of {SHIFTS} places");
+        let computed = [hertz, exact].map(|reference| farthest(finest, reference));
+        let (source, tolerance) = (sources::HERTZ_CROSSED, tolerances::PRESSED);
+        checks.push(Check::value(subject.clone(), "F in N, δ ≪ d", hertz, source, computed[0], tolerance));
+        let (source, tolerance) = (sources::PRESSED, tolerances::PRESSED_INTEGRAL);
+        checks.push(Check::value(subject, "F in N", exact, source, computed[1], tolerance));
+        let errors = POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
+        curves.push(Curve::new(format!("crossed at {name}"), Look::Joined, errors.to_vec()));
+    }
+    for points in [1, 3, 32] {
+        let computed = force([0.0, 0.0, height], [1.0, 0.0, 0.0], points) / length;
+        let (exact, subject) = (pressing.stiffness * OVERLAP, format!("parallel, N_q = {points}"));
+        checks.push(Check::value(subject, "F/L in N/m", exact, sources::PRESSED, computed, tolerances::PARALLEL));
+    }
+    const LEAN: f64 = 1e-3;
+    let exact = pressing.wedge(OVERLAP, LEAN);
+    let leaning = |points: usize| force([0.0, 0.0, height], [LEAN.cos(), 0.0, LEAN.sin()], points);
+    let subject = format!("at an angle of {LEAN} in one plane, N_q = {finest}");
+    let computed = leaning(finest);
+    checks.push(Check::value(subject, "F in N", exact, sources::PRESSED, computed, tolerances::PRESSED_INTEGRAL));
+    let errors = POINTS.map(|points| (points as f64, (leaning(points) / exact - 1.0).abs()));
+    curves.push(Curve::new("at 0.001 rad in one plane", Look::Joined, errors.to_vec()));
+    let figure = Figure {
+        name: "validation_pressed",
+        title: "Force between straight filaments over the number of contact points".to_owned(),
+        description: "Largest errors over the number of contact points per segment, both logarithmic: crossed filaments fall from a \
+            tenth below a thousandth, filaments nearly parallel lie far below."
+            .to_owned(),
+        x: Axis::logarithmic("contact points per segment N_q (h = 1.6 mm)"),
+        y: Axis::logarithmic("largest relative error"),
+        curves,
+    };
+    Ok(Trial {
+        title: "Straight filaments",
+        text: format!(
+            "Two of the paper's filaments with n = {SEGMENTS}, straight, with the default k_l. They come as near as d − δ, \
+            δ = {OVERLAP:e} m. Parallel ones press with `k_l δ` per length. Crossed ones press with\n\n\
+            ```text\nF = k_l g [2 d asinh(w/g) − 2 w]/sin α → (4/3) k_l √(2 d) δ^(3/2)/sin α   (δ ≪ d)\n```\n\n\
+            where `g = d − δ` and `w = √(d² − g²)`, and in one plane, where one leans away by the angle α, with about `k_l δ²/(2 α)`. The midpoint rule \
+            of N_q points per segment must resolve the length 2 w = 0.3 mm on which crossed filaments touch. How well it does depends on \
+            where its points lie: the filaments cross at {SHIFTS} places along a part of the rule, and the largest error counts."
+        ),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+/// Distances of the crossing from both clamps in m.
+const ARMS: [[f64; 2]; 3] = [[0.016, 0.012], [0.008, 0.006], [0.004, 0.003]];
+
+/// How much the chain yields to a force across it at the distance `arm` (m) from its root, in m/N.
+fn compliance_of_chain(filament: &FilamentSettings, arm: f64) -> f64 {
+    let chain = chain(filament, [0.0; 3]);
+    let joints = chain.links.iter().enumerate().map(|(k, link)| {
+        let lever = (arm - k as f64 * chain.length).max(0.0);
+        lever * lever / link.stiffness
+    });
+    joints.sum()
+}
+
+/// Force in N between crossed cantilevers of `segments` segments at rest, whose clamps have approached by `approach` (m) since they
+/// first touched. With `swapped`, the other one comes first in memory, and others that touch nothing lie between them.
+fn pressed_force(segments: usize, [first, second]: [f64; 2], approach: f64, swapped: bool) -> Result<f64, Failure> {
+    /// In m.
+    const PART: f64 = 2.5e-5;
+    /// In s: of the approach, and until the filaments rest.
+    const TIMES: [f64; 2] = [0.01, 0.05];
+    let filament = FilamentSettings { damping_ratio: 1.0, ..filament(segments)? };
+    let reach = filament.diameter_m;
+    let points = (filament.length_m / segments as f64 / PART).round() as usize;
+    let below = Member::new(filament.clone(), Approaching::still([0.0; 3], [1.0, 0.0, 0.0]));
+    let above = Approaching {
+        root: [first, -second, reach - approach],
+        direction: [0.0, 1.0, 0.0],
+        // From a little above.
+        way: [0.0, 0.0, -1.1 * approach],
+        time: TIMES[0],
+    };
+    let above = Member::new(filament.clone(), above);
+    let (members, index) = if swapped {
+        let idle = (1..9).map(|i| {
+            let clamp = Approaching::still([0.0, 0.0, 0.1 * f64::from(i)], [1.0, 0.0, 0.0]);
+            Member::new(filament.clone(), clamp)
+        });
+        (std::iter::once(above).chain(idle).chain([below]).collect(), 0)
+    } else {
+        (vec![below, above], 1)
+    };
+    let mut assembly = assembly(&members, points);
+    advance(&mut assembly, TIMES[0], 2e-4)?;
+    advance(&mut assembly, TIMES[1], 1e-3)?;
+    let [_, _, force] = force_on(&assembly, index);
+    Ok(force)
+}
+
+pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
+    const SEGMENTS: usize = 25;
+    let approaches: &[f64] = match extent {
+        Extent::Quick => &[2e-5, 1e-4],
+        Extent::Full => &[1e-5, 2e-5, 5e-5, 1e-4],
+    };
+    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut largest = 0.0;
+    for arms in ARMS {
+        let fine = filament(2 * SEGMENTS)?;
+        let (pressing, bending) = (pressing(&fine), bending_stiffness(&fine, fine.diameter_m));
+        let of_beams = arms.iter().map(|arm| arm.powi(3) / (3.0 * bending)).sum::<f64>();
+        let of_chains = arms.iter().map(|arm| compliance_of_chain(&fine, *arm)).sum::<f64>();
+        let [a, b] = arms.map(|arm| 1e3 * arm);
+        let mut forces = Vec::new();
+        for &approach in approaches {
+            let coarse = pressed_force(SEGMENTS, arms, approach, false)?;
+            let computed = pressed_force(2 * SEGMENTS, arms, approach, false)?;
+            let subject = format!("a = {a}, {b} mm, δ_0 = {} µm", 1e6 * approach);
+            let (source, tolerance) = (sources::CANTILEVERS, tolerances::PRESSED);
+            let exact = pressing.cantilevers(of_beams, approach);
+            let limit = extrapolated(coarse, computed);
+            checks.push(Check::value(format!("{subject}, n → ∞"), "P in N", exact, source, limit, tolerance));
+            let (exact, subject) =
+                (pressing.cantilevers(of_chains, approach), format!("{subject}, n = {}", 2 * SEGMENTS));
+            checks.push(Check::value(subject, "P in N, chains", exact, source, computed, tolerance));
+            forces.push((1e6 * approach, 1e3 * limit));
+            if approach == approaches[0] {
+                let swapped = pressed_force(SEGMENTS, arms, approach, true)?;
+                largest = worse((swapped / coarse - 1.0).abs(), largest);
+            }
+        }
+        let exact = (0..=60).map(|i| 8e-6 * 10.0_f64.powf(1.2 * f64::from(i) / 60.0));
+        let exact = exact.map(|approach| (1e6 * approach, 1e3 * pressing.cantilevers(of_beams, approach)));
+        curves.push(Curve::new(format!("formula, a = {a}, {b} mm"), Look::Reference, exact.collect()));
+        curves.push(Curve::new(format!("chains, a = {a}, {b} mm"), Look::Markers, forces));
+    }
+    let subject = "upper filament first in memory, in another group of lanes".to_owned();
+    checks.push(Check::value(subject, "change of P", 0.0, sources::SYMMETRY, largest, tolerances::PLACE_IN_MEMORY));
+    let figure = Figure {
+        name: "validation_cantilevers_pressed",
+        title: "Force between crossed cantilevers".to_owned(),
+        description: "Force over approach, both logarithmic, for three pairs of arms: nearly proportional for long arms, steeper for \
+            short ones, whose contact yields as much as they bend; the chains lie on the curves."
+            .to_owned(),
+        x: Axis::logarithmic("approach δ_0 in µm"),
+        y: Axis::logarithmic("force P in mN"),
+        curves,
+    };
+    Ok(Trial {
+        title: "Crossed cantilevers",
+        text: "Two of the paper's filaments, clamped at one end each, cross at a right angle at the distances a_1 and a_2 from their \
+            clamps, and one clamp approaches by δ_0 after they touch:\n\n\
+            ```text\nP = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k),   k = P/δ,   P = (4/3) k_l √(2 d) δ^(3/2)\n```\n\n\
+            The filaments are strongly damped (ζ = 1) and come to rest. Parts of 25 µm resolve the contact. From n = 25 and 50 the force is \
+            extrapolated to n → ∞. A chain itself yields by `Σ (a − k h)²/c_k`, over the joints k before the contact with the \
+            stiffness c_k: with this, n = 50 is compared as it is. What remains are the limit of small overlaps, and lever arms, which \
+            change as the contact lies d/2 beside each centreline."
+            .to_owned(),
+        checks,
+        figures: vec![figure],
+    })
+}
+
+/// Distance along `x` at which the filament lies over the other one, in m.
+const REACH: f64 = 0.02;
+
+/// Force in N on a filament of `segments` segments that rests over a stiff one, which would hold it at the height `ratio` over the distance
+/// by the elastica; and the force of the elastica.
+fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
+    /// In m.
+    const PART: f64 = 2.5e-5;
+    const STIFFER: f64 = 1e4;
+    /// Length of the stiff filament in m.
+    const LENGTH: f64 = 0.01;
+    /// Where the other one crosses it, in m from its root.
+    const ARM: f64 = 0.003;
+    let soft = FilamentSettings { damping_ratio: 1.0, ..filament(segments)? };
+    let stiff =
+        FilamentSettings { youngs_modulus_pa: STIFFER * soft.youngs_modulus_pa, length_m: LENGTH, ..soft.clone() };
+    let pressing = pressing(&soft);
+    let held = Held::over_edge(Circle { centre: [REACH, ratio * REACH], radius: 0.0, stiffness: f64::INFINITY }, 0.0);
+    let expected = held.force * bending_stiffness(&soft, soft.diameter_m);
+    let below = pressing.reach - pressing.overlap(expected);
+    let (sine, cosine) = held.angle.sin_cos();
+    let [x, z] = [REACH + below * sine, ratio * REACH - below * cosine];
+    let above = (z + 1.5 * pressing.reach).atan2(x);
+    let points = (soft.length_m / segments as f64 / PART).round() as usize;
+    let members = [
+        Member {
+            filament: soft,
+            clamp: Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
+            start: [above.cos(), 0.0, above.sin()],
+        },
+        Member::new(stiff, Approaching::still([x, -ARM, z], [0.0, 1.0, 0.0])),
+    ];
+    let mut assembly = assembly(&members, points);
+    advance(&mut assembly, 0.08, 2e-4)?;
+    let [fx, _, fz] = force_on(&assembly, 0);
+    Ok([fx.hypot(fz), expected])
+}
+
+pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
+    let segments = match extent {
+        Extent::Quick => 25,
+        Extent::Full => 50,
+    };
+    let mut checks = Vec::new();
+    for ratio in [0.1, 0.25, 0.5] {
+        let ([coarse, expected], [fine, _]) = (held_force(segments, ratio)?, held_force(2 * segments, ratio)?);
+        let (source, tolerance) = (sources::EDGE_ELASTICA, tolerances::HELD_BY_FILAMENT);
+        let computed = extrapolated(coarse, fine);
+        checks.push(Check::value(format!("y/x = {ratio}, n → ∞"), "R in N", expected, source, computed, tolerance));
+    }
+    Ok(Trial {
+        title: "Elastica over a stiff filament",
+        text: format!(
+            "One filament rests across another one, which is 10⁴ times as stiff and so a fixed edge of the radius d. The centreline \
+            of the first is that of the elastica over an edge at (x, y), x = {REACH} m, that touches where the stiff filament is \
+            placed: pressed in by the δ of crossed filaments at that force. The filament is let go above it, creeps to its rest \
+            (ζ = 1), and slides along the other one without friction. The force is extrapolated from two n."
+        ),
+        checks,
+        figures: vec![],
+    })
+}
