@@ -51,10 +51,12 @@ struct Precision {
 }
 
 impl Precision {
-    /// A step that changes the mean impulse by less than the relative `tolerance` (docs/integrators.md).
-    fn of(tolerance: f64) -> Self {
+    /// A step that changes the mean impulse by less than the relative `tolerance` (docs/integrators.md): shorter where the nominal
+    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there.
+    fn of(tolerance: f64, contact_length: f64, filament_length: f64) -> Self {
         let share = (tolerance / 1e-3).powf(2.0 / 3.0);
-        Self { step: 2e-4 * share, newton: 3e-4 * share }
+        let short = (contact_length / (0.9 * filament_length)).clamp(0.3, 1.0).powf(1.5);
+        Self { step: 2e-4 * share * short, newton: 3e-4 * share }
     }
 }
 
@@ -144,7 +146,9 @@ impl BrushRun {
         let arrangement = Arrangement::new(settings, columns, diameter)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
-        let precision = Precision::of(brush.tolerance);
+        let nominal = pass.nominal();
+        let contact_length = nominal.tool_radius * nominal.contact_angle;
+        let precision = Precision::of(brush.tolerance, contact_length, settings.filament.length_m);
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
