@@ -71,6 +71,7 @@ fn brush(random: &mut Rng, damping_ratio: f64) -> Settings {
         process: ProcessSettings::new(spread(random, 0.1, 60.0), spread(random, 1e-4, 1e-2).min(0.5 * length_m)),
         solver: SolverSettings::default(),
         uncertainty: UncertaintySettings::default(),
+        brush: None,
     }
 }
 
@@ -108,5 +109,6 @@ fn extreme(random: &mut Rng) -> Settings {
         },
         solver: SolverSettings { relative_tolerance: spread(random, 1e-10, 1e-2), ..SolverSettings::default() },
         uncertainty: UncertaintySettings::default(),
+        brush: None,
     }
 }
