@@ -160,7 +160,7 @@ fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
         farther &= buckled(results.of(Case::Space(place)))[1] > 1.5 * Tilted::at(place)?.sideways;
     }
     Ok(vec![
-        claim("tilts take force at 2 m/s and at 3 mm, and add some at 30 m/s", {
+        claim("tilts take force at 2 m/s and at 3 mm, and add much at 30 m/s", {
             over(2, 1000) < 0.95 && over(10, 3000) < 0.95 && over(30, 1000) > 1.1
         }),
         claim("in space impulses scatter by 15 to 65 %", {
