@@ -102,7 +102,7 @@ fn has_metrics(file: &Path, told: &[(&str, f64, f64)]) {
 fn the_tutorial_does_what_it_says() {
     let directory = TempDir::new().expect("a temporary directory");
     let (commands, compared) = follow(TUTORIAL, directory.path());
-    assert_eq!((commands, compared), (8, 5), "the numbers of commands and outputs on the page have changed");
+    assert_eq!((commands, compared), (10, 7), "the numbers of commands and outputs on the page have changed");
 
     // Files that the page tells the reader to open.
     for name in [
@@ -112,6 +112,8 @@ fn the_tutorial_does_what_it_says() {
         "results/runs.csv",
         "sure/figures/scatter_over_velocity.png",
         "sure/figures/sobol_over_velocity.png",
+        "packed/runs.csv",
+        "sector/brush.html",
         "for-the-report/figures/tool_force_map.svg",
     ] {
         assert!(directory.path().join(name).is_file(), "{name}");

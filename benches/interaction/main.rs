@@ -1,0 +1,59 @@
+//! What contact between filaments does to the force of the tool: simulates brushes, and writes docs/interaction.md and its figures.
+//!
+//! ```text
+//! cargo run --release -p bristle-benches --example interaction                 # docs/interaction*
+//! cargo run --release -p bristle-benches --example interaction -- directory
+//! ```
+//!
+//! `page.md` is the text. The program fills its tables and numbers in, and refuses to write a page whose statements do not hold.
+
+mod cases;
+mod claims;
+mod figures;
+mod numbers;
+mod tables;
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use cases::Results;
+
+const PAGE: &str = include_str!("page.md");
+/// Number of threads; each simulates a brush of its own.
+const THREADS: usize = 2;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let directory: PathBuf = std::env::args().nth(1).unwrap_or_else(|| "docs".into()).into();
+    let results = Results::simulate(THREADS)?;
+    let page = filled(PAGE, &tables::all(&results)?)?;
+    for (name, figure) in figures::all(&results)? {
+        fs::write(directory.join(format!("interaction_{name}.svg")), figure.svg())?;
+    }
+    let wrong: Vec<&str> =
+        claims::all(&results)?.into_iter().filter(|claim| !claim.holds).map(|claim| claim.text).collect();
+    if !wrong.is_empty() {
+        return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
+    }
+    fs::write(directory.join("interaction.md"), page)?;
+    Ok(())
+}
+
+/// A text with its places `{{name}}` filled in.
+///
+/// # Errors
+/// If a place has no value, or a value no place.
+fn filled(text: &str, values: &BTreeMap<&'static str, String>) -> Result<String, String> {
+    let mut unused: Vec<&str> = values.keys().copied().collect();
+    let mut filled = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").ok_or("page.md: a place does not end")?;
+        filled += before;
+        filled += values.get(name).ok_or_else(|| format!("page.md: no value for {name}"))?;
+        unused.retain(|other| *other != name);
+        rest = after;
+    }
+    if unused.is_empty() { Ok(filled + rest) } else { Err(format!("page.md does not use {}", unused.join(", "))) }
+}
