@@ -107,15 +107,10 @@ fn cases() {
 
 /// 8 rows of 80 columns in space.
 fn space() {
-    let tilted = |friction: f64| {
-        let mut settings = brush(680.0, 8, Some(80));
-        let brush = settings.brush.as_mut().expect("a brush");
-        (brush.lateral_tilt_std_rad, brush.friction_coefficient) = (1e-3, friction);
-        settings
-    };
-    let times = [1, 2].map(|threads| time("8 rows of 80 columns in space", 1, &tilted(0.0), threads).0);
+    let mut tilted = brush(680.0, 8, Some(80));
+    tilted.brush.as_mut().expect("a brush").lateral_tilt_std_rad = 1e-3;
+    let times = [1, 2].map(|threads| time("8 rows of 80 columns in space", 1, &tilted, threads).0);
     println!("{:<58} {:>8.2}", "    two threads", times[0] / times[1]);
-    time("8 rows of 80 columns in space, friction between filaments", 1, &tilted(0.3), 2);
     if let Some(memory) = peak_memory() {
         println!("{:<58} {memory:>5.0} MB", "    largest memory of this process so far");
     }

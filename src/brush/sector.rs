@@ -190,6 +190,8 @@ impl Sector {
                     if (end - self.motion.time).abs() < 1e-9 * length {
                         self.motion.time = end;
                     }
+                    // What failed may be over.
+                    part = 2.0 * h;
                 }
                 Err(_) if h > SHORTEST * length => {
                     self.statistics.halved_steps += 1;
