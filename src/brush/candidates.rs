@@ -563,3 +563,123 @@ fn for_each_close(bounds: &[Bounds], mut take: impl FnMut(usize, usize)) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equations::linear::add;
+
+    /// A number between -1 and 1 that depends on `seed` alone.
+    fn random(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    const REACH: f64 = 1.2e-3;
+
+    /// Filaments whose roots are at `root` on a body that turns, and that tremble. Returns how many points were near, and how often the
+    /// list was built.
+    fn compare(root: impl Fn(usize) -> [f64; 3], outwards: [f64; 3], period: Option<f64>) -> [usize; 2] {
+        let (filaments, segments, points, length) = (12, 6, 2, 2e-3);
+        let layout = Layout {
+            filaments,
+            segments,
+            points,
+            lengths: vec![length; filaments],
+            radii: vec![0.5 * REACH; filaments * segments],
+            largest_reach: REACH,
+            period,
+        };
+        let mut seed = 7;
+        let mut nodes = Vec::new();
+        for filament in 0..filaments {
+            let mut position = root(filament);
+            nodes.push((Node::new(filament, 0, segments), position));
+            for k in 1..=segments {
+                let aside = [0, 1, 2].map(|i| if outwards[i] == 0.0 { 0.7 * random(&mut seed) } else { outwards[i] });
+                position = add(position, scale(length / dot(aside, aside).sqrt(), aside));
+                nodes.push((Node::new(filament, k, segments), position));
+            }
+        }
+        let shifts = period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period]);
+        let mut candidates = Candidates::new(layout.clone());
+        let (mut met, mut built) = (0, 0);
+        for step in 0..40 {
+            let angle = 0.01 * f64::from(step);
+            let (sin, cos) = sin_cos(angle);
+            let mut placed = Field::new(layout.groups(), segments);
+            for &(node, position) in &nodes {
+                let tremble = scale(2e-5, [random(&mut seed), random(&mut seed), random(&mut seed)]);
+                let [x, y, z] = add(position, tremble);
+                placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
+            }
+            let before = candidates.built.clone();
+            candidates.update(&placed, angle, 1);
+            built += usize::from(candidates.built != before);
+            let found = candidates.by_group().map(|watched| {
+                let mut near_ones = Vec::new();
+                watched.for_each_near(&placed, |filaments, near| near_ones.push((filaments, *near)));
+                near_ones
+            });
+            let mut found: Vec<([usize; 2], Near)> = found.flatten().collect();
+            let mut expected = Vec::new();
+            for filament in 0..filaments {
+                for segment in (0..segments).map(|k| Node::new(filament, k, segments)) {
+                    for part in 0..points {
+                        let point = Place { segment, fraction: (part as f64 + 0.5) / points as f64 };
+                        for other in (0..filaments).filter(|other| *other != filament) {
+                            for &shift in &shifts {
+                                let end = |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
+                                let x = point.of(&placed);
+                                let on = |k: usize| {
+                                    Near::between(point, x, Node::new(other, k, segments), [end(k), end(k + 1)], REACH)
+                                };
+                                let all = (0..segments).map(on);
+                                let nearest = all.min_by(|a, b| a.square().total_cmp(&b.square())).expect("segments");
+                                if nearest.square() < REACH * REACH {
+                                    expected.push(([filament, other], nearest));
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            for list in [&mut found, &mut expected] {
+                list.sort_by(|(a, first), (b, second)| {
+                    let key = |near: &Near| (near.point.segment, near.nearest.segment);
+                    let fractions = first.point.fraction.total_cmp(&second.point.fraction);
+                    a.cmp(b).then(key(first).cmp(&key(second))).then(fractions)
+                });
+            }
+            assert_eq!(found, expected);
+            met += found.len();
+        }
+        [met, built]
+    }
+
+    #[test]
+    fn the_list_finds_what_a_search_over_all_pairs_finds() {
+        let mut seed = 3;
+        let heights: Vec<f64> = (0..12).map(|_| 1e-3 * random(&mut seed)).collect();
+        // So near the axis that angles do not tell filaments apart; then on a body, in two rows that repeat.
+        let [met, built] =
+            compare(|filament| [1.3e-3 * filament as f64, 0.0, heights[filament]], [0.0, 1.0, 0.0], None);
+        assert!(met > 1000 && (1..20).contains(&built), "{met} near, built {built} times");
+        let on_body = |filament: usize| {
+            let (sin, cos) = sin_cos(1.3e-3 / 0.14 * (filament / 2) as f64);
+            [0.14 * cos, 0.14 * sin, 1.3e-3 * (filament % 2) as f64]
+        };
+        let [met, built] = compare(on_body, [1.0, 0.0, 0.0], Some(2.6e-3));
+        assert!(met > 1000 && (1..20).contains(&built), "{met} near, built {built} times");
+    }
+
+    #[test]
+    fn a_ring_closes() {
+        let around = |angles: [f64; 2]| Bounds { angles, axial: [0.0; 2] };
+        let mut pairs = Vec::new();
+        let bounds = [around([-0.1, 0.1]), around([0.05, 0.2]), around([TAU - 0.15, TAU - 0.05]), around([3.0, 3.1])];
+        for_each_close(&bounds, |a, b| pairs.push([a.min(b), a.max(b)]));
+        pairs.sort_unstable();
+        assert_eq!(pairs, [[0, 1], [0, 2]]);
+    }
+}
