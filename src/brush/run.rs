@@ -51,12 +51,13 @@ struct Precision {
 }
 
 impl Precision {
-    /// A step that changes the mean impulse by less than the relative `tolerance` (docs/integrators.md): shorter where the nominal
-    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there.
-    fn of(tolerance: f64, contact_length: f64, filament_length: f64) -> Self {
-        let share = (tolerance / 1e-3).powf(2.0 / 3.0);
+    /// A step that changes the mean impulse by less than the relative `brush.tolerance` (docs/integrators.md): shorter where the nominal
+    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there, and where filaments rub on each other.
+    fn of(brush: &BrushSettings, contact_length: f64, filament_length: f64) -> Self {
+        let share = (brush.tolerance / 1e-3).powf(2.0 / 3.0);
         let short = (contact_length / (0.9 * filament_length)).clamp(0.3, 1.0).powf(1.5);
-        Self { step: 2e-4 * share * short, newton: 3e-4 * share }
+        let rubbing = if brush.friction_coefficient > 0.0 { 0.8 } else { 1.0 };
+        Self { step: 2e-4 * share * short * rubbing, newton: 3e-4 * share }
     }
 }
 
@@ -148,7 +149,7 @@ impl BrushRun {
         let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
-        let precision = Precision::of(brush.tolerance, contact_length, settings.filament.length_m);
+        let precision = Precision::of(&brush, contact_length, settings.filament.length_m);
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
