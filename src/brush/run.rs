@@ -71,10 +71,9 @@ pub struct BrushRun {
     brush: BrushSettings,
     pass: Pass,
     arrangement: Arrangement,
-    /// Filaments that are coupled, with their numbers in the arrangement.
-    sectors: Vec<(Vec<usize>, Sector)>,
-    /// Which filaments are like which simulated ones, by their number in the arrangement.
-    likes: Vec<usize>,
+    sectors: Vec<(Group, Sector)>,
+    /// By filament: the number of its sector, and of the filament in it that it is like.
+    places: Vec<[usize; 2]>,
     options: RunOptions,
     threads: Option<ThreadPool>,
     begin: f64,
@@ -145,7 +144,7 @@ impl BrushRun {
         }
         let arrangement = Arrangement::new(settings, columns, diameter)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
-        let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
+        let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
         let precision = Precision::of(brush.tolerance, contact_length, settings.filament.length_m);
@@ -164,13 +163,13 @@ impl BrushRun {
             options,
         };
         let mut sectors = Vec::new();
-        for members in groups {
-            let sector = plan.sector(&members);
+        for group in groups {
+            let sector = plan.sector(&group.members);
             if let Some(pair) = crossing(sector.bundle()) {
-                let place = |index: usize| arrangement.roots[members[index]].place();
+                let place = |index: usize| arrangement.roots[group.members[index]].place();
                 return Err(BrushError::Tangled { pair: pair.map(place) });
             }
-            sectors.push((members, sector));
+            sectors.push((group, sector));
         }
         let pool = match options.threads {
             0 | 1 => None,
@@ -185,7 +184,7 @@ impl BrushRun {
             brush,
             arrangement,
             sectors,
-            likes,
+            places,
             options,
             threads: pool,
             begin,
@@ -249,25 +248,24 @@ impl BrushRun {
     /// Goes on to a step.
     fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
         let (begin, length, from) = (self.begin, self.length, self.done);
-        let advance = |(_, sector): &mut (Vec<usize>, Sector)| -> Result<Vec<ToolSample>, _> {
+        let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
             (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
         let results: Vec<_> = match &self.threads {
             Some(threads) => threads.install(|| self.sectors.par_iter_mut().map(advance).collect()),
             None => self.sectors.iter_mut().map(advance).collect(),
         };
-        let weights = self.weights();
         let mut sum: Vec<ToolSample> = Vec::new();
-        for ((members, _), (result, weight)) in self.sectors.iter().zip(results.into_iter().zip(weights)) {
+        for ((group, _), result) in self.sectors.iter().zip(results) {
             let samples = result.map_err(|failure| {
-                let place = |index: usize| self.arrangement.roots[members[index]].place();
+                let place = |index: usize| self.arrangement.roots[group.members[index]].place();
                 match failure.crossing {
                     Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
                     None => BrushError::NoConvergence { time: failure.time },
                 }
             })?;
             sum.resize_with(samples.len(), ToolSample::default);
-            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, weight));
+            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, group.weight()));
         }
         self.history.append(&mut sum);
         self.done = to;
@@ -297,24 +295,16 @@ impl BrushRun {
 
     /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended them.
     fn turn_impulses(&self) -> Vec<f64> {
-        let weights = self.weights();
         let of = |turn: usize| -> Option<f64> {
             let mut sum = 0.0;
-            for ((_, sector), weight) in self.sectors.iter().zip(&weights) {
+            for (group, sector) in &self.sectors {
                 for account in sector.accounts() {
-                    sum += *weight as f64 * account.impulses.get(turn)?;
+                    sum += group.weight() as f64 * account.impulses.get(turn)?;
                 }
             }
-            Some(sum / self.likes.len() as f64)
+            Some(sum / self.places.len() as f64)
         };
         (0..).map_while(of).collect()
-    }
-
-    /// By how many each sector's rows count.
-    fn weights(&self) -> Vec<usize> {
-        let simulated =
-            |members: &[usize]| self.likes.iter().filter(|like| members.contains(like)).count() / members.len();
-        self.sectors.iter().map(|(members, _)| simulated(members)).collect()
     }
 
     fn is_touching(&self) -> bool {
@@ -330,32 +320,28 @@ impl BrushRun {
     }
 
     fn frame(&self) -> Frame {
-        let count = self.arrangement.roots.len();
+        let roots = &self.arrangement.roots;
         let n = self.settings.filament.segments;
-        let mut frame = Frame {
-            time_s: self.begin + self.done as f64 * self.length,
-            tool_angle_rad: self.pass.tool().angle(self.begin + self.done as f64 * self.length),
-            nodes_m: vec![Vec::new(); count],
-            contact_normal_force_n: vec![0.0; count],
-            press_force_n: vec![0.0; count],
+        let forces: Vec<[Vec<f64>; 2]> = self.sectors.iter().map(|(_, sector)| sector.forces()).collect();
+        let force =
+            |kind: usize| self.places.iter().map(|&[number, index]| forces[number][kind][index] as f32).collect();
+        let nodes = |(filament, &[number, index]): (usize, &[usize; 2])| {
+            let (group, sector) = &self.sectors[number];
+            let height = roots[filament].z - roots[group.members[index]].z;
+            let node = |k| {
+                let [x, y, z] = sector.bundle().node(index, k);
+                [x as f32, y as f32, (z + height) as f32]
+            };
+            (0..=n).map(node).collect()
         };
-        for (members, sector) in &self.sectors {
-            let [workpiece, others] = sector.forces();
-            for (index, member) in members.iter().enumerate() {
-                for (filament, _) in self.likes.iter().enumerate().filter(|(_, like)| *like == member) {
-                    let height = self.arrangement.roots[filament].z - self.arrangement.roots[*member].z;
-                    frame.nodes_m[filament] = (0..=n)
-                        .map(|k| {
-                            let [x, y, z] = sector.bundle().node(index, k);
-                            [x as f32, y as f32, (z + height) as f32]
-                        })
-                        .collect();
-                    frame.contact_normal_force_n[filament] = workpiece[index] as f32;
-                    frame.press_force_n[filament] = others[index] as f32;
-                }
-            }
+        let time_s = self.begin + self.done as f64 * self.length;
+        Frame {
+            time_s,
+            tool_angle_rad: self.pass.tool().angle(time_s),
+            nodes_m: self.places.iter().enumerate().map(nodes).collect(),
+            contact_normal_force_n: force(0),
+            press_force_n: force(1),
         }
-        frame
     }
 
     /// The state, from which [`BrushRun::resume`] goes on with the same bits.
@@ -448,13 +434,13 @@ impl BrushRun {
         let alone = self.pass.simulate(Sampling::default()).map_err(BrushError::Alone)?.metrics;
         let mut pairs = Vec::new();
         let mut statistics = BrushStatistics::default();
-        for (members, sector) in &self.sectors {
+        for (group, sector) in &self.sectors {
             statistics += *sector.statistics();
-            for row in self.rows_like(members) {
+            for shift in &group.shifts {
                 pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
                     let [filament, other] = filaments.map(|index| {
-                        let [column, own] = self.arrangement.roots[members[index]].place();
-                        [column, row.unwrap_or(own)]
+                        let [column, row] = self.arrangement.roots[group.members[index]].place();
+                        [column, row + shift]
                     });
                     PairResult {
                         filament,
@@ -470,12 +456,13 @@ impl BrushRun {
             }
         }
         pairs.sort_by_key(|pair| [pair.filament, pair.other]);
-        let balances: Option<Vec<_>> = self.sectors.iter().map(|(_, sector)| sector.balance()).collect();
+        let balances: Option<Vec<_>> =
+            self.sectors.iter().map(|(group, sector)| Some((group.weight() as f64, sector.balance()?))).collect();
         let energies = balances.map(|balances| {
-            balances.iter().zip(self.weights()).fold(EnergyBalance::default(), |sum, (balance, weight)| EnergyBalance {
-                gain_j: sum.gain_j + weight as f64 * (balance.energies[1] - balance.energies[0]),
-                work_j: sum.work_j + weight as f64 * balance.work,
-                dissipated_j: sum.dissipated_j + weight as f64 * balance.dissipated,
+            balances.iter().fold(EnergyBalance::default(), |sum, (weight, balance)| EnergyBalance {
+                gain_j: sum.gain_j + weight * (balance.energies[1] - balance.energies[0]),
+                work_j: sum.work_j + weight * balance.work,
+                dissipated_j: sum.dissipated_j + weight * balance.dissipated,
             })
         });
         let mut filaments = self.filaments();
@@ -513,56 +500,65 @@ impl BrushRun {
     /// The filaments with their contacts, without how others press on them.
     fn filaments(&self) -> Vec<FilamentResult> {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
-        let mut metrics = vec![Metrics::default(); self.likes.len()];
-        for (members, sector) in &self.sectors {
-            for (filament, like) in self.likes.iter().enumerate() {
-                if let Ok(index) = members.binary_search(like) {
-                    let record = ContactRecord { is_unsteady, ..*sector.accounts()[index].last() };
-                    metrics[filament] = self.pass.metrics(&record);
-                }
-            }
-        }
-        let roots = self.arrangement.roots.iter().zip(metrics);
-        roots
-            .map(|(root, metrics)| FilamentResult {
+        let metrics = |&[number, index]: &[usize; 2]| {
+            let (_, sector) = &self.sectors[number];
+            self.pass.metrics(&ContactRecord { is_unsteady, ..*sector.accounts()[index].last() })
+        };
+        self.arrangement
+            .roots
+            .iter()
+            .zip(&self.places)
+            .map(|(root, place)| FilamentResult {
                 column: root.column,
                 row: root.row,
                 root_angle_rad: root.angle,
                 root_z_m: root.z,
                 is_counted: false,
-                metrics,
+                metrics: metrics(place),
                 press_impulse_n_s: 0.0,
             })
             .collect()
     }
+}
 
-    /// The rows that are like those of a sector; none where it has all.
-    fn rows_like(&self, members: &[usize]) -> Vec<Option<usize>> {
-        let rows = self.arrangement.rows;
-        if members.len() == self.likes.len() {
-            return vec![None];
-        }
-        // The first column tells.
-        (0..rows).filter(|row| members.contains(&self.likes[*row])).map(Some).collect()
+/// Filaments that are solved together.
+struct Group {
+    /// Their numbers in the arrangement, column by column.
+    members: Vec<usize>,
+    /// By how many rows the filaments are behind these that are like them; zero for these themselves.
+    shifts: Vec<usize>,
+}
+
+impl Group {
+    /// How many times its filaments count.
+    fn weight(&self) -> usize {
+        self.shifts.len()
     }
 }
 
-/// The filaments that are solved together, in groups, and which filament each one is like.
-fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Vec<usize>>, Vec<usize>) {
+/// The filaments that are solved together, and the place of each filament in them: the number of a group, and of its filament in it.
+fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Group>, Vec<[usize; 2]>) {
     let (count, rows) = (arrangement.roots.len(), arrangement.rows);
     if !is_planar {
-        return (vec![(0..count).collect()], (0..count).collect());
+        let all = Group { members: (0..count).collect(), shifts: vec![0] };
+        return (vec![all], (0..count).map(|index| [0, index]).collect());
     }
     // Rows of equal filaments at equal angles are alike.
-    let like: Vec<usize> = (0..rows)
-        .map(|row| {
-            let angle = |row: usize| arrangement.roots[row].angle;
-            let first = if differ { None } else { (0..row).find(|earlier| angle(*earlier) == angle(row)) };
-            first.unwrap_or(row)
-        })
-        .collect();
-    let groups = (0..rows).filter(|row| like[*row] == *row).map(|row| (row..count).step_by(rows).collect());
-    (groups.collect(), (0..count).map(|index| index / rows * rows + like[index % rows]).collect())
+    let angle = |row: usize| arrangement.roots[row].angle;
+    let mut groups: Vec<Group> = Vec::new();
+    let mut numbers = Vec::new();
+    for row in 0..rows {
+        let is_like = |group: &Group| angle(group.members[0]) == angle(row);
+        let like = if differ { None } else { groups.iter().position(is_like) };
+        let number = like.unwrap_or(groups.len());
+        if number == groups.len() {
+            groups.push(Group { members: (row..count).step_by(rows).collect(), shifts: Vec::new() });
+        }
+        let first = groups[number].members[0];
+        groups[number].shifts.push(row - first);
+        numbers.push(number);
+    }
+    (groups, (0..count).map(|index| [numbers[index % rows], index / rows]).collect())
 }
 
 /// When the motion begins, in s: before any filament touches the workpiece.
