@@ -351,20 +351,9 @@ impl BrushRun {
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
-        for sample in &self.history {
-            let ToolSample {
-                time_s,
-                contact_normal_force_n,
-                contact_force_n: [x, y, z],
-                contact_moment_n_m,
-                press_force_n,
-                touching_filaments,
-                touching_pairs,
-            } = *sample;
-            [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n]
-                .into_iter()
-                .for_each(|value| words.number(value));
-            [touching_filaments, touching_pairs].into_iter().for_each(|count| words.count(count));
+        for mut sample in self.history.iter().copied() {
+            words.numbers(sample.numbers());
+            words.counts(sample.counts());
         }
         words.count(self.frames.len());
         for Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n } in &self.frames {
@@ -394,21 +383,8 @@ impl BrushRun {
         }
         for _ in 0..words.count()? {
             let mut sample = ToolSample::default();
-            let ToolSample {
-                time_s,
-                contact_normal_force_n,
-                contact_force_n: [x, y, z],
-                contact_moment_n_m,
-                press_force_n,
-                touching_filaments,
-                touching_pairs,
-            } = &mut sample;
-            for value in [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n] {
-                *value = words.number()?;
-            }
-            for count in [touching_filaments, touching_pairs] {
-                *count = words.count()?;
-            }
+            words.numbers(sample.numbers())?;
+            words.counts(sample.counts())?;
             self.history.push(sample);
         }
         let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);

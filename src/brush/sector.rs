@@ -285,18 +285,14 @@ impl Sector {
         self.bundle.resting().into_iter().for_each(|rests| words.count(usize::from(rests)));
         self.accounts.iter().for_each(|account| account.save(words));
         words.count(self.pairs.len());
-        for (filaments, pair) in &self.pairs {
+        for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
             filaments.iter().for_each(|filament| words.count(*filament));
-            let PairAccount { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = *pair;
-            [impulse, x, y, z, peak, time, moment, dissipated].into_iter().for_each(|value| words.number(value));
+            words.numbers(pair.numbers());
         }
-        let BrushStatistics { steps, halved_steps, effort } = self.statistics;
-        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
-        [steps, halved_steps, newton_iterations, krylov_vectors, factorisations]
-            .into_iter()
-            .for_each(|count| words.count(count));
-        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = self.balance {
-            [start, now, work, dissipated, put, taken].into_iter().for_each(|value| words.number(value));
+        let mut statistics = self.statistics;
+        words.counts(statistics.counts());
+        if let Some(mut balance) = self.balance {
+            words.numbers(balance.numbers());
         }
     }
 
@@ -324,22 +320,12 @@ impl Sector {
         for _ in 0..words.count()? {
             let filaments = [words.count()?, words.count()?];
             let mut pair = PairAccount::default();
-            let PairAccount { impulse, vector_impulse, peak, time, moment, dissipated } = &mut pair;
-            let [x, y, z] = vector_impulse;
-            for value in [impulse, x, y, z, peak, time, moment, dissipated] {
-                *value = words.number()?;
-            }
+            words.numbers(pair.numbers())?;
             self.pairs.insert(filaments, pair);
         }
-        let BrushStatistics { steps, halved_steps, effort } = &mut self.statistics;
-        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
-        for count in [steps, halved_steps, newton_iterations, krylov_vectors, factorisations] {
-            *count = words.count()?;
-        }
-        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = &mut self.balance {
-            for value in [start, now, work, dissipated, put, taken] {
-                *value = words.number()?;
-            }
+        words.counts(self.statistics.counts())?;
+        if let Some(balance) = &mut self.balance {
+            words.numbers(balance.numbers())?;
         }
         Some(())
     }
@@ -399,20 +385,15 @@ impl Account {
         let mut account = self.clone();
         words.count(self.impulses.len());
         words.count(usize::from(self.completed.is_some()));
-        account.counts().into_iter().for_each(|count| words.count(*count));
-        account.numbers().into_iter().for_each(|number| words.number(*number));
+        words.counts(account.counts());
+        words.numbers(account.numbers());
     }
 
     fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
         self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
         self.completed = (words.count()? == 1).then(ContactRecord::default);
-        for count in self.counts() {
-            *count = words.count()?;
-        }
-        for number in self.numbers() {
-            *number = words.number()?;
-        }
-        Some(())
+        words.counts(self.counts())?;
+        words.numbers(self.numbers())
     }
 
     /// All counts of the state.
@@ -521,6 +502,20 @@ impl PairAccount {
         self.time += time;
         self.moment += time * press.moment;
         self.dissipated += time * press.dissipated;
+    }
+
+    /// All numbers of the state.
+    fn numbers(&mut self) -> [&mut f64; 8] {
+        let Self { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = self;
+        [impulse, x, y, z, peak, time, moment, dissipated]
+    }
+}
+
+impl Balance {
+    /// All numbers of the state.
+    fn numbers(&mut self) -> [&mut f64; 6] {
+        let Self { energies: [start, now], work, dissipated, rates: [put, taken] } = self;
+        [start, now, work, dissipated, put, taken]
     }
 }
 
