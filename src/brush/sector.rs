@@ -95,6 +95,8 @@ pub struct Sector {
     stepper: Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
+    /// Which filaments press on each other where the last step ended.
+    presses: BTreeMap<[usize; 2], PressSum>,
     statistics: BrushStatistics,
     balance: Option<Balance>,
 }
@@ -131,6 +133,7 @@ impl Sector {
             motion,
             accounts,
             pairs: BTreeMap::new(),
+            presses: BTreeMap::new(),
             statistics: BrushStatistics::default(),
             balance,
         }
@@ -205,7 +208,7 @@ impl Sector {
 
     /// Tries a step of `h` (s). Returns the filaments that cross each other, if that is why it is not possible.
     fn attempt(&mut self, h: f64) -> Result<Effort, Option<[usize; 2]>> {
-        let Self { bundle, motion, stepper, accounts, pairs, balance, .. } = self;
+        let Self { bundle, motion, stepper, accounts, pairs, presses, balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         let middle = Stage::of(bundle, &stepper.middle, balance.is_some());
         effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
@@ -240,6 +243,7 @@ impl Sector {
             balance.rates = end.rates;
             balance.energies[1] = end.energy;
         }
+        *presses = end.presses;
         Ok(effort)
     }
 
@@ -252,19 +256,20 @@ impl Sector {
             sample.contact_moment_n_m += account.load.moment;
             sample.touching_filaments += usize::from(account.load.pressing > 0.0);
         }
-        for (_, press) in press_sums(&self.bundle) {
+        for press in self.presses.values() {
             sample.press_force_n += press.normal;
             sample.touching_pairs += 1;
         }
         sample
     }
 
-    /// By filament: normal force on the workpiece, and of other filaments, in N.
+    /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N. A state that was
+    /// [restored](Self::restore) has the latter only after its next step.
     pub fn forces(&self) -> [Vec<f64>; 2] {
         let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
         let mut others = vec![0.0; workpiece.len()];
-        for (filaments, press) in press_sums(&self.bundle) {
-            for filament in filaments {
+        for (filaments, press) in &self.presses {
+            for &filament in filaments {
                 others[filament] += press.normal;
             }
         }
@@ -606,9 +611,7 @@ impl Stepper {
         end.accelerations.clone_from(&middle.accelerations);
         bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
     }
-}
 
-impl Stepper {
     /// Puts the end of the step into `motion`.
     pub fn finish(&mut self, motion: &mut Motion) {
         std::mem::swap(motion, &mut self.end);
