@@ -92,7 +92,7 @@ pub struct BrushRun {
 
 /// Numbers of columns and rows of the brush that `settings` state.
 fn size(settings: &Settings, pass: &Pass) -> [usize; 2] {
-    let brush = settings.brush.clone().unwrap_or_default();
+    let brush = settings.brush_or_default();
     let rows = brush.rows.unwrap_or_else(|| super::arrangement::default_rows(settings));
     let columns = brush.columns.unwrap_or_else(|| stretch::default_columns(settings, pass, rows));
     [columns, rows]
@@ -115,11 +115,9 @@ impl BrushRun {
         if !lanes_are_compiled() {
             return Err(BrushError::NoLanes);
         }
-        let brush = settings.brush.clone().unwrap_or_default();
+        let brush = settings.brush_or_default();
         let pass = Pass::new(settings);
-        if filaments::differ(&Settings { brush: None, ..settings.clone() })
-            && settings.uncertainty.hold != Hold::Machine
-        {
+        if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
             return Err(BrushError::Hold);
         }
         let [default, rows] = size(settings, &pass);
