@@ -16,7 +16,6 @@ use bristle_report::page::brush_page;
 use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_study::brush::Interaction;
-use bristle_study::digest::digest;
 use bristle_study::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
@@ -223,10 +222,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<(), CliError> {
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        let mut content = Vec::new();
-        write(&mut content).expect("memory takes what is written to it");
-        hashes.insert(name.to_owned(), digest(&content));
-        StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
+        StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
         stage(METRICS, &|out| write_brush_metrics(out, &result))?,
