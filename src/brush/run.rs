@@ -90,12 +90,65 @@ pub struct BrushRun {
     has_settled: bool,
 }
 
-/// Numbers of columns and rows of the brush that `settings` state.
-fn size(settings: &Settings, pass: &Pass) -> [usize; 2] {
-    let brush = settings.brush_or_default();
-    let rows = brush.rows.unwrap_or_else(|| super::arrangement::default_rows(settings));
-    let columns = brush.columns.unwrap_or_else(|| stretch::default_columns(settings, pass, rows));
-    [columns, rows]
+/// A sector that can be simulated, before its filaments are made.
+struct Draft {
+    pass: Pass,
+    arrangement: Arrangement,
+    /// Whether no filament leaves its plane of rotation or touches one in another plane.
+    is_planar: bool,
+    /// Number of contact points of a segment.
+    points: usize,
+    /// Memory that its simulation needs at most, in bytes, without frames.
+    memory: u64,
+}
+
+impl Draft {
+    /// The sector that `settings` state, with another number of columns if one is given. It may need `memory` (bytes).
+    fn new(settings: &Settings, columns: Option<usize>, memory: Option<u64>) -> Result<Self, BrushError> {
+        if !lanes_are_compiled() {
+            return Err(BrushError::NoLanes);
+        }
+        let brush = settings.brush_or_default();
+        let pass = Pass::new(settings);
+        if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
+            return Err(BrushError::Hold);
+        }
+        let rows = brush.rows.unwrap_or_else(|| arrangement::default_rows(settings));
+        let columns = columns.or(brush.columns).unwrap_or_else(|| stretch::default_columns(settings, &pass, rows));
+        if columns == 0 {
+            return Err(BrushError::NoFilament);
+        }
+        let n = settings.filament.segments;
+        let length = settings.filament.length_m / n as f64;
+        let points =
+            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
+        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+        let is_planar = pass.form() == Form::Planar
+            && brush.lateral_tilt_std_rad == 0.0
+            && arrangement::has_separate_rows(settings, rows, diameter);
+        // Rows that are alike are simulated once.
+        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
+        let count = columns.saturating_mul(distinct);
+        let needed = memory_estimate(count, n, points);
+        if let Some(limit) = memory.filter(|limit| needed > *limit) {
+            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
+        }
+        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        Ok(Self { pass, arrangement, is_planar, points, memory: needed })
+    }
+}
+
+/// Checks that the filaments of the brush that `settings` state can be arranged, without simulating them, and that the simulation needs
+/// at most `memory` (bytes). Returns the memory that it needs at most, in bytes, without frames.
+///
+/// # Errors
+/// Those of [`BrushRun::new`], except that filaments which go through each other because of tilts or waviness
+/// ([`BrushError::Tangled`]) are not looked for.
+///
+/// # Panics
+/// If the settings fail [`Settings::check`].
+pub fn check_brush(settings: &Settings, memory: Option<u64>) -> Result<u64, BrushError> {
+    Draft::new(settings, None, memory).map(|draft| draft.memory)
 }
 
 impl BrushRun {
@@ -112,35 +165,8 @@ impl BrushRun {
 
     /// The same with another number of columns than that which the settings state, or the default.
     fn of_columns(settings: &Settings, options: RunOptions, columns: Option<usize>) -> Result<Self, BrushError> {
-        if !lanes_are_compiled() {
-            return Err(BrushError::NoLanes);
-        }
         let brush = settings.brush_or_default();
-        let pass = Pass::new(settings);
-        if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
-            return Err(BrushError::Hold);
-        }
-        let [default, rows] = size(settings, &pass);
-        let columns = columns.unwrap_or(default);
-        if columns == 0 {
-            return Err(BrushError::NoFilament);
-        }
-        let n = settings.filament.segments;
-        let length = settings.filament.length_m / n as f64;
-        let points =
-            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
-        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
-        let is_planar = pass.form() == Form::Planar
-            && brush.lateral_tilt_std_rad == 0.0
-            && arrangement::has_separate_rows(settings, rows, diameter);
-        // Rows that are alike are simulated once.
-        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
-        let count = columns.saturating_mul(distinct);
-        let needed = memory_estimate(count, n, points);
-        if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
-            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
-        }
-        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        let Draft { pass, arrangement, is_planar, points, .. } = Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let nominal = pass.nominal();

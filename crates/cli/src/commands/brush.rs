@@ -1,6 +1,5 @@
 //! `bristle brush`.
 
-use std::fs;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -30,7 +29,7 @@ use crate::pictures::{FIGURES, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written};
-use crate::values::{INTERRUPTED, MAX_THREADS};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
 /// What is simulated, for its progress.
@@ -78,9 +77,8 @@ pub struct BrushArgs {
     /// Write the frames to DIR/vtk, for ParaView
     #[arg(long)]
     vtk: bool,
-    /// Refuse a sector that needs more memory than this [default: what is available, if the system says so]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
-    memory_mib: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Discard DIR/checkpoint.bin and simulate from the beginning
     #[arg(long)]
     restart: bool,
@@ -98,7 +96,7 @@ impl BrushArgs {
         RunOptions {
             threads: thread_count(self.threads()),
             frames: self.frames as usize,
-            memory: self.memory_mib.map(|mebibytes| mebibytes << 20).or_else(available_memory),
+            memory: self.memory.limit(),
             ..RunOptions::default()
         }
     }
@@ -189,14 +187,6 @@ fn simulate<'a>(
             Err(error)
         }
     }
-}
-
-/// The memory that the machine has left, in bytes, where it says so: on Linux.
-fn available_memory() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let available = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kibibytes.checked_mul(1 << 10)
 }
 
 /// What is done, in per cent.
