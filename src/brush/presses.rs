@@ -27,7 +27,7 @@ pub struct PressLaw {
 impl PressLaw {
     /// The law that `settings` state, or that of the defaults.
     pub fn of(settings: &Settings) -> Self {
-        let brush = settings.brush.clone().unwrap_or_default();
+        let brush = settings.brush_or_default();
         Self {
             stiffness: brush.stiffness_n_m2,
             damping: brush.damping_s_m,

@@ -277,7 +277,7 @@ macro_rules! brush_parameter {
             range: $range,
             word: "",
             required: false,
-            get: |settings| settings.brush.as_ref().map_or_else(|| $get(&BrushSettings::default()), $get),
+            get: |settings| $get(&settings.brush_or_default()),
             set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
         }
     };

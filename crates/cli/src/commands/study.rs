@@ -11,6 +11,7 @@ use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
+use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
@@ -27,7 +28,7 @@ use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_s
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
-use crate::values::{INTERRUPTED, MAX_THREADS};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
 const REPORT: &str = "report.html";
@@ -68,6 +69,9 @@ const LONGEST_FAILURE: usize = 400;
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
 ///
+/// With [brush], the filaments of a case touch each other. Before the first case is simulated, all
+/// cases are checked: filaments must not overlap, nor need more memory than is available.
+///
 /// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
 /// filament does in them. The tables mark them with !. If filaments come back still vibrating,
 /// a warning says how to simulate turn after turn.
@@ -97,6 +101,8 @@ pub struct StudyArgs {
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Discard DIR/journal.jsonl and simulate all cases again
     #[arg(long)]
     restart: bool,
@@ -118,6 +124,10 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
     let name = arguments.file.to_string_lossy();
     let document = read_document(&arguments.file, &text, &name)?;
     let study = document.study()?;
+    if study.has_brush() {
+        check_brushes(&study, arguments.threads(), arguments.memory.limit())
+            .map_err(|error| CliError::StudyRefused { path: arguments.file.clone(), error: Box::new(error) })?;
+    }
     let measured =
         document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
     prepare_directory(&arguments.out)?;
