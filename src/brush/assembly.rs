@@ -52,7 +52,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
             largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
             period: None,
         };
-        let mut bundle = Bundle::new(Form::Spatial, filaments, law, layout, 0.0, false, 1);
+        let mut bundle = Bundle::new(Form::Spatial, filaments, law, layout, 0.0, false);
         let motion = bundle.start(0.0, coordinates);
         Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }
     }

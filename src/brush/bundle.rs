@@ -6,12 +6,13 @@
 
 use std::ops::AddAssign;
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::candidates::{Candidates, Layout};
 use super::field::{Changes, Field, GroupField, Lane, Node, Place};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::presses::{Press, PressLaw, PressTangent};
+use super::team;
 use crate::contact::ContactForce;
 use crate::equations::linear::{add, dot, scale, zero};
 use crate::equations::{
@@ -236,7 +237,6 @@ pub struct Bundle<M> {
     loads: Vec<WorkpieceLoad>,
     clearances: Vec<Clearance>,
     krylov: Krylov,
-    division: Division,
 }
 
 /// Newton's method did not converge.
@@ -245,7 +245,7 @@ pub struct NoConvergence;
 
 impl<M: ClampMotion + Sync> Bundle<M> {
     /// Filaments with equations of the given form, that press on each other under `law`, on a body that turns at `rate` (rad/s) about
-    /// `z`, for so many threads. If `at_rest`, they turn rigidly with it as long as nothing touches them.
+    /// `z`. If `at_rest`, they turn rigidly with it as long as nothing touches them.
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -256,7 +256,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         layout: Layout,
         rate: f64,
         at_rest: bool,
-        threads: usize,
     ) -> Self {
         let n = layout.segments;
         assert!(!bristles.is_empty() && bristles.iter().all(|bristle| bristle.chain.segments() == n));
@@ -280,7 +279,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             })
             .collect();
         let field = Field::new(groups.len(), n);
-        let share = if threads > 1 { groups.len().div_ceil(4 * threads) } else { groups.len() };
         Self {
             rubs: law.friction > 0.0 || bristles.iter().any(|bristle| bristle.law.friction > 0.0),
             law,
@@ -298,7 +296,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             loads: vec![WorkpieceLoad::default(); bristles.len()],
             clearances: bristles.iter().map(|bristle| Clearance::new(bristle, rate)).collect(),
             krylov: Krylov::default(),
-            division: Division { blocks: n, share },
             layout,
             groups,
             bristles,
@@ -465,66 +462,48 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     fn place(&mut self, motion: &Motion) {
         let n = self.layout.segments;
-        let Self { groups, positions, velocities, bristles, division, .. } = self;
+        let Self { groups, positions, velocities, bristles, .. } = self;
         let Motion { q, v, time, .. } = motion;
-        groups
-            .par_iter_mut()
-            .zip(q.par_chunks(n))
-            .zip(v.par_chunks(n))
-            .zip(positions.0.par_chunks_mut(n + 1))
-            .zip(velocities.0.par_chunks_mut(n + 1))
-            .with_min_len(division.share)
-            .for_each(|((((group, q), v), positions), velocities)| {
-                if group.activity != Activity::Solved {
-                    group.place(bristles, *time, [q, v], [positions, velocities]);
-                }
-            });
+        let parts = groups
+            .iter_mut()
+            .zip(q.chunks(n))
+            .zip(v.chunks(n))
+            .zip(positions.0.chunks_mut(n + 1))
+            .zip(velocities.0.chunks_mut(n + 1));
+        team::for_each(parts.enumerate(), |((((group, q), v), positions), velocities)| {
+            if group.activity != Activity::Solved {
+                group.place(bristles, *time, [q, v], [positions, velocities]);
+            }
+        });
     }
 
     /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
     fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
         let n = self.layout.segments;
         let Self {
-            candidates,
-            positions,
-            velocities,
-            presses,
-            earlier,
-            tangents,
-            incoming,
-            groups,
-            law,
-            division,
-            layout,
-            ..
+            candidates, positions, velocities, presses, earlier, tangents, incoming, groups, law, layout, ..
         } = self;
-        candidates.update(positions, self.rate * time, division.share);
+        candidates.update(positions, self.rate * time);
         // By the motion of the positions: solutions multiply by its weight.
         let relative = weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]);
         std::mem::swap(presses, earlier);
-        candidates
-            .by_group()
-            .zip(&mut *presses)
-            .zip(&*earlier)
-            .zip(&mut *tangents)
-            .with_min_len(division.share)
-            .for_each(|(((watched, presses), earlier), tangents)| {
-                presses.clear();
-                let mut earlier = earlier.iter().peekable();
-                watched.for_each_near(positions, |filaments, near| {
-                    let mut press = Press::new(law, near, layout.part_length(filaments[0]), [positions, velocities]);
-                    let key = (filaments, near.point.key());
-                    while earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key).is_some() {
-                    }
-                    let before = earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) == key);
-                    before.into_iter().for_each(|(_, before)| press.follow(before));
-                    presses.push((filaments, press));
-                });
-                tangents.clear();
-                if let Some(relative) = relative {
-                    tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, relative)));
-                }
+        let parts = candidates.by_group().zip(&mut *presses).zip(&*earlier).zip(&mut *tangents);
+        team::for_each(parts.enumerate(), |(((watched, presses), earlier), tangents)| {
+            presses.clear();
+            let mut earlier = earlier.iter().peekable();
+            watched.for_each_near(positions, |filaments, near| {
+                let mut press = Press::new(law, near, layout.part_length(filaments[0]), [positions, velocities]);
+                let key = (filaments, near.point.key());
+                while earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key).is_some() {}
+                let before = earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) == key);
+                before.into_iter().for_each(|(_, before)| press.follow(before));
+                presses.push((filaments, press));
             });
+            tangents.clear();
+            if let Some(relative) = relative {
+                tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, relative)));
+            }
+        });
         incoming.iter_mut().for_each(Vec::clear);
         for group in groups.iter_mut().filter(|group| group.activity == Activity::Coupled) {
             group.activity = Activity::Alone;
@@ -643,17 +622,18 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Places the groups that are not solved yet by their accelerations.
     fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2]) {
         let n = self.layout.segments;
-        let Self { groups, positions, velocities, bristles, division, .. } = self;
+        let Self { groups, positions, velocities, bristles, .. } = self;
         let Motion { time, q, v, accelerations } = motion;
-        groups
-            .par_iter_mut()
-            .zip(q.par_chunks_mut(n).zip(base_q.par_chunks(n)))
-            .zip(v.par_chunks_mut(n).zip(base_v.par_chunks(n)))
-            .zip(accelerations.par_chunks(n))
-            .zip(positions.0.par_chunks_mut(n + 1))
-            .zip(velocities.0.par_chunks_mut(n + 1))
-            .with_min_len(division.share)
-            .for_each(|(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
+        let parts = groups
+            .iter_mut()
+            .zip(q.chunks_mut(n).zip(base_q.chunks(n)))
+            .zip(v.chunks_mut(n).zip(base_v.chunks(n)))
+            .zip(accelerations.chunks(n))
+            .zip(positions.0.chunks_mut(n + 1))
+            .zip(velocities.0.chunks_mut(n + 1));
+        team::for_each(
+            parts.enumerate(),
+            |(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
                 if group.activity == Activity::Solved {
                     return;
                 }
@@ -662,7 +642,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                     follow(&mut v[k], &base_v[k], weights[1], acceleration);
                 }
                 group.place(bristles, *time, [q, v], [positions, velocities]);
-            });
+            },
+        );
     }
 
     /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
@@ -681,7 +662,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             tangents,
             incoming,
             residual,
-            division,
             candidates,
             rubs,
             ..
@@ -689,22 +669,24 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let &mut rubs = rubs;
         let Motion { time, q, v, accelerations } = motion;
         let around = Surroundings { bristles, positions, velocities, presses, incoming, candidates, time: *time };
-        groups
-            .par_iter_mut()
-            .zip(q.par_chunks(n).zip(v.par_chunks(n)).zip(accelerations.par_chunks(n)))
-            .zip(forces.0.par_chunks_mut(n + 1))
-            .zip(loads.par_chunks_mut(LANES).zip(clearances.par_chunks_mut(LANES)))
-            .zip(residual.par_chunks_mut(n))
-            .with_min_len(division.share)
-            .map(|((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual)| {
+        let factorisations = AtomicUsize::new(0);
+        let parts = groups
+            .iter_mut()
+            .zip(q.chunks(n).zip(v.chunks(n)).zip(accelerations.chunks(n)))
+            .zip(forces.0.chunks_mut(n + 1))
+            .zip(loads.chunks_mut(LANES).zip(clearances.chunks_mut(LANES)))
+            .zip(residual.chunks_mut(n));
+        team::for_each(
+            parts.enumerate(),
+            |((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual)| {
                 if group.activity == Activity::Solved {
-                    return 0;
+                    return;
                 }
                 let mut forces = GroupField::new(group.index, n, forces);
                 let met = group.meet(&around, loads, clearances, &mut forces);
                 if group.activity == Activity::Rests {
                     if met == [0; LANES] {
-                        return 0;
+                        return;
                     }
                     group.activity = Activity::Alone;
                 }
@@ -723,19 +705,20 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                     }
                     group.factorise(state, forces.vectors(), weights);
                     group.factorised = Some(key);
+                    factorisations.fetch_add(1, Ordering::Relaxed);
                 }
                 if group.activity == Activity::Alone {
                     group.equations.solve(residual);
                 }
-                usize::from(is_stale)
-            })
-            .sum()
+            },
+        );
+        factorisations.into_inner()
     }
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
     fn solve_coupled(&mut self, by_position: f64, forcing: f64) -> Option<usize> {
         let n = self.layout.segments;
-        let Self { groups, displacements, forces, tangents, incoming, residual, krylov, division, .. } = self;
+        let Self { groups, displacements, forces, tangents, incoming, residual, krylov, .. } = self;
         let groups: Vec<&mut Group> = groups.iter_mut().filter(|group| group.activity == Activity::Coupled).collect();
         if groups.is_empty() {
             return Some(0);
@@ -744,9 +727,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let mut compact: Vector =
             indices.iter().flat_map(|index| &residual[index * n..(index + 1) * n]).copied().collect();
         let factor = Lane::from_lanes(|_| -by_position);
-        let mut coupling =
-            Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor, share: division.share };
-        let vectors = gmres::solve(&mut coupling, &mut compact, forcing, krylov, *division)?;
+        let mut coupling = Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor };
+        let vectors =
+            gmres::solve(&mut coupling, &mut compact, forcing, krylov, Division { blocks: n, groups: &indices })?;
         for (part, index) in compact.chunks(n).zip(&indices) {
             residual[index * n..(index + 1) * n].copy_from_slice(part);
         }
@@ -757,32 +740,31 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// themselves whose nodes' velocities change by less than `tolerance` (m/s) are solved.
     fn correct(&mut self, motion: &mut Motion, by_rate: f64, tolerance: f64) -> f64 {
         let n = self.layout.segments;
-        let Self { groups, residual, displacements, division, .. } = self;
-        groups
-            .par_iter_mut()
-            .zip(residual.par_chunks(n))
-            .zip(displacements.0.par_chunks_mut(n + 1))
-            .zip(motion.accelerations.par_chunks_mut(n))
-            .with_min_len(division.share)
-            .for_each(|(((group, corrections), displacements), accelerations)| {
-                group.largest = 0.0;
-                if matches!(group.activity, Activity::Solved | Activity::Rests) {
-                    return;
+        let Self { groups, residual, displacements, .. } = self;
+        let parts = groups
+            .iter_mut()
+            .zip(residual.chunks(n))
+            .zip(displacements.0.chunks_mut(n + 1))
+            .zip(motion.accelerations.chunks_mut(n));
+        team::for_each(parts.enumerate(), |(((group, corrections), displacements), accelerations)| {
+            group.largest = 0.0;
+            if matches!(group.activity, Activity::Solved | Activity::Rests) {
+                return;
+            }
+            for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
+                for (value, correction) in acceleration.iter_mut().zip(correction) {
+                    *value = *value - *correction;
                 }
-                for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
-                    for (value, correction) in acceleration.iter_mut().zip(correction) {
-                        *value = *value - *correction;
-                    }
-                }
-                group.displace(corrections, displacements);
-                let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
-                let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
-                let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
-                group.largest = of_lanes.fold(0.0, larger).sqrt();
-                if group.activity == Activity::Alone && by_rate * group.largest <= tolerance {
-                    group.activity = Activity::Solved;
-                }
-            });
+            }
+            group.displace(corrections, displacements);
+            let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
+            let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
+            let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
+            group.largest = of_lanes.fold(0.0, larger).sqrt();
+            if group.activity == Activity::Alone && by_rate * group.largest <= tolerance {
+                group.activity = Activity::Solved;
+            }
+        });
         groups.iter().map(|group| group.largest).fold(0.0, larger)
     }
 }
@@ -984,7 +966,6 @@ struct Coupling<'a> {
     segments: usize,
     /// The negative weight of the positions in the tangents.
     factor: Lane,
-    share: usize,
 }
 
 /// The parts of a field that belong to some groups, in ascending order.
@@ -997,17 +978,13 @@ fn parts_of<'a>(field: &'a mut Field, groups: &[&mut Group], segments: usize) ->
 impl Coupled for Coupling<'_> {
     fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut gmres::Part) + Sync) {
         let parts = parts_of(self.displacements, &self.groups, self.segments);
-        self.groups
-            .par_iter_mut()
-            .zip(x.par_chunks_mut(self.segments))
-            .zip(parts)
-            .enumerate()
-            .with_min_len(self.share)
-            .for_each(|(number, ((group, x), displacements))| {
-                prepare(number, x);
-                group.equations.solve(x);
-                group.displace(x, displacements);
-            });
+        let parts = self.groups.iter_mut().zip(x.chunks_mut(self.segments)).zip(parts).enumerate();
+        let parts = parts.map(|part| (part.1.0.0.index, part));
+        team::for_each(parts, |(number, ((group, x), displacements))| {
+            prepare(number, x);
+            group.equations.solve(x);
+            group.displace(x, displacements);
+        });
     }
 
     fn couple(
@@ -1016,29 +993,25 @@ impl Coupled for Coupling<'_> {
         sums: &mut [Vec<f64>],
         combine: impl Fn(usize, &mut gmres::Part, &mut Vec<f64>) + Sync,
     ) {
-        let Self { groups, displacements, forces, tangents, incoming, segments, factor, share } = self;
+        let Self { groups, displacements, forces, tangents, incoming, segments, factor } = self;
         let parts = parts_of(forces, groups, *segments);
-        groups
-            .par_iter_mut()
-            .zip(image.par_chunks_mut(*segments).zip(sums))
-            .zip(parts)
-            .enumerate()
-            .with_min_len(*share)
-            .for_each(|(number, ((group, (image, sums)), forces))| {
-                let mut forces = GroupField::new(group.index, *segments, forces);
-                forces.clear();
-                for tangent in &tangents[group.index] {
-                    tangent.couple_point(displacements, &mut forces);
-                }
-                for &[from, index] in &incoming[group.index] {
-                    tangents[from as usize][index as usize].couple_nearest(displacements, &mut forces);
-                }
-                group.equations.torques(&forces.vectors()[1..], image);
-                for block in &mut *image {
-                    *block = block.map(|value| value * *factor);
-                }
-                combine(number, image, sums);
-            });
+        let parts = groups.iter_mut().zip(image.chunks_mut(*segments).zip(sums)).zip(parts).enumerate();
+        let parts = parts.map(|part| (part.1.0.0.index, part));
+        team::for_each(parts, |(number, ((group, (image, sums)), forces))| {
+            let mut forces = GroupField::new(group.index, *segments, forces);
+            forces.clear();
+            for tangent in &tangents[group.index] {
+                tangent.couple_point(displacements, &mut forces);
+            }
+            for &[from, index] in &incoming[group.index] {
+                tangents[from as usize][index as usize].couple_nearest(displacements, &mut forces);
+            }
+            group.equations.torques(&forces.vectors()[1..], image);
+            for block in &mut *image {
+                *block = block.map(|value| value * *factor);
+            }
+            combine(number, image, sums);
+        });
     }
 }
 

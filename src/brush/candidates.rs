@@ -7,10 +7,9 @@
 
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
-
 use super::field::{Field, Lane, Node, Place};
 use super::presses::Near;
+use super::team;
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{dot, scale, sub};
 use crate::equations::{LANES, Lanewise, Real, sin_cos};
@@ -142,11 +141,11 @@ impl Candidates {
     }
 
     /// Follows the nodes to `positions`, and builds the list again if filaments may touch that are not in it. The body is at `angle`
-    /// (rad). Groups are done in parts of at least `share`.
-    pub fn update(&mut self, positions: &Field, angle: f64, share: usize) {
+    /// (rad).
+    pub fn update(&mut self, positions: &Field, angle: f64) {
         let is_known = !self.built.is_empty();
         if is_known {
-            self.motion.follow(positions, angle, self.layout.segments, share);
+            self.motion.follow(positions, angle, self.layout.segments);
         } else {
             self.motion.positions.clone_from(positions);
             self.motion.angle = angle;
@@ -194,10 +193,10 @@ impl Candidates {
     }
 
     /// The pairs of each group, to be looked at where the nodes were last followed to.
-    pub fn by_group(&mut self) -> impl IndexedParallelIterator<Item = Watched<'_>> {
+    pub fn by_group(&mut self) -> impl ExactSizeIterator<Item = Watched<'_>> + Send {
         let Self { layout, motion, pairs, .. } = self;
         let (layout, motion) = (&*layout, &*motion);
-        pairs.par_iter_mut().map(move |pairs| Watched { layout, motion, pairs })
+        pairs.iter_mut().map(move |pairs| Watched { layout, motion, pairs })
     }
 
     /// How far the nodes of a filament have gone relative to the body since the start, in m: that of the farthest at each time.
@@ -207,36 +206,35 @@ impl Candidates {
 }
 
 impl Motion {
-    fn follow(&mut self, positions: &Field, angle: f64, segments: usize, share: usize) {
+    fn follow(&mut self, positions: &Field, angle: f64, segments: usize) {
         let (sin, cos) = sin_cos(angle - self.angle);
         self.angle = angle;
         let [sin, cos] = [sin, cos].map(|value| Lane::from_lanes(|_| value));
         let nodes = segments + 1;
-        self.positions
+        let parts = self
+            .positions
             .0
-            .par_chunks_mut(nodes)
-            .zip(positions.0.par_chunks(nodes))
-            .zip(self.paths.par_chunks_mut(nodes))
-            .zip(&mut self.farthest)
-            .with_min_len(share)
-            .for_each(|(((earlier, now), paths), farthest)| {
-                let mut ways = [Lane::from_lanes(|_| 0.0); LONGEST];
-                let ways = &mut ways[..nodes + 2 * SPREAD];
-                let mut most = Lane::from_lanes(|_| 0.0);
-                for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
-                    let [x, y, z] = *earlier;
-                    let moved = sub(*now, [cos * x - sin * y, sin * x + cos * y, z]);
-                    *way = dot(moved, moved).sqrt();
-                    most = most.max(*way);
-                    *earlier = *now;
-                }
-                for (k, path) in paths.iter_mut().enumerate() {
-                    let way =
-                        ways[k..=k + 2 * SPREAD].iter().fold(Lane::from_lanes(|_| 0.0), |most, way| most.max(*way));
-                    *path = *path + way;
-                }
-                *farthest = *farthest + most;
-            });
+            .chunks_mut(nodes)
+            .zip(positions.0.chunks(nodes))
+            .zip(self.paths.chunks_mut(nodes))
+            .zip(&mut self.farthest);
+        team::for_each(parts.enumerate(), |(((earlier, now), paths), farthest)| {
+            let mut ways = [Lane::from_lanes(|_| 0.0); LONGEST];
+            let ways = &mut ways[..nodes + 2 * SPREAD];
+            let mut most = Lane::from_lanes(|_| 0.0);
+            for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
+                let [x, y, z] = *earlier;
+                let moved = sub(*now, [cos * x - sin * y, sin * x + cos * y, z]);
+                *way = dot(moved, moved).sqrt();
+                most = most.max(*way);
+                *earlier = *now;
+            }
+            for (k, path) in paths.iter_mut().enumerate() {
+                let way = ways[k..=k + 2 * SPREAD].iter().fold(Lane::from_lanes(|_| 0.0), |most, way| most.max(*way));
+                *path = *path + way;
+            }
+            *farthest = *farthest + most;
+        });
     }
 
     fn path(&self, node: Node) -> f64 {
@@ -614,7 +612,7 @@ mod tests {
                 placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
             }
             let before = candidates.built.clone();
-            candidates.update(&placed, angle, 1);
+            candidates.update(&placed, angle);
             built += usize::from(candidates.built != before);
             let found = candidates.by_group().map(|watched| {
                 let mut near_ones = Vec::new();

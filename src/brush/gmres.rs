@@ -1,7 +1,6 @@
 //! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between them.
 
-use rayon::prelude::*;
-
+use super::team;
 use crate::equations::{LANES, Lanes, Lanewise};
 
 /// Blocks of coordinates of filaments, in lanes, group by group.
@@ -34,13 +33,13 @@ pub struct Krylov {
     sums: Vec<Vec<f64>>,
 }
 
-/// How vectors are divided: into groups of so many blocks, and into parts of at least so many groups.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Division {
-    /// Blocks of a group.
+/// How vectors are divided into parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Division<'a> {
+    /// Blocks of a part.
     pub blocks: usize,
-    /// The least number of groups that a thread takes.
-    pub share: usize,
+    /// The group of each part.
+    pub groups: &'a [usize],
 }
 
 /// The most vectors of the Krylov space.
@@ -57,10 +56,9 @@ pub fn solve(
     right_side: &mut Vector,
     tolerance: f64,
     krylov: &mut Krylov,
-    division: Division,
+    division: Division<'_>,
 ) -> Option<usize> {
-    let groups = right_side.len() / division.blocks;
-    krylov.sums.resize_with(groups, Vec::new);
+    krylov.sums.resize_with(division.groups.len(), Vec::new);
     let mut next = krylov.vector(0, right_side.len());
     next.clone_from(right_side);
     let size = squares(&mut next, &mut krylov.sums, division, |_, _| ()).sqrt();
@@ -128,14 +126,20 @@ pub fn solve(
 }
 
 /// Solves the triangle by substitution, and sums the preconditioned vectors.
-fn combine(triangle: &[Vec<f64>], right_side: &[f64], vectors: &[Vector], solution: &mut Vector, division: Division) {
+fn combine(
+    triangle: &[Vec<f64>],
+    right_side: &[f64],
+    vectors: &[Vector],
+    solution: &mut Vector,
+    division: Division<'_>,
+) {
     let mut weights = right_side.to_vec();
     for row in (0..weights.len()).rev() {
         let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
-    let parts = solution.par_chunks_mut(division.blocks).enumerate();
-    parts.with_min_len(division.share).for_each(|(group, part)| {
+    let parts = solution.chunks_mut(division.blocks).enumerate();
+    team::for_each(division.groups.iter().copied().zip(parts), |(group, part)| {
         part.fill([splat(0.0); 2]);
         for (weight, vector) in weights.iter().zip(vectors) {
             add_scaled(part, *weight, &vector[group * division.blocks..(group + 1) * division.blocks]);
@@ -161,11 +165,11 @@ impl Krylov {
 fn squares(
     vector: &mut Vector,
     sums: &mut [Vec<f64>],
-    division: Division,
+    division: Division<'_>,
     change: impl Fn(usize, &mut Part) + Sync,
 ) -> f64 {
-    let parts = vector.par_chunks_mut(division.blocks).zip(&mut *sums).enumerate();
-    parts.with_min_len(division.share).for_each(|(group, (part, sums))| {
+    let parts = vector.chunks_mut(division.blocks).zip(&mut *sums).enumerate();
+    team::for_each(division.groups.iter().copied().zip(parts), |(group, (part, sums))| {
         change(group, part);
         sums.clear();
         sums.push(dot(part, part));
@@ -249,7 +253,8 @@ mod tests {
         let right_side: Vec<f64> = (0..size)
             .map(|i| diagonal[i] * expected[i] + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>())
             .collect();
-        let division = Division { blocks: BLOCKS, share: 1 };
+        let groups: Vec<usize> = (0..right_side.len() / (2 * LANES * BLOCKS)).collect();
+        let division = Division { blocks: BLOCKS, groups: &groups };
         let mut solution = folded(&right_side);
         let mut system = Dense { diagonal, coupling, solved: Vec::new() };
         let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");

@@ -33,6 +33,7 @@ mod result;
 mod run;
 mod sector;
 mod stretch;
+mod team;
 mod words;
 
 pub use assembly::{Assembly, StepError};

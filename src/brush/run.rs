@@ -2,9 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
-
 use super::arrangement::{self, Arrangement, Root};
 use super::bundle::Bundle;
 use super::candidates::Layout;
@@ -14,6 +11,7 @@ use super::presses::PressLaw;
 use super::result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, ToolSample};
 use super::sector::{Sector, Timetable, crossing};
 use super::stretch;
+use super::team::{self, Team};
 use super::words::{Reader, Writer};
 use crate::equations::lanes_are_compiled;
 use crate::equations::linear::{add, scale};
@@ -76,7 +74,7 @@ pub struct BrushRun {
     /// By filament: the number of its sector, and of the filament in it that it is like.
     places: Vec<[usize; 2]>,
     options: RunOptions,
-    threads: Option<ThreadPool>,
+    team: Team,
     begin: f64,
     /// The time of a step in s.
     length: f64,
@@ -196,10 +194,7 @@ impl BrushRun {
             }
             sectors.push((group, sector));
         }
-        let pool = match options.threads {
-            0 | 1 => None,
-            threads => Some(ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| BrushError::Threads)?),
-        };
+        let team = Team::new(options.threads).map_err(|_| BrushError::Threads)?;
         let length = precision.step / velocity;
         let latest = arrangement.latest() / rate;
         let end = pass.end_time() + latest;
@@ -211,7 +206,7 @@ impl BrushRun {
             sectors,
             places,
             options,
-            threads: pool,
+            team,
             begin,
             length,
             done: 0,
@@ -276,10 +271,9 @@ impl BrushRun {
         let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
             (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
-        let results: Vec<_> = match &self.threads {
-            Some(threads) => threads.install(|| self.sectors.par_iter_mut().map(advance).collect()),
-            None => self.sectors.iter_mut().map(advance).collect(),
-        };
+        let mut results: Vec<_> = self.sectors.iter().map(|_| Ok(Vec::new())).collect();
+        let parts = self.sectors.iter_mut().zip(&mut results);
+        self.team.run(|| team::for_each(parts.enumerate(), |(sector, result)| *result = advance(sector)));
         let mut sum: Vec<ToolSample> = Vec::new();
         for ((group, _), result) in self.sectors.iter().zip(results) {
             let samples = result.map_err(|failure| {
@@ -648,7 +642,7 @@ impl Plan<'_> {
             period: if form == Form::Planar { None } else { arrangement.period },
         };
         let rests = roots().all(|(_, own)| filaments::rest(own));
-        Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests, self.options.threads)
+        Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests)
     }
 }
 

@@ -1,0 +1,105 @@
+//! Threads that share the work on a brush.
+//!
+//! A step consists of hundreds of loops over groups of filaments, each of which takes less time than it takes to wake up a thread.
+//! Therefore threads do not sleep in between: they look for work until the steps are done.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::{hint, mem};
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
+
+/// Threads, or the calling one alone.
+pub struct Team(Option<ThreadPool>);
+
+impl Team {
+    /// So many threads.
+    ///
+    /// # Errors
+    /// If the system refuses them.
+    pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
+        pool.transpose().map(Self)
+    }
+
+    /// Does `work`, in which all threads share the loops of [`for_each`].
+    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.0 {
+            Some(pool) => pool.install(|| awake(work)),
+            None => work(),
+        }
+    }
+}
+
+/// Takes one off a number in the end, even if there is a panic before.
+struct Done<'a>(&'a AtomicUsize);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Release);
+    }
+}
+
+/// Does `work`, while the other threads look for parts of it.
+fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    let (left, own) = (AtomicUsize::new(1), rayon::current_thread_index());
+    rayon::scope(|scope| {
+        scope.spawn_broadcast(|_, context| {
+            if Some(context.index()) != own {
+                help_until_none(&left);
+            }
+        });
+        let _done = Done(&left);
+        work()
+    })
+}
+
+/// Does the work of others until nothing is `left`.
+fn help_until_none(left: &AtomicUsize) {
+    /// Short waits before another program may have the processor.
+    const SPINS: usize = 64;
+    let mut spins = 0;
+    while left.load(Ordering::Acquire) > 0 {
+        if rayon::yield_now() == Some(Yield::Executed) {
+            spins = 0;
+        } else if spins < SPINS {
+            spins += 1;
+            hint::spin_loop();
+        } else {
+            thread::yield_now();
+        }
+    }
+}
+
+/// Does `work` on all items, in an order that is not determined, on all threads of the [`Team`] that this is called in. Items come with the
+/// number of their group, so that a group stays with one thread, whose caches know it.
+pub fn for_each<T: Send>(items: impl Iterator<Item = (usize, T)>, work: impl Fn(T) + Sync) {
+    let threads = rayon::current_thread_index().map_or(1, |_| rayon::current_num_threads());
+    if threads == 1 {
+        items.for_each(|(_, item)| work(item));
+        return;
+    }
+    let mut parts: Vec<Vec<T>> = (0..threads).map(|_| Vec::new()).collect();
+    items.for_each(|(group, item)| parts[group % threads].push(item));
+    let parts: Vec<Mutex<Vec<T>>> = parts.into_iter().map(Mutex::new).collect();
+    // First its own part, then those that others have not begun.
+    let take_parts = || {
+        let own = rayon::current_thread_index().unwrap_or(0);
+        for part in (own..threads).chain(0..own) {
+            let items = mem::take(&mut *parts[part].lock().unwrap_or_else(PoisonError::into_inner));
+            items.into_iter().for_each(&work);
+        }
+    };
+    let left = AtomicUsize::new(threads - 1);
+    rayon::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(|_| {
+                let _done = Done(&left);
+                take_parts();
+            });
+        }
+        take_parts();
+        help_until_none(&left);
+    });
+}
