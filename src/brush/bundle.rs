@@ -976,12 +976,18 @@ fn parts_of<'a>(field: &'a mut Field, groups: &[&mut Group], segments: usize) ->
 }
 
 impl Coupled for Coupling<'_> {
-    fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut gmres::Part) + Sync) {
+    fn precondition(
+        &mut self,
+        x: &mut Vector,
+        y: &mut Vector,
+        prepare: impl Fn(usize, &mut gmres::Part, &mut gmres::Part) + Sync,
+    ) {
         let parts = parts_of(self.displacements, &self.groups, self.segments);
-        let parts = self.groups.iter_mut().zip(x.chunks_mut(self.segments)).zip(parts).enumerate();
+        let vectors = x.chunks_mut(self.segments).zip(y.chunks_mut(self.segments));
+        let parts = self.groups.iter_mut().zip(vectors).zip(parts).enumerate();
         let parts = parts.map(|part| (part.1.0.0.index, part));
-        team::for_each(parts, |(number, ((group, x), displacements))| {
-            prepare(number, x);
+        team::for_each(parts, |(number, ((group, (x, y)), displacements))| {
+            prepare(number, x, y);
             group.equations.solve(x);
             group.displace(x, displacements);
         });

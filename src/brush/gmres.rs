@@ -1,5 +1,7 @@
 //! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between them.
 
+use std::ops::Range;
+
 use super::team;
 use crate::equations::{LANES, Lanes, Lanewise};
 
@@ -11,8 +13,8 @@ pub type Part = [[Lanes<LANES>; 2]];
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
-    /// `M⁻¹ x`, in place, once `prepare` has put the part of each group into `x`.
-    fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut Part) + Sync);
+    /// `M⁻¹ x`, in place, once `prepare` has put the part of each group into `x`, with that of `y`.
+    fn precondition(&mut self, x: &mut Vector, y: &mut Vector, prepare: impl Fn(usize, &mut Part, &mut Part) + Sync);
 
     /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each group, and one of `sums`.
     fn couple(
@@ -42,6 +44,8 @@ pub struct Division<'a> {
     pub groups: &'a [usize],
 }
 
+/// Share of the square of a vector below which the difference of squares is too inexact.
+const CANCELLED: f64 = 1e-4;
 /// The most vectors of the Krylov space.
 const MAX_VECTORS: usize = 60;
 
@@ -49,8 +53,9 @@ const MAX_VECTORS: usize = 60;
 /// Saad and Schultz (1986), preconditioned on the right by `M`. Returns the number of vectors, or none if it did not converge.
 ///
 /// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`. Vectors are made orthogonal by
-/// the classical method of Gram and Schmidt, which is as good for the few that are needed, and goes over them once. Sums go over groups
-/// in their order, so that they do not depend on the number of threads.
+/// the classical method of Gram and Schmidt, which is as good for the few that are needed, and goes over them once: what remains of one is
+/// known by Pythagoras' theorem, and is subtracted when it is needed. Sums go over groups in their order, so that they do not depend on
+/// the number of threads.
 pub fn solve(
     system: &mut impl Coupled,
     right_side: &mut Vector,
@@ -61,7 +66,7 @@ pub fn solve(
     krylov.sums.resize_with(division.groups.len(), Vec::new);
     let mut next = krylov.vector(0, right_side.len());
     next.clone_from(right_side);
-    let size = squares(&mut next, &mut krylov.sums, division, |_, _| ()).sqrt();
+    let size = norm(&mut next, &mut krylov.sums, division, |_, _| ());
     if size == 0.0 {
         return Some(0);
     }
@@ -73,30 +78,37 @@ pub fn solve(
     let mut rotations: Vec<[f64; 2]> = Vec::new();
     let mut remaining = vec![size];
     let mut rest = size;
+    // What is still to be subtracted from the next vector, by vector of the basis.
+    let mut projections: Vec<f64> = Vec::new();
     let at = |group: usize| group * division.blocks..(group + 1) * division.blocks;
     for step in 0..MAX_VECTORS {
         let mut image = krylov.vector(step + 1, right_side.len());
-        krylov.basis[step] = (next, 1.0 / rest);
         let Krylov { basis, preconditioned, sums } = krylov;
-        let basis = &basis[..=step];
-        let (newest, factor) = &basis[step];
-        system.precondition(&mut preconditioned[step], |group, part| {
-            for (value, newest) in part.iter_mut().zip(&newest[at(group)]) {
-                *value = newest.map(|newest| newest * splat(*factor));
+        let factor = 1.0 / rest;
+        system.precondition(&mut preconditioned[step], &mut next, |group, part, newest| {
+            subtract(newest, &projections, basis, at(group));
+            for (value, newest) in part.iter_mut().zip(newest) {
+                *value = newest.map(|newest| newest * splat(factor));
             }
         });
+        basis[step] = (next, factor);
+        let basis = &basis[..=step];
         system.couple(&mut image, sums, |group, part, sums| {
-            add_scaled(part, *factor, &newest[at(group)]);
+            add_scaled(part, factor, &basis[step].0[at(group)]);
             sums.clear();
             sums.extend(basis.iter().map(|(vector, factor)| factor * dot(&vector[at(group)], part)));
+            sums.push(dot(part, part));
         });
-        let mut column: Vec<f64> = (0..=step).map(|k| sums.iter().map(|sums| sums[k]).sum()).collect();
-        rest = squares(&mut image, sums, division, |group, part| {
-            for ((vector, factor), projection) in basis.iter().zip(&column) {
-                add_scaled(part, -projection * factor, &vector[at(group)]);
-            }
-        })
-        .sqrt();
+        let mut column: Vec<f64> = (0..step + 2).map(|k| sums.iter().map(|sums| sums[k]).sum()).collect();
+        let square = column.pop().expect("the last sum");
+        let left = square - column.iter().map(|projection| projection * projection).sum::<f64>();
+        projections.clone_from(&column);
+        rest = if left > CANCELLED * square {
+            left.sqrt()
+        } else {
+            let projections = std::mem::take(&mut projections);
+            norm(&mut image, sums, division, |group, part| subtract(part, &projections, basis, at(group)))
+        };
         for (k, [cos, sin]) in rotations.iter().enumerate() {
             let (upper, lower) = (column[k], column[k + 1]);
             column[k] = cos * upper + sin * lower;
@@ -161,8 +173,15 @@ impl Krylov {
     }
 }
 
-/// The sum of the squares of a vector, after `change` of each group's part.
-fn squares(
+/// Takes the projections on the vectors of the basis off a part, which is at `blocks` in them.
+fn subtract(part: &mut Part, projections: &[f64], basis: &[(Vector, f64)], blocks: Range<usize>) {
+    for ((vector, factor), projection) in basis.iter().zip(projections) {
+        add_scaled(part, -projection * factor, &vector[blocks.clone()]);
+    }
+}
+
+/// The size of a vector, after `change` of each group's part.
+fn norm(
     vector: &mut Vector,
     sums: &mut [Vec<f64>],
     division: Division<'_>,
@@ -174,7 +193,7 @@ fn squares(
         sums.clear();
         sums.push(dot(part, part));
     });
-    sums.iter().map(|sums| sums[0]).sum()
+    sums.iter().map(|sums| sums[0]).sum::<f64>().sqrt()
 }
 
 fn splat(value: f64) -> Lanes<LANES> {
@@ -224,8 +243,14 @@ mod tests {
     }
 
     impl Coupled for Dense {
-        fn precondition(&mut self, x: &mut Vector, prepare: impl Fn(usize, &mut Part) + Sync) {
-            x.chunks_mut(BLOCKS).enumerate().for_each(|(group, part)| prepare(group, part));
+        fn precondition(
+            &mut self,
+            x: &mut Vector,
+            y: &mut Vector,
+            prepare: impl Fn(usize, &mut Part, &mut Part) + Sync,
+        ) {
+            let parts = x.chunks_mut(BLOCKS).zip(y.chunks_mut(BLOCKS)).enumerate();
+            parts.for_each(|(group, (x, y))| prepare(group, x, y));
             self.solved = flat(x).iter().zip(&self.diagonal).map(|(x, diagonal)| x / diagonal).collect();
             *x = folded(&self.solved);
         }
