@@ -42,6 +42,12 @@ fn brush(around: f64, rows: usize, columns: Option<usize>) -> Settings {
     settings
 }
 
+/// The same with friction between filaments.
+fn rubbing(mut settings: Settings) -> Settings {
+    settings.brush.as_mut().expect("a brush").friction_coefficient = 0.3;
+    settings
+}
+
 /// Simulates the same several times, prints the least time, and returns it in s.
 fn time(name: &str, times: usize, settings: &Settings, threads: usize) -> (f64, BrushResult) {
     let runs = (0..times).map(|_| {
@@ -67,7 +73,9 @@ fn row() {
     }
     let contact = ContactSettings { friction_coefficient: 0.3, ..ContactSettings::default() };
     let rough = Settings { contact, ..brush(682.0, 1, Some(60)) };
-    time("row of 60 columns, µ = 0.3", 5, &rough, 1);
+    time("row of 60 columns, µ = 0.3 on the workpiece", 5, &rough, 1);
+    let (seconds, _) = time("row of 60 columns, µ = 0.3 between filaments", 5, &rubbing(brush(682.0, 1, Some(60))), 1);
+    println!("{:<58} {:>8.2}", "    friction between filaments, to none", seconds / per_filament[0] / 60.0);
     println!("{:<58} {:>8.2}", "    time per filament, 680 columns to 60", per_filament[2] / per_filament[0]);
 }
 
@@ -111,6 +119,8 @@ fn space() {
     tilted.brush.as_mut().expect("a brush").lateral_tilt_std_rad = 1e-3;
     let times = [1, 2].map(|threads| time("8 rows of 80 columns in space", 1, &tilted, threads).0);
     println!("{:<58} {:>8.2}", "    two threads", times[0] / times[1]);
+    let (seconds, _) = time("8 rows of 80 columns in space, µ = 0.3 between filaments", 1, &rubbing(tilted), 2);
+    println!("{:<58} {:>8.2}", "    friction between filaments, to none", seconds / times[1]);
     if let Some(memory) = peak_memory() {
         println!("{:<58} {memory:>5.0} MB", "    largest memory of this process so far");
     }

@@ -307,6 +307,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         &self.bristles
     }
 
+    /// The number of segments of a filament.
+    pub fn segments(&self) -> usize {
+        self.layout.segments
+    }
+
     /// Sets when each filament may meet the workpiece for the first time, in s.
     pub fn set_first_contacts(&mut self, times: Vec<f64>) {
         for (clearance, time) in self.clearances.iter_mut().zip(times) {
@@ -600,7 +605,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.presses.iter_mut().for_each(Vec::clear);
         while effort.newton_iterations < MOST {
             effort.newton_iterations += 1;
-            self.follow(motion, [base_q, base_v], weights);
+            self.follow(motion, [base_q, base_v], weights, effort.newton_iterations == 1);
             self.find_presses(motion.time, Some(weights));
             effort.factorisations += self.linearise(motion, weights);
             effort.krylov_vectors += self.solve_coupled(weights[0], FORCING).ok_or(NoConvergence)?;
@@ -619,8 +624,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Err(NoConvergence)
     }
 
-    /// Places the groups that are not solved yet by their accelerations.
-    fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2]) {
+    /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
+    fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2], is_first: bool) {
         let n = self.layout.segments;
         let Self { groups, positions, velocities, bristles, .. } = self;
         let Motion { time, q, v, accelerations } = motion;
@@ -634,7 +639,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(
             parts.enumerate(),
             |(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
-                if group.activity == Activity::Solved {
+                if group.activity == Activity::Solved || (group.activity == Activity::Rests && !is_first) {
                     return;
                 }
                 for (k, acceleration) in accelerations.iter().enumerate() {

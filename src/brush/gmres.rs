@@ -45,7 +45,7 @@ pub struct Division<'a> {
 }
 
 /// Share of the square of a vector below which the difference of squares is too inexact.
-const CANCELLED: f64 = 1e-4;
+const CANCELLED: f64 = 1e-2;
 /// The most vectors of the Krylov space.
 const MAX_VECTORS: usize = 60;
 

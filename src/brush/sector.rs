@@ -8,6 +8,7 @@ use super::field::Lane;
 use super::filaments::Mount;
 use super::gmres::Vector;
 use super::result::{BrushStatistics, ToolSample};
+use super::team;
 use super::words::{Reader, Writer};
 use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, Lanewise, PolarAxis};
@@ -216,20 +217,25 @@ impl Sector {
             return Err(Some(crossing));
         }
         let end = Stage::of(bundle, &stepper.end, balance.is_some());
-        for (index, account) in accounts.iter_mut().enumerate() {
+        let (bundle, begin) = (&*bundle, motion.time);
+        let observe = |index: usize, account: &mut Account| {
             let bristle = &bundle.bristles()[index];
-            let clamp = bristle.motion.at(motion.time + h);
+            let clamp = bristle.motion.at(begin + h);
             let n = bristle.chain.segments();
             let tip = bundle.node(index, n);
             let length = bristle.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
             let [.., tilt] = clamp.direction;
             let excursion = if tilt == 0.0 { 0.0 } else { ((tip[2] - clamp.position[2]) / (length * tilt)).abs() };
-            account.observe([&middle.loads[index], &end.loads[index]], [motion.time, h], [deflection, excursion]);
+            account.observe([&middle.loads[index], &end.loads[index]], [begin, h], [deflection, excursion]);
             if end.loads[index].edge_place > 0.0 {
                 account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
             }
-        }
+        };
+        let groups = accounts.chunks_mut(LANES).enumerate().map(|(group, accounts)| (group, (group, accounts)));
+        team::for_each(groups, |(group, accounts)| {
+            accounts.iter_mut().enumerate().for_each(|(lane, account)| observe(group * LANES + lane, account));
+        });
         for (stage, weight) in [(&middle, OTHERS), (&end, OTHERS + OWN)] {
             for (filaments, press) in &stage.presses {
                 pairs.entry(*filaments).or_default().add(press, h * weight);
@@ -587,10 +593,10 @@ impl Stepper {
         start: &Motion,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let own = OWN * h;
+        let (own, blocks) = (OWN * h, bundle.segments());
         let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
-        set_sum(base_v, &start.v, &[(own, &start.accelerations)]);
-        set_sum(base_q, &start.q, &[(own, &start.v), (own, base_v)]);
+        set_sum(blocks, base_v, &start.v, &[(own, &start.accelerations)]);
+        set_sum(blocks, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
         middle.time = start.time + MIDDLE * h;
         middle.accelerations.clone_from(&start.accelerations);
         bundle.solve_stage(middle, [base_q, base_v], [own * own, own], *tolerance)
@@ -603,10 +609,10 @@ impl Stepper {
         start: &Motion,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let (own, others) = (OWN * h, OTHERS * h);
+        let (own, others, blocks) = (OWN * h, OTHERS * h, bundle.segments());
         let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
-        set_sum(base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
-        set_sum(base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
+        set_sum(blocks, base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
+        set_sum(blocks, base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
         bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
@@ -618,15 +624,18 @@ impl Stepper {
     }
 }
 
-/// `start + Σ factor · vector`
-fn set_sum(result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
-    for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
-        for i in 0..2 {
-            let mut value = start[i];
-            for (factor, vector) in terms {
-                value = value + Lane::from_lanes(|_| *factor) * vector[k][i];
+/// `start + Σ factor · vector`, where a group has so many `blocks`.
+fn set_sum(blocks: usize, result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
+    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate();
+    team::for_each(groups.map(|(group, parts)| (group, (group * blocks, parts))), |(first, (result, start))| {
+        for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
+            for i in 0..2 {
+                let mut value = start[i];
+                for (factor, vector) in terms {
+                    value = value + Lane::from_lanes(|_| *factor) * vector[first + k][i];
+                }
+                block[i] = value;
             }
-            block[i] = value;
         }
-    }
+    });
 }
