@@ -51,6 +51,11 @@ pub struct Parameter {
     pub word: &'static str,
     /// True if the setting has no default.
     pub required: bool,
+    /// Path of the setting that this one states in another way, from other settings of the tool; empty if it is one itself. A file
+    /// gives one of the two, and the other follows.
+    pub instead_of: &'static str,
+    /// Other names under which people look for it.
+    pub also: &'static [&'static str],
     get: fn(&Settings) -> f64,
     set: fn(&mut Settings, f64),
 }
@@ -60,6 +65,12 @@ impl Parameter {
     #[must_use]
     pub fn find(path: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|parameter| parameter.path == path)
+    }
+
+    /// The settings of which a file gives exactly one, or at most one: this one, and those that state the same in another way.
+    pub fn group(&self) -> impl Iterator<Item = &'static Self> {
+        let path = if self.instead_of.is_empty() { self.path } else { self.instead_of };
+        PARAMETERS.iter().filter(move |parameter| parameter.path == path || parameter.instead_of == path)
     }
 
     /// The section of the input file that contains the setting.
@@ -119,6 +130,16 @@ impl Parameter {
 
     const fn or(mut self, word: &'static str) -> Self {
         self.word = word;
+        self
+    }
+
+    const fn also(mut self, names: &'static [&'static str]) -> Self {
+        self.also = names;
+        self
+    }
+
+    const fn instead_of(mut self, path: &'static str) -> Self {
+        self.instead_of = path;
         self
     }
 }
@@ -223,6 +244,8 @@ macro_rules! parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
             get: |settings| Scalar::into_f64(settings.$section.$key),
             set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
         }
@@ -237,8 +260,26 @@ macro_rules! parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
             get: |settings| settings.$section.$key(),
             set: |settings, value| settings.$section.$key = Some(value),
+        }
+    };
+    // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
+    ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        Parameter {
+            path: concat!(stringify!($section), ".", stringify!($key)),
+            unit: $unit,
+            symbol: $symbol,
+            name: $name,
+            range: $range,
+            word: "",
+            required: false,
+            instead_of: "",
+            also: &[],
+            get: Settings::$key,
+            set: Settings::$change,
         }
     };
 }
@@ -277,6 +318,8 @@ macro_rules! brush_parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
             get: |settings| settings.brush.as_ref().map_or_else(|| $get(&BrushSettings::default()), $get),
             set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
         }
@@ -285,9 +328,17 @@ macro_rules! brush_parameter {
 
 /// All scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
-    parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body").required(),
-    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush").required(),
-    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments"),
+    parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body")
+        .required()
+        .also(&["radius", "core_radius", "hub_radius", "rg"]),
+    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush").required().also(&["width", "breadth"]),
+    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments").also(&[
+        "count",
+        "filaments",
+        "number_of_filaments",
+        "bristles",
+        "nf",
+    ]),
     parameter!(
         tool.filament_count_uncertainty,
         "",
@@ -295,23 +346,45 @@ pub static PARAMETERS: &[Parameter] = &[
         "ΔN_f",
         "uncertainty of the number of filaments"
     ),
-    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments"),
+    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments")
+        .also(&["segment_count", "elements"]),
     parameter!(filament.length_m, "m", Range::real(Bound::Excluded(0.0), Bound::Included(100.0)), "l_f", "free length")
-        .required(),
-    parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required(),
+        .required()
+        .also(&["length", "free_length", "filament_length", "trim_length", "lf"]),
+    parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required().also(&[
+        "diameter",
+        "thickness",
+        "filament_diameter",
+    ]),
     parameter!(filament.tip_diameter_m(), "m", Range::POSITIVE, "", "diameter at the tip"),
     parameter!(filament.waviness_amplitude_m, "m", Range::between(-100.0, 100.0), "A", "amplitude of the waviness"),
     parameter!(filament.waviness_length_m(), "m", Range::POSITIVE, "λ", "length of a wave"),
     parameter!(filament.waviness_phase_rad, "rad", Range::between(-1e3, 1e3), "ψ", "phase of the waviness at the root"),
-    parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density"),
-    parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus"),
-    parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode"),
+    parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density").also(&["density", "rho"]),
+    parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus").also(&[
+        "modulus",
+        "e_modulus",
+        "elastic_modulus",
+        "young",
+        "youngs_modulus",
+        "stiffness_pa",
+    ]),
+    parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode")
+        .also(&["damping", "zeta"]),
     parameter!(filament.lateral_tilt_rad, "rad", Range::between(-1.0, 1.0), "τ", "tilt of the clamp towards +z"),
-    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness"),
+    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness").also(&[
+        "stiffness",
+        "contact_stiffness",
+        "kc",
+    ]),
     parameter!(contact.exponent, "", Range::between(1.0, 10.0), "p", "exponent of the penetration"),
     parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE, "χ", "contact damping"),
     parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE, "", "contact radius of a node"),
-    parameter!(contact.friction_coefficient, "", Range::between(0.0, 100.0), "µ", "coefficient of friction"),
+    parameter!(contact.friction_coefficient, "", Range::between(0.0, 100.0), "µ", "coefficient of friction").also(&[
+        "mu",
+        "friction",
+        "friction_coeff",
+    ]),
     parameter!(
         contact.friction_regularisation_m_s,
         "m/s",
@@ -319,7 +392,12 @@ pub static PARAMETERS: &[Parameter] = &[
         "v_reg",
         "sliding speed over which friction sets in"
     ),
-    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity"),
+    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity").also(&[
+        "feed",
+        "feed_rate",
+        "feed_speed",
+        "table_feed",
+    ]),
     parameter!(workpiece.offset_m, "m", Range::between(-1e3, 1e3), "", "offset of the workpiece along x"),
     parameter!(workpiece.included_angle_rad, "rad", Range::between(0.1, 3.1), "", "angle between the faces of an edge"),
     parameter!(workpiece.edge_radius_m, "m", Range::between(0.0, 1e3), "", "radius of the edges"),
@@ -327,12 +405,31 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(workpiece.chamfer_angle_rad, "rad", Range::between(0.05, 3.0), "", "angle of the chamfer"),
     parameter!(workpiece.radius_m, "m", Range::between(0.0, 1e3), "", "radius of the cylinder or bore"),
     parameter!(workpiece.degree, "", Range::whole(1.0, 10.0), "", "degree of the profile"),
-    parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity").required(),
-    parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
+    parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity")
+        .required()
+        .also(&["velocity", "tip_speed", "cutting_speed", "vb"]),
+    parameter!(
+        process.rotational_speed_rpm => set_rotational_speed_rpm,
+        "rpm",
+        Range::between(1e-3, 1e7),
+        "n_w",
+        "rotational speed"
+    )
+    .instead_of("process.brushing_velocity_m_s")
+    .also(&["rpm", "speed", "n", "spindle_speed", "rotation_speed", "revolutions", "omega"]),
+    parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required().also(&[
+        "depth",
+        "penetration",
+        "infeed",
+        "engagement",
+        "ae",
+        "depth_of_cut",
+    ]),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
     parameter!(process.turns, "", Range::whole(1.0, MAX_TURNS as f64), "", "turns of the tool").or(Turns::STEADY),
-    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance"),
+    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance")
+        .also(&["tolerance", "rtol"]),
     parameter!(solver.samples, "", Range::whole(2.0, 1e6), "", "samples of a written history"),
     parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE, "Δl_f", "standard deviation of the length"),
     parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE, "Δd", "standard deviation of the diameter"),
@@ -402,11 +499,20 @@ impl Settings {
     /// # Errors
     /// The first setting that is outside its range.
     pub fn check(&self) -> Result<(), Violation> {
-        for parameter in PARAMETERS {
-            parameter.check(parameter.get(self))?;
-        }
+        self.check_ranges()?;
         self.check_vectors()?;
         self.check_relations()
+    }
+
+    /// Checks every scalar setting on its own.
+    ///
+    /// # Errors
+    /// The first one that is outside its range.
+    pub fn check_ranges(&self) -> Result<(), Violation> {
+        PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.instead_of.is_empty())
+            .try_for_each(|parameter| parameter.check(parameter.get(self)))
     }
 
     fn check_vectors(&self) -> Result<(), Violation> {

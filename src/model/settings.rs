@@ -3,10 +3,13 @@
 //! The name of a field is its key in an input file, and the unit is part of the name (SI throughout, angles in radians). One
 //! table, [`crate::model::parameters::PARAMETERS`], has the ranges of all numbers. The crate `bristle-study` reads the file.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use crate::model::parameters::MAX_TURNS;
 use crate::model::record::Scalar;
+
+/// One revolution per minute in rad/s.
+const RPM_RAD_S: f64 = TAU / 60.0;
 
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,6 +81,17 @@ impl Settings {
     #[must_use]
     pub fn angular_velocity_rad_s(&self) -> f64 {
         self.process.brushing_velocity_m_s / self.tool_radius_m()
+    }
+
+    /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
+    #[must_use]
+    pub fn rotational_speed_rpm(&self) -> f64 {
+        self.angular_velocity_rad_s() / RPM_RAD_S
+    }
+
+    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions per minute.
+    pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
+        self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
 }
 

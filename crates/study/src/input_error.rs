@@ -64,6 +64,14 @@ pub enum Problem {
         /// Names of the sections.
         sections: Vec<&'static str>,
     },
+    /// Two keys that state the same.
+    #[error("`{key}` and `{other}` are both given")]
+    Both {
+        /// Dotted path of the one.
+        key: &'static str,
+        /// Dotted path of the other.
+        other: &'static str,
+    },
     /// A value that is not allowed for the key.
     #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]
     NotAllowed {
@@ -160,6 +168,13 @@ impl Source<'_> {
             excerpt,
             marked: mark_start..mark_end,
         }
+    }
+
+    /// The line at a byte.
+    pub(crate) fn line(&self, byte: usize) -> &str {
+        let byte = self.char_boundary(byte);
+        let start = self.text[..byte].rfind('\n').map_or(0, |newline| newline + 1);
+        self.text[start..].lines().next().unwrap_or_default()
     }
 
     /// The last character boundary at or before a byte.

@@ -22,6 +22,7 @@ pub mod input_error;
 pub mod journal;
 pub mod limited_work;
 pub mod measured;
+mod mistakes;
 mod origin;
 pub mod results;
 pub mod schema;

@@ -16,6 +16,16 @@ pub fn input_schema() -> String {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {
+        if !parameter.instead_of.is_empty() {
+            let description = format!(
+                "{}, in {}, instead of `{}`.",
+                capitalised(parameter.name),
+                parameter.unit,
+                parameter.instead_of
+            );
+            let property = json!({ "type": "number", "description": description });
+            schema["properties"][parameter.section()]["properties"][parameter.key()] = property;
+        }
         let number = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
         if let Value::Object(number) = number {
             state_limits(number, parameter);
@@ -44,6 +54,12 @@ fn settings_schema() -> Value {
         .into_generator()
         .into_root_schema_for::<Settings>()
         .to_value()
+}
+
+/// The words with a capital letter at the beginning.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
@@ -140,7 +156,8 @@ mod tests {
                 assert_eq!(parameter.required, required, "{path}");
             }
         }
-        assert_eq!(numbers, PARAMETERS.len());
+        // Those that state others in their own way are in files only.
+        assert_eq!(numbers, PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()).count());
     }
 
     #[test]
@@ -153,5 +170,6 @@ mod tests {
         let sweeps = &schema["properties"]["study"]["properties"];
         assert!(sweeps["penetration_depth_m"].is_object());
         assert!(sweeps["filament.segments"].is_object());
+        assert_eq!(schema["properties"]["process"]["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
     }
 }

@@ -229,7 +229,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
     };
     let staged = [
-        stage(METRICS, &|out| write_brush_metrics(out, &result))?,
+        stage(METRICS, &|out| write_brush_metrics(out, &settings, &result))?,
         stage(FILAMENTS, &|out| write_filaments(out, &result.filaments))?,
         stage(HISTORY, &|out| write_brush_history(out, &result.history))?,
         stage(CONTACTS, &|out| write_contacts(out, &result.pairs))?,

@@ -119,7 +119,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
     };
     let staged = [
-        stage(METRICS, &|out| write_metrics(out, &simulation))?,
+        stage(METRICS, &|out| write_metrics(out, &contact.settings, &simulation))?,
         stage(HISTORY, &|out| write_history(out, &contact.history))?,
         stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
         stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,

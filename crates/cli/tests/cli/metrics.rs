@@ -53,7 +53,7 @@ fn every_reader_shows_every_metric() {
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study);
-    assert_eq!(columns[3..3 + all.len()], all);
+    assert_eq!(columns[4..4 + all.len()], all);
 
     // metrics.json.
     let directory = tempfile::tempdir().expect("a temporary directory");
@@ -83,7 +83,7 @@ fn every_reader_shows_every_metric() {
     }
 
     // A map for each metric of the figures, a table for each headline.
-    assert_eq!(shown(&study, &results), (8, 4));
+    assert_eq!(shown(&study, &results), (8, 6));
 
     // With friction on an edge there are all of them.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
@@ -92,7 +92,7 @@ fn every_reader_shows_every_metric() {
     let results = run_study(&study, None, || {}).expect("threads");
     let optional = |column: &&Column<Metrics>| column.display.optional;
     assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 5);
-    assert_eq!(shown(&study, &results), (13, 5));
+    assert_eq!(shown(&study, &results), (13, 7));
 }
 
 /// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.

@@ -185,7 +185,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         "failed": results.iter().filter(|result| result.is_err()).count(),
         "axes": axes,
         "settings": settings(&study.settings(0), |parameter| {
-            study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter))
+            study.varies(parameter)
         }),
         "quantities": quantities,
         "brush": study.has_brush(),

@@ -3,11 +3,11 @@
 //! Cases are numbered in the order of the grid and made from their numbers when needed. A large study therefore needs no
 //! memory beyond its results.
 
-use bristle::model::parameters::Violation;
+use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::Settings;
 use thiserror::Error;
 
-use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText, TURNS};
+use super::sweep::{MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
@@ -21,6 +21,14 @@ pub enum StudyError {
     SweptTwice {
         /// Dotted path of the setting.
         path: &'static str,
+    },
+    /// Two sweeps name settings that state the same.
+    #[error("`{path}` and `{other}` cannot both be given: each follows from the other")]
+    BothSwept {
+        /// Dotted path of the later one.
+        path: &'static str,
+        /// Dotted path of the other.
+        other: &'static str,
     },
     /// The grid has too many points.
     #[error("the study has more than {MAX_CASES} cases")]
@@ -58,6 +66,10 @@ impl Study {
             let path = sweep.parameter().path;
             if sweeps[..index].iter().any(|other| other.parameter().path == path) {
                 return Err(StudyError::SweptTwice { path });
+            }
+            let twin = |other: &&Sweep| sweep.parameter().group().any(|same| same.path == other.parameter().path);
+            if let Some(other) = sweeps[..index].iter().find(twin) {
+                return Err(StudyError::BothSwept { path, other: other.parameter().path });
             }
             case_count = case_count
                 .checked_mul(sweep.values().len())
@@ -143,9 +155,44 @@ impl Study {
     #[must_use]
     pub fn settings(&self, case: usize) -> Settings {
         let mut settings = self.base.clone();
-        for (sweep, value) in self.sweeps.iter().zip(self.values(case)) {
-            sweep.parameter().set(&mut settings, value);
+        let values = || self.sweeps.iter().map(Sweep::parameter).zip(self.values(case));
+        let (others, own): (Vec<_>, Vec<_>) = values().partition(|(parameter, _)| !parameter.instead_of.is_empty());
+        // A setting that states another in its own way does so from those of this case.
+        for (parameter, value) in own.into_iter().chain(others) {
+            parameter.set(&mut settings, value);
         }
         settings
+    }
+
+    /// The setting by which the study states how fast the tool turns: its rotational speed, or the velocity of the tips.
+    #[must_use]
+    pub fn speed(&self) -> &'static Parameter {
+        let parameters = || self.sweeps.iter().map(Sweep::parameter);
+        let path = if parameters().any(|parameter| parameter.path == SPEED) { SPEED } else { VELOCITY };
+        Parameter::find(path).expect("the table has velocity and speed")
+    }
+
+    /// The value of a setting in a case: that of its sweep, or the one that follows from the others.
+    #[must_use]
+    pub fn value(&self, parameter: &Parameter, case: usize) -> f64 {
+        let swept = self.sweeps.iter().position(|sweep| std::ptr::eq(sweep.parameter(), parameter));
+        let stated = swept.and_then(|position| self.values(case).nth(position));
+        stated.unwrap_or_else(|| parameter.get(&self.settings(case)))
+    }
+
+    /// Whether a setting has different values in different cases, because it is swept or follows from one that is.
+    #[must_use]
+    pub fn varies(&self, parameter: &Parameter) -> bool {
+        let mut stride = self.case_count;
+        self.sweeps.iter().any(|sweep| {
+            let count = sweep.values().len();
+            stride /= count;
+            if std::ptr::eq(sweep.parameter(), parameter) {
+                return true;
+            }
+            let follows = parameter.group().count() > 1;
+            let value = |position: usize| parameter.get(&self.settings(position * stride));
+            follows && (1..count).any(|position| value(position) != value(0))
+        })
     }
 }

@@ -8,7 +8,7 @@ mod sweep;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
-pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, VELOCITY};
+pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
 
 pub(crate) use sweep::{SweepText, TURNS};
 

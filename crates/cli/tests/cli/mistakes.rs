@@ -1,0 +1,116 @@
+//! Natural mistakes in an input file: each message names the mistake, and says what to write.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+";
+
+/// A line of the file, what a user writes instead, and what the message says.
+const REFUSED: &[(&str, &str, &[&str])] = &[
+    // Other names.
+    ("brushing_velocity_m_s = 10.0", "rpm = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("brushing_velocity_m_s = 10.0", "speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("brushing_velocity_m_s = 10.0", "velocity = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    ("brushing_velocity_m_s = 10.0", "v_b = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    ("brushing_velocity_m_s = 10.0", "rotational_speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("penetration_depth_m = 1.0e-3", "depth = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    ("penetration_depth_m = 1.0e-3", "infeed = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    ("length_m = 0.040", "length = 0.04", &["did you mean `filament.length_m`?"]),
+    ("diameter_m = 1.18e-3", "diameter = 1.18e-3", &["did you mean `filament.diameter_m`?"]),
+    ("segments = 4", "E = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    ("segments = 4", "modulus = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    ("segments = 4", "mu = 0.3", &["did you mean `contact.friction_coefficient`?"]),
+    ("segments = 4", "density = 1110", &["did you mean `filament.density_kg_m3`?"]),
+    ("filament_count = 10500", "filaments = 10500", &["did you mean `tool.filament_count`?"]),
+    ("body_radius_m = 0.140", "radius_m = 0.14", &["did you mean `tool.body_radius_m`?"]),
+    // Other units in the key.
+    ("length_m = 0.040", "length_mm = 40", &["did you mean `filament.length_m`?", "1 mm is 0.001 m"]),
+    (
+        "penetration_depth_m = 1.0e-3",
+        "penetration_depth_mm = 1",
+        &["`process.penetration_depth_m`?", "1 mm is 0.001 m"],
+    ),
+    ("segments = 4", "youngs_modulus_gpa = 3", &["`filament.youngs_modulus_pa`?", "1 GPa is 1e9 Pa"]),
+    ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_min = 600", &["1 m/min is 0.01667 m/s"]),
+    ("segments = 4", "lateral_tilt_deg = 1", &["`filament.lateral_tilt_rad`?", "1° is 0.017453 rad"]),
+    // Numbers as people write them.
+    ("length_m = 0.040", "length_m = 0,03", &["write a decimal point instead of the comma: 0.03"]),
+    ("length_m = 0.040", "length_m = 30 mm", &["without a unit"]),
+    ("length_m = 0.040", "length_m = 30mm", &["without a unit"]),
+    ("length_m = 0.040", "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes"]),
+    ("length_m = 0.040", "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit"]),
+    ("length_m = 0.040", "length_m = \"0,03\"", &["`filament.length_m`", "decimal point"]),
+    ("length_m = 0.040", "length_m = .04", &["write a digit before the decimal point: 0.04"]),
+    ("filament_count = 10500", "filament_count = 10 500", &["write the number without gaps: 10500"]),
+    ("segments = 4", "segments = 4.5", &["`filament.segments` is 4.5", "a whole number"]),
+    // Both, neither, or impossible.
+    (
+        "brushing_velocity_m_s = 10.0",
+        "brushing_velocity_m_s = 10.0\nrotational_speed_rpm = 530",
+        &["`process.rotational_speed_rpm` and `process.brushing_velocity_m_s` are both given", "give one of them"],
+    ),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "",
+        &["`process.brushing_velocity_m_s` is missing", "you may give `rotational_speed_rpm`"],
+    ),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "rotational_speed_rpm = \"1200 rpm\"",
+        &["rotational_speed_rpm", "without a unit"],
+    ),
+    ("brushing_velocity_m_s = 10.0", "rotational_speed_rpm = 0", &["from 0.001 to 10000000, in rpm"]),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "rotational_speed_rpm = 5e6",
+        &["`process.rotational_speed_rpm` is 5000000.0", "`process.brushing_velocity_m_s`, which follows from it"],
+    ),
+];
+
+/// What `bristle simulate` says about a file, and its exit status.
+fn told(text: &str, options: &str) -> (String, Option<i32>) {
+    let directory = TempDir::new().expect("a temporary directory");
+    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+    let output = bristle(directory.path(), &format!("simulate case.toml --out results{options}")).output();
+    let output = output.expect("the program starts");
+    (String::from_utf8(output.stderr).expect("UTF-8"), output.status.code())
+}
+
+/// The place of the first line that contains a text.
+fn place(file: &str, text: &str) -> String {
+    let line = file.lines().position(|line| line.contains(text)).expect("the text is in the file") + 1;
+    format!("case.toml:{line}:")
+}
+
+#[test]
+fn the_message_names_the_mistake() {
+    for (right, wrong, parts) in REFUSED {
+        assert!(FILE.contains(right), "{right}");
+        let file = FILE.replacen(right, wrong, 1);
+        let (message, status) = told(&file, "");
+        assert_eq!(status, Some(2), "{wrong}\n{message}");
+        assert!(message.starts_with("error: ") && !message.contains("panicked"), "{wrong}\n{message}");
+        for part in *parts {
+            assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
+        }
+        let at = if wrong.is_empty() { "[process]" } else { wrong.lines().last().expect("a line") };
+        assert!(message.contains(&place(&file, at)), "{wrong}: no place in\n{message}");
+    }
+}
