@@ -1,7 +1,10 @@
 //! The tables that a study prints, made for a terminal 100 columns wide.
 
 use bristle::brush::{BrushResult, Stretch};
+use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, SPEED, Study, Sweep, VELOCITY};
@@ -107,6 +110,29 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
         text.push_str(&format!("{without} {cases} no band because the simulations of most sampled tools failed\n"));
     }
     text
+}
+
+/// The metrics of one contact, and below them the settings that have their defaults, for a terminal 80 columns wide.
+#[must_use]
+pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions) -> String {
+    let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
+    let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
+    let speeds = speeds.map(|parameter| {
+        let (heading, factor) = heading_of(parameter);
+        vec![heading.to_owned(), short(factor * parameter.get(settings)), parameter.name.to_owned()]
+    });
+    let headlines = Quantity::headlines(&results).map(|quantity| {
+        let readable = Readable::new(quantity.clone(), &results);
+        vec![readable.heading(""), readable.text(0), quantity.name.to_owned()]
+    });
+    let rows: Vec<Vec<String>> = speeds.chain(headlines).collect();
+    // Names begin at the left.
+    let longest = rows.iter().map(|row| row[2].chars().count()).max().unwrap_or(0);
+    let padded: Vec<Vec<String>> =
+        rows.into_iter().map(|row| vec![row[0].clone(), row[1].clone(), format!("{:longest$}", row[2])]).collect();
+    let lines: Vec<String> = aligned(&padded).iter().map(|line| line.trim_end().to_owned()).collect();
+    let table = lines.join("\n");
+    if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text()) }
 }
 
 /// A brush compared with one filament alone, for a terminal 80 columns wide.

@@ -29,6 +29,9 @@ const MISSING: &str = "missing field ";
 const FILE: &str = "file";
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
+/// The path of the number of filaments.
+const FILAMENT_COUNT: &str = "tool.filament_count";
+
 /// The section of the workpiece, with its key for a file of control points.
 const WORKPIECE: &str = "workpiece";
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
@@ -166,10 +169,10 @@ impl<'t> Document<'t> {
         self.build(&[]).map(|built| built.settings)
     }
 
-    /// The settings for evaluating a state without contact. The file need not state velocity and depth.
+    /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
-        // The evaluation does not depend on the two: any values that pass the checks will do.
-        const ANY: [(&str, &str); 2] = [(VELOCITY, "1.0"), (DEPTH, "1e-300")];
+        // The evaluation does not depend on them: any values that pass the checks will do.
+        const ANY: [(&str, &str); 3] = [(VELOCITY, "1.0"), (DEPTH, "1e-300"), (FILAMENT_COUNT, "1.0")];
         let is_absent = |parameter: &&Parameter| stated(&self.table, parameter).next().is_none();
         let absent = |path| Parameter::find(path).filter(is_absent);
         let overrides: Vec<Override<'_>> = ANY
@@ -177,6 +180,14 @@ impl<'t> Document<'t> {
             .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
             .collect();
         self.build(&overrides).map(|built| built.settings)
+    }
+
+    /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
+    #[must_use]
+    pub fn unstated(&self) -> Vec<&'static Parameter> {
+        let is_unstated =
+            |parameter: &&Parameter| parameter.decides_force && find(&self.table, parameter.path).is_none();
+        PARAMETERS.iter().filter(is_unstated).collect()
     }
 
     /// The path of the measured forces as the file states it, relative to the file's directory.
@@ -464,18 +475,14 @@ impl<'t> Document<'t> {
                 section = parameter.section();
                 advice.push_str(&format!("\n     [{section}]"));
             }
-            // All required settings have a unit.
             let line = format!("{} = {}", parameter.key(), parameter.format(parameter.get(&example)));
-            advice.push_str(&format!("\n     {line:30}  # {} in {}", parameter.name, parameter.unit));
+            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" in {}", parameter.unit) };
+            advice.push_str(&format!("\n     {line:30}  # {}{unit}", parameter.name));
         }
         for parameter in named() {
             let others: Vec<String> = parameter.group().skip(1).map(|other| format!("`{}`", other.key())).collect();
             if !others.is_empty() {
-                advice.push_str(&format!(
-                    "\n\n     Instead of `{}` you may give {}.",
-                    parameter.key(),
-                    others.join(" or ")
-                ));
+                advice.push_str(&format!("\n\n     Instead of `{}`: {}.", parameter.key(), others.join(" or ")));
             }
         }
         if named().any(|parameter| parameter.section() == PROCESS) {

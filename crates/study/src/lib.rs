@@ -12,6 +12,7 @@
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
+pub mod assumptions;
 pub mod brush;
 pub mod checkpoint;
 pub mod control_points;

@@ -238,7 +238,7 @@ mod tests {
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
              [process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
         );
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")

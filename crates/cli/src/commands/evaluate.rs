@@ -22,7 +22,7 @@ use crate::terminal::print;
 ///    "q": [1.57, -1.5], "v": [0, 50]}
 ///
 /// The length of q gives the number of segments. Contact is left out, so FILE.toml may omit
-/// velocity and depth.
+/// velocity, depth and number of filaments.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct EvaluateArgs {

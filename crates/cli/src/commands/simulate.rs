@@ -8,7 +8,9 @@ use bristle::simulation::{Pass, Sampling, Shape};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
+use bristle_report::tables::contact_table;
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
+use bristle_study::assumptions::Assumptions;
 use bristle_study::digest::digest;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
@@ -75,7 +77,8 @@ pub struct SimulateArgs {
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = read_input(&arguments.file)?;
     let name = arguments.file.to_string_lossy();
-    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    let document = read_document(&arguments.file, &text, &name)?;
+    let (settings, unstated) = (document.settings()?, document.unstated());
     if settings.brush.is_some() {
         say(ALONE);
     }
@@ -146,6 +149,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_contact(&arguments.out, &contact)?);
+    say(contact_table(&contact.settings, &simulation.metrics, &Assumptions::of_contact(&contact.settings, &unstated)));
     case_touch_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);

@@ -11,6 +11,7 @@ use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
@@ -133,12 +134,16 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
 
     let total = study.case_count();
     let text = measured.as_ref().map(|(text, _)| text.as_str());
-    let files = write_results(arguments, &study, &results, &courses, text)?;
+    let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
+    let files = write_results(arguments, &study, &results, &courses, &assumptions, text)?;
     let points = measured.map_or_else(Vec::new, |(_, points)| points);
     let drawn = draw_study(&arguments.out, &study, &results, &points, arguments.threads())?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
+        if !assumptions.list.is_empty() {
+            say(assumptions.text());
+        }
         say(format_args!("{total} cases in {seconds:.2} s"));
         files.iter().for_each(|path| say_written(path));
         say_drawn(&drawn);
@@ -226,6 +231,7 @@ fn write_results(
     study: &Study,
     results: &[CaseResult],
     courses: &[Course],
+    assumptions: &Assumptions,
     measured: Option<&str>,
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
@@ -245,7 +251,9 @@ fn write_results(
         staged.push(StagedFile::text(directory, MEASURED, text).map_err(unfinished)?);
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
-    staged.push(StagedFile::text(directory, REPORT, &page(&name, study, results, courses)).map_err(unfinished)?);
+    staged.push(
+        StagedFile::text(directory, REPORT, &page(&name, study, results, courses, assumptions)).map_err(unfinished)?,
+    );
     let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
     let has_measured = measured.is_some();

@@ -16,6 +16,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4
@@ -779,9 +781,9 @@ fn bad_settings_are_refused_with_key_and_line() {
         ("body_radius_m = 0.140", "body_radius_m = 0.0", "tool.body_radius_m"),
         ("body_radius_m = 0.140", "body_radius_m = nan", "tool.body_radius_m"),
         ("width_m = 0.020", "width_m = -0.02", "tool.width_m"),
-        ("width_m = 0.020", "width_m = 1\nfilament_cuont = 3", "`tool.filament_count`?"),
-        ("width_m = 0.020", "width_m = 1\nfilament_count = -1", "tool.filament_count"),
-        ("width_m = 0.020", "width_m = 1\nfilament_count_uncertainty = nan", "tool.filament_count_u"),
+        ("filament_count = 10500", "filament_cuont = 3", "`tool.filament_count`?"),
+        ("filament_count = 10500", "filament_count = -1", "tool.filament_count"),
+        ("filament_count_uncertainty = 600", "filament_count_uncertainty = nan", "tool.filament_count_u"),
         ("width_m = 0.020", "width_m = 1\nkind = \"cup\"", "tool.kind"),
         ("segments = 4", "segments = 0", "filament.segments"),
         ("segments = 4", "segments = -1", "filament.segments"),
@@ -982,7 +984,7 @@ fn messages_name_what_is_missing() {
         ("length_m = 0.040\n", "`filament.length_m` is missing", "[filament]"),
         ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
         (
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n",
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n",
             "the section [tool] is missing",
             "penetration_depth_m = {",
         ),

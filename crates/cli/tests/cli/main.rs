@@ -10,6 +10,7 @@ mod friction;
 mod hostile;
 mod metrics;
 mod mistakes;
+mod packing;
 mod resume;
 mod speed;
 mod stability;

@@ -7,6 +7,7 @@ use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::document::Document;
 use bristle_study::results::run_columns;
 use bristle_study::study::{CaseResult, Study, run_study};
@@ -18,6 +19,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4
@@ -64,7 +67,7 @@ fn every_reader_shows_every_metric() {
     assert!(all.iter().all(|key| metrics.contains_key(*key)), "{text}");
 
     // The page, the most prominent metrics first.
-    let page = page("case.toml", &study, &results, &[]);
+    let page = page("case.toml", &study, &results, &[], &Assumptions::default());
     let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     let data: Value = serde_json::from_str(data).expect("JSON");

@@ -62,6 +62,18 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("segments = 4", "segments = 4.5", &["`filament.segments` is 4.5", "a whole number"]),
     // Both, neither, or impossible.
     (
+        "filament_count = 10500",
+        "",
+        &[
+            "`tool.filament_count` is missing",
+            "filament_count = 10500.0        # number of filaments",
+            "Instead of `filament_count`: `filaments_per_m2` or `fill_factor`.",
+        ],
+    ),
+    ("filament_count = 10500", "fill_factor = 65", &["`tool.fill_factor` is 65.0", "greater than 0 and of at most 1"]),
+    ("filament_count = 10500", "filament_count = 10500\nfill_factor = 0.5", &["are both given", "give one of them"]),
+    ("filament_count = 10500", "filament_density = 5e5", &["did you mean `tool.filaments_per_m2`?"]),
+    (
         "brushing_velocity_m_s = 10.0",
         "brushing_velocity_m_s = 10.0\nrotational_speed_rpm = 530",
         &["`process.rotational_speed_rpm` and `process.brushing_velocity_m_s` are both given", "give one of them"],
@@ -69,7 +81,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     (
         "brushing_velocity_m_s = 10.0",
         "",
-        &["`process.brushing_velocity_m_s` is missing", "you may give `rotational_speed_rpm`"],
+        &["`process.brushing_velocity_m_s` is missing", "Instead of `brushing_velocity_m_s`: `rotational_speed_rpm`."],
     ),
     (
         "brushing_velocity_m_s = 10.0",
@@ -110,7 +122,8 @@ fn the_message_names_the_mistake() {
         for part in *parts {
             assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
         }
-        let at = if wrong.is_empty() { "[process]" } else { wrong.lines().last().expect("a line") };
+        let section = if right.starts_with("filament_count") { "[tool]" } else { "[process]" };
+        let at = if wrong.is_empty() { section } else { wrong.lines().last().expect("a line") };
         assert!(message.contains(&place(&file, at)), "{wrong}: no place in\n{message}");
     }
 }

@@ -538,7 +538,7 @@ mod tests {
 
     fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
         let text = format!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = 2\nlength_m = 0.040\n\
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nsegments = 2\nlength_m = 0.040\n\
              diameter_m = 1.18e-3\n[solver]\nrelative_tolerance = 1e-2\n[process]\nbrushing_velocity_m_s = 10.0\n\
              penetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
         );

@@ -13,6 +13,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
+use bristle_study::assumptions::{Assumption, Assumptions};
 use bristle_study::brush::Interaction;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
@@ -44,11 +45,17 @@ pub const MAX_CASES_SHOWN: usize = 20_000;
 const LONGEST_NAME: usize = 100;
 
 /// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
-/// order.
+/// order; `assumptions` are the settings that the file leaves to their defaults.
 #[must_use]
-pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> String {
+pub fn page(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    assumptions: &Assumptions,
+) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let data = data(name, study, results, courses).to_string();
+    let data = data(name, study, results, courses, assumptions).to_string();
     fill(
         TEMPLATE,
         &[
@@ -125,7 +132,7 @@ fn quantity<R: Record>(
     QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
 }
 
-fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> Value {
+fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], assumptions: &Assumptions) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData> = study
         .sweeps()
@@ -189,12 +196,27 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         }),
         "quantities": quantities,
         "brush": study.has_brush(),
+        "assumptions": assumptions_data(assumptions),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
         "errors": errors,
         "courses": courses,
     })
+}
+
+/// The settings that have their defaults, and what a change of each does.
+fn assumptions_data(assumptions: &Assumptions) -> Value {
+    let entry = |assumption: &Assumption| {
+        let &Assumption { parameter, value, changed, force_change } = assumption;
+        let &Parameter { path, symbol, name, unit, .. } = parameter;
+        json!({
+            "path": path, "symbol": symbol, "name": name, "unit": unit,
+            "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
+        })
+    };
+    let Assumptions { row, place, list } = assumptions;
+    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>() })
 }
 
 /// The order of metrics on the page: the most prominent first, with all those of the tool together.

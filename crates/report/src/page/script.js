@@ -110,6 +110,7 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
+showAssumptions(study.assumptions);
 showSettings(study.settings, settingText);
 showOrigin();
 // Without an address: the middle of the study, or a case with a course.
