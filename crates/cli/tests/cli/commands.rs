@@ -142,7 +142,8 @@ fn simulate_writes_metrics_and_history() {
     let text = workspace.read("one/metrics.json");
     let metrics: Value = serde_json::from_str(&text).expect("metrics.json is JSON");
     let metrics = metrics.as_object().expect("an object");
-    assert_eq!(metrics.len(), RESULTS.len() + 1);
+    // The two speeds come first.
+    assert_eq!(metrics.len(), RESULTS.len() + 3);
     assert_eq!(metrics["turn_contact_normal_impulses_n_s"], json!([metrics["contact_normal_impulse_n_s"]]));
     let mut last = 0;
     for key in RESULTS {
@@ -191,7 +192,7 @@ fn study_writes_one_row_per_case_in_grid_order() {
         .stderr(contains("6 cases in").and(contains("runs.csv")));
 
     let rows = workspace.read_rows("results/runs.csv");
-    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments"];
+    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"];
     let columns: Vec<&str> = settings.into_iter().chain(RESULTS).chain(["status"]).collect();
     assert_eq!(rows[0], columns);
     let cases: Vec<[&str; 4]> =
@@ -231,10 +232,10 @@ fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
         .success()
         .stderr(contains("segments").and(contains("µ")));
     let rows = workspace.read_rows("results/runs.csv");
-    assert_eq!(rows[0][2..4], ["segments", "contact.friction_coefficient"]);
+    assert_eq!(rows[0][2..5], ["segments", "rotational_speed_rpm", "contact.friction_coefficient"]);
     let segments: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
     assert_eq!(segments, ["3", "3", "3", "3", "3", "3", "5", "5", "5", "5", "5", "5"]);
-    assert!(rows[1..].iter().all(|row| row[3] == "0.1"));
+    assert!(rows[1..].iter().all(|row| row[4] == "0.1"));
 }
 
 #[test]
@@ -264,7 +265,7 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows.len(), 13);
     for (case, row) in rows[1..].iter().enumerate() {
-        let (status, results) = row[4..].split_last().expect("a status");
+        let (status, results) = row[5..].split_last().expect("a status");
         let failed = case < 6;
         assert_eq!(status != "ok", failed);
         assert!(results.iter().all(|cell| cell.is_empty() == failed));
@@ -482,7 +483,7 @@ fn measured_forces_are_compared_and_drawn() {
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");
-    let force: Vec<f64> = runs[1..].iter().map(|row| row[14].parse().expect("a force")).collect();
+    let force: Vec<f64> = runs[1..].iter().map(|row| row[15].parse().expect("a force")).collect();
     let rows = workspace.read_rows("results/measured_comparison.csv");
     assert_eq!(
         rows[0].join(","),

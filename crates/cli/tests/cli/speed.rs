@@ -70,8 +70,8 @@ fn a_study_of_the_speed_has_it_in_all_results() {
 
     let runs = fs::read_to_string(directory.path().join("results/runs.csv")).expect("runs.csv");
     let row = |row: usize| runs.lines().nth(row).expect("a row").split(',').take(4).collect::<Vec<_>>();
-    assert_eq!(row(0), ["brushing_velocity_m_s", "rotational_speed_rpm", "penetration_depth_m", "segments"]);
-    assert_eq!(row(2)[1..], ["1200.0", "0.001", "4"]);
+    assert_eq!(row(0), ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"]);
+    assert_eq!(row(2)[1..], ["0.001", "4", "1200.0"]);
     assert!((row(2)[0].parse::<f64>().expect("a number") - velocity(1200.0)).abs() < 1e-12);
 
     let figures = directory.path().join("results/figures");

@@ -23,9 +23,9 @@ use crate::uncertainty::ForceScatter;
 /// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
 pub const FIXED_COLUMNS: [(&str, &str); 4] = [
     ("brushing_velocity_m_s", VELOCITY),
-    ("rotational_speed_rpm", SPEED),
     ("penetration_depth_m", DEPTH),
     ("segments", "filament.segments"),
+    ("rotational_speed_rpm", SPEED),
 ];
 
 /// The key of the contact normal impulses of all turns. In a table they are one text, with spaces between them.
