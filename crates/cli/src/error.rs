@@ -46,6 +46,8 @@ pub enum CliError {
     Derive(#[from] DeriveError),
     #[error("{}: {error}", shown_path(path))]
     Comparison { path: PathBuf, error: Box<ComparisonError> },
+    #[error("{}: --strict refuses settings that are unusual\n{}", shown_path(path), warnings.join("\n"))]
+    Unusual { path: PathBuf, warnings: Vec<String> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
     /// The settings are not those of a brush that can be simulated.

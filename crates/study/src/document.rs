@@ -182,11 +182,16 @@ impl<'t> Document<'t> {
         self.build(&overrides).map(|built| built.settings)
     }
 
+    /// Whether the file states the setting at a dotted path, regardless of its sweeps.
+    #[must_use]
+    pub fn states(&self, path: &str) -> bool {
+        find(&self.table, path).is_some()
+    }
+
     /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
     #[must_use]
     pub fn unstated(&self) -> Vec<&'static Parameter> {
-        let is_unstated =
-            |parameter: &&Parameter| parameter.decides_force && find(&self.table, parameter.path).is_none();
+        let is_unstated = |parameter: &&Parameter| parameter.decides_force && !self.states(parameter.path);
         PARAMETERS.iter().filter(is_unstated).collect()
     }
 

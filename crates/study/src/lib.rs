@@ -25,6 +25,7 @@ pub mod limited_work;
 pub mod measured;
 mod mistakes;
 mod origin;
+pub mod plausibility;
 pub mod results;
 pub mod schema;
 pub mod slices;

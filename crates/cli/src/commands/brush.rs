@@ -17,6 +17,7 @@ use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_study::brush::Interaction;
 use bristle_study::digest::digest;
+use bristle_study::plausibility::unusual;
 use bristle_study::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
@@ -26,7 +27,8 @@ use clap::Args;
 
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, remove};
+use crate::input::InputArgs;
 use crate::pictures::{FIGURES, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
@@ -59,9 +61,8 @@ const FRAMES: u64 = 120;
 /// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
 #[derive(Args)]
 pub struct BrushArgs {
-    /// Input file, see `bristle schema`
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -105,18 +106,18 @@ impl BrushArgs {
     }
 
     fn refused(&self, error: BrushError) -> CliError {
-        CliError::BrushRefused { path: self.file.clone(), error: Box::new(error) }
+        CliError::BrushRefused { path: self.input.file.clone(), error: Box::new(error) }
     }
 }
 
 /// Runs the command.
 pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    let text = arguments.input.read()?;
+    let settings = text.document()?.settings()?;
     if settings.brush.is_none() {
-        return Err(CliError::NoBrush(arguments.file.clone()));
+        return Err(CliError::NoBrush(arguments.input.file.clone()));
     }
+    arguments.input.warn_of(&unusual(&settings))?;
     prepare_directory(&arguments.out)?;
     let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT]].concat();
     let _occupied = occupy(
@@ -160,7 +161,7 @@ fn simulate<'a>(
     let outcome = loop {
         match run.advance() {
             Ok(true) => {}
-            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.file, error)),
+            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.input.file, error)),
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
         }
         if run.columns() != columns {
@@ -244,7 +245,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         pairs: std::mem::take(&mut result.pairs),
         settings,
     };
-    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let name = arguments.input.file.file_name().unwrap_or(arguments.input.file.as_os_str()).to_string_lossy();
     let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
     say(brush_table(&result));

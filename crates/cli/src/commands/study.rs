@@ -16,13 +16,14 @@ use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Study, complete_study_sampled};
-use bristle_study::touch::study_touch_warnings;
+use bristle_study::touch::study_touch_warning;
 use bristle_study::turns::study_turns_warnings;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, relative_to, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, relative_to, remove};
+use crate::input::InputArgs;
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
 use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::Progress;
@@ -89,9 +90,8 @@ const LONGEST_FAILURE: usize = 400;
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct StudyArgs {
-    /// Input file, see `bristle schema`
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -115,12 +115,12 @@ impl StudyArgs {
 
 /// Runs the command.
 pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let document = read_document(&arguments.file, &text, &name)?;
+    let text = arguments.input.read()?;
+    let document = text.document()?;
     let study = document.study()?;
+    arguments.input.warn_of(study.unusual())?;
     let measured =
-        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
+        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.input.file, file))).transpose()?;
     prepare_directory(&arguments.out)?;
     let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
@@ -160,7 +160,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
     study_work_warning(&results).iter().for_each(say);
-    study_touch_warnings(&study, &results).iter().for_each(say);
+    study_touch_warning(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
     study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
@@ -235,7 +235,7 @@ fn write_results(
     measured: Option<&str>,
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
-    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let name = arguments.input.file.file_name().unwrap_or(arguments.input.file.as_os_str()).to_string_lossy();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
     let directory = &arguments.out;
     let mut runs = Vec::new();

@@ -96,6 +96,46 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
+/// A line of the file, what a user types instead, and what the warning says: the key, its value, what is usual, the likely slip.
+const UNUSUAL: &[(&str, &str, &[&str])] = &[
+    (
+        "length_m = 0.040",
+        "length_m = 30.0",
+        &["`filament.length_m` is 30 m", "from 0.002 to 0.5 m", "millimetres typed as metres"],
+    ),
+    ("body_radius_m = 0.140", "body_radius_m = 140", &["`tool.body_radius_m` is 140 m", "millimetres typed as metres"]),
+    ("segments = 4", "segments = 1", &["`filament.segments` is 1;", "from 4 to 200"]),
+    (
+        "segments = 4",
+        "segments = 4\nyoungs_modulus_pa = 1e6",
+        &["`filament.youngs_modulus_pa` is 1e6 Pa", "MPa typed as Pa"],
+    ),
+    (
+        "segments = 4",
+        "segments = 4\ndamping_ratio = 5",
+        &["`filament.damping_ratio` is 5;", "per cent typed as a ratio"],
+    ),
+    ("filament_count = 10500", "filament_count = 0", &["`tool.filament_count` is 0;", "from 1 to 1e6"]),
+    ("filament_count = 10500", "filament_count = 1e7", &["`tool.filament_count` is 1e7;", "from 1 to 1e6"]),
+    ("filament_count = 10500", "filament_count = 16000", &["`tool.filament_count` is 1.6e4;", "fit on the body"]),
+    ("diameter_m = 1.18e-3", "diameter_m = 8e-3", &["`filament.diameter_m` is 0.008 m", "from 2e-5 to 0.005 m"]),
+    (
+        "penetration_depth_m = 1.0e-3",
+        "penetration_depth_m = 0.03",
+        &["`process.penetration_depth_m` is 0.03 m", "far below filament.length_m = 0.04"],
+    ),
+    (
+        "[process]",
+        "[contact]\nfriction_coefficient = 30\n[process]",
+        &["`contact.friction_coefficient` is 30;", "per cent typed as a ratio"],
+    ),
+    (
+        "[process]",
+        "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.5\n[process]",
+        &["`workpiece.offset_m` is -0.5 m", "they never touch the workpiece"],
+    ),
+];
+
 /// What `bristle simulate` says about a file, and its exit status.
 fn told(text: &str, options: &str) -> (String, Option<i32>) {
     let directory = TempDir::new().expect("a temporary directory");
@@ -126,4 +166,44 @@ fn the_message_names_the_mistake() {
         let at = if wrong.is_empty() { section } else { wrong.lines().last().expect("a line") };
         assert!(message.contains(&place(&file, at)), "{wrong}: no place in\n{message}");
     }
+}
+
+#[test]
+fn what_is_unusual_is_told_and_refused_if_asked() {
+    let tables = FILE.to_owned() + "[solver]\nrelative_tolerance = 1e-3\n";
+    for (usual, unusual, parts) in UNUSUAL {
+        let file = tables.replacen(usual, unusual, 1);
+        let (message, status) = told(&file, " --strict");
+        assert_eq!(status, Some(2), "{unusual}\n{message}");
+        let refused = message.replace("\n         ", " ");
+        assert!(refused.starts_with("error: case.toml: --strict refuses"), "{unusual}\n{message}");
+        for part in *parts {
+            assert!(refused.contains(part), "{unusual}: no `{part}` in\n{message}");
+        }
+        assert!(message.lines().all(|line| line.chars().count() <= 80), "{message}");
+    }
+    // Without the option it is a warning.
+    let (message, status) = told(&tables.replacen("filament_count = 10500", "filament_count = 16000", 1), "");
+    assert!(status == Some(0) && message.starts_with("warning: `tool.filament_count` is 1.6e4;"), "{message}");
+    let (message, status) = told(&tables, " --strict");
+    assert!(status == Some(0) && !message.contains("usually"), "{message}");
+}
+
+#[test]
+fn a_study_tells_in_which_cases_something_is_unusual() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let sweeps = "[study]\npenetration_depth_m = [1e-3, 0.018]\n[solver]\nrelative_tolerance = 1e-3\n";
+    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
+    let output = bristle(directory.path(), "study case.toml --out results").output().expect("the program starts");
+    let message = String::from_utf8(output.stderr).expect("UTF-8").replace("\n         ", " ");
+    assert!(message.starts_with("warning: `process.penetration_depth_m` is 0.018 m;"), "{message}");
+    let statement = "This is so in 1 of 2 cases, first in row 2.";
+    assert!(message.contains(statement), "{message}");
+    for name in ["results/study.json", "results/report.html"] {
+        let text = fs::read_to_string(directory.path().join(name)).expect(name);
+        assert!(text.contains(statement), "{name}");
+    }
+    bristle(directory.path(), "plot results").assert().success();
+    let refused = bristle(directory.path(), "study case.toml --out strict --strict").assert().code(2);
+    assert!(!directory.path().join("strict").exists(), "{refused}");
 }

@@ -196,6 +196,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], a
         }),
         "quantities": quantities,
         "brush": study.has_brush(),
+        "warnings": study.unusual().iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
         "assumptions": assumptions_data(assumptions),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,

@@ -110,6 +110,7 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
+showWarnings(study.warnings);
 showAssumptions(study.assumptions);
 showSettings(study.settings, settingText);
 showOrigin();

@@ -34,6 +34,13 @@ function showSettings(settings, text) {
   document.getElementById("settings").replaceChildren(...tables);
 }
 
+/** Shows what is unusual about the settings. */
+function showWarnings(warnings) {
+  const list = document.getElementById("warnings");
+  list.hidden = warnings.length === 0;
+  list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning}`)));
+}
+
 /** Shows the settings that the input file leaves to their defaults, and what a change of each does to the tool force. */
 function showAssumptions({ row, place, list }) {
   if (list.length === 0) return;

@@ -8,6 +8,7 @@ use bristle::model::settings::Settings;
 use thiserror::Error;
 
 use super::sweep::{MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
+use crate::plausibility::{Unusual, unusual_in_study};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
@@ -53,6 +54,7 @@ pub struct Study {
     /// The sweeps from the slowest to the fastest.
     sweeps: Vec<Sweep>,
     case_count: usize,
+    unusual: Vec<Unusual>,
 }
 
 impl Study {
@@ -76,7 +78,7 @@ impl Study {
                 .filter(|&count| count <= MAX_CASES)
                 .ok_or(StudyError::TooManyCases)?;
         }
-        let study = Self { base, sweeps, case_count };
+        let mut study = Self { base, sweeps, case_count, unusual: Vec::new() };
         if study.scatters() {
             let samples = |case| study.settings(case).uncertainty.samples;
             if (0..case_count).map(samples).sum::<usize>() > MAX_TOOLS {
@@ -86,7 +88,14 @@ impl Study {
         for case in 0..case_count {
             check(&study.settings(case)).map_err(|violation| StudyError::Case { case, violation })?;
         }
+        study.unusual = unusual_in_study(&study);
         Ok(study)
+    }
+
+    /// The settings that are unusual in some case.
+    #[must_use]
+    pub fn unusual(&self) -> &[Unusual] {
+        &self.unusual
     }
 
     /// The settings that all cases share. Swept settings have some value here, usually their first.
