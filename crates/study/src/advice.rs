@@ -369,8 +369,13 @@ impl Adviser<'_> {
         let solved: Vec<&Cited> = faster.iter().flatten().collect();
         let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
         let least = highest(&solved[..below], |cell| -force(cell))?;
-        let falls =
-            format!("Above this speed it falls to {} at {} (row {})", self.newtons(least), least.speed, least.row);
+        let falls = format!(
+            "Above this {} it falls to {} at {} (row {})",
+            self.slice.x.word(),
+            self.newtons(least),
+            least.speed,
+            least.row
+        );
         Some(match solved.get(below) {
             Some(more) => {
                 let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", more.speed, more.row);

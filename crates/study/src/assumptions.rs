@@ -8,7 +8,7 @@ use bristle::simulation::simulate;
 
 use crate::stability::place;
 use crate::study::{CaseResult, Study};
-use crate::text::layout::{aligned, wrap};
+use crate::text::layout::{WARNING_WIDTH, aligned, wrap_at};
 use crate::text::number::short;
 
 /// By which share a setting is changed.
@@ -92,7 +92,12 @@ impl Assumptions {
         let rows: Vec<Vec<String>> = std::iter::once(heading).chain(self.list.iter().map(row)).collect();
         let mut text = aligned(&rows).join("\n") + "\n";
         let row = self.row.map_or_else(String::new, |row| format!(" (row {row})"));
-        wrap(&mut text, "  ", &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place));
+        wrap_at(
+            WARNING_WIDTH,
+            &mut text,
+            "  ",
+            &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place),
+        );
         text.truncate(text.trim_end().len());
         text
     }

@@ -553,7 +553,7 @@ mod tests {
         let error = |uncertainty: &str| error_at("1.0e-3", uncertainty);
         let damping = error("damping_ratio_std = 0.04");
         assert!(
-            damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:11:"),
+            damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:13:"),
             "{damping}"
         );
         assert!(error("length_std_m = 0.02\ndiameter_std_m = 1e-9").contains("`uncertainty.length_std_m` is 0.02"));
