@@ -7,9 +7,10 @@ use crate::commands::brush::BrushArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
+use crate::commands::merge::MergeArgs;
 use crate::commands::plot::PlotArgs;
 use crate::commands::simulate::SimulateArgs;
-use crate::commands::study::StudyArgs;
+use crate::commands::study::StudyCommandArgs;
 use crate::commands::validate::ValidateArgs;
 
 const EXAMPLES: &str = "\
@@ -46,7 +47,8 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 pub enum Command {
-    Study(StudyArgs),
+    Study(StudyCommandArgs),
+    Merge(MergeArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
     Evaluate(EvaluateArgs),

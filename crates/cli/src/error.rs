@@ -73,6 +73,12 @@ pub enum CliError {
         "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
     )]
     Unfinished { error: FileError, done: usize, total: usize },
+    #[error(
+        "{missing} of {total} cases are in none of the shards; those that are, are in `{}`\n   = help: simulate the missing shards \
+         and merge again, or simulate the missing cases by `bristle study` with the same --out",
+        shown_path(path)
+    )]
+    Incomplete { path: PathBuf, missing: usize, total: usize },
     /// The arguments are wrong. Its text begins with `error:` and shows how to call the program.
     #[error("{}", .0.render())]
     Call(clap::Error),

@@ -83,6 +83,8 @@ impl Assumptions {
         let row = |assumption: &Assumption| {
             let Assumption { parameter, value, changed, force_change } = assumption;
             let change = match force_change {
+                // Not a negative zero.
+                Some(change) if change.abs() < 5e-4 => "0.0 %".to_owned(),
                 Some(change) => format!("{:+.1} %", 100.0 * change),
                 None => "unknown".to_owned(),
             };

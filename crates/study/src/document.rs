@@ -11,7 +11,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
-use crate::mistakes::{other_unit, value_mistake};
+use crate::mistakes::{other_unit, value_mistake, without_unit};
+use crate::options::{self, Assignment};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
 use crate::uncertainty::check;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
@@ -95,8 +96,14 @@ struct SweepRange {
 impl<'t> Document<'t> {
     /// Reads a file's text. Errors use `name` for the file.
     pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
+        Self::parse_with(text, name, &[])
+    }
+
+    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if the file did. Errors about them name
+    /// the option `--set` as their place.
+    pub fn parse_with(text: &'t str, name: &'t str, options: &'t [String]) -> Result<Self, InputError> {
         let mut document = Self {
-            source: Source { name, text },
+            source: Source { name, text, options },
             table: DeTable::new(),
             study_span: 0..0,
             sweeps: Vec::new(),
@@ -113,6 +120,7 @@ impl<'t> Document<'t> {
             document.error(problem, span, &mistake.unwrap_or_else(|| usual.to_owned()))
         })?;
         document.table = root.into_inner();
+        document.take_options()?;
         for (name, section) in &document.table {
             if !section.get_ref().is_table() {
                 return Err(document.not_a_section(name, section));
@@ -131,6 +139,59 @@ impl<'t> Document<'t> {
         }
         document.control_points_file = document.take_control_points_file()?;
         Ok(document)
+    }
+
+    /// States what the options state.
+    fn take_options(&mut self) -> Result<(), InputError> {
+        for number in 0..self.source.options.len() {
+            let start = self.source.start_of_option(number);
+            let option = &self.source.options[number];
+            let there = |span: &Range<usize>| start + span.start..start + span.end;
+            let Some(assignment) = Assignment::of(option) else {
+                let problem = Problem::Unreadable { message: "an option needs a key and a value".to_owned() };
+                let advice = "as in --set process.rotational_speed_rpm=1200";
+                return Err(self.error(problem, there(&(0..option.len())), advice));
+            };
+            let Assignment { section, key, key_span, value_span, .. } = &assignment;
+            if section.is_empty() {
+                let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
+                let problem = Problem::UnknownKey { key: (*key).to_owned(), expected };
+                return Err(self.error(problem, there(key_span), &setting_meant(key)));
+            }
+            let value = assignment.parsed().map_err(|error| {
+                let problem = Problem::Unreadable { message: format!("not a TOML value: {}", error.message()) };
+                self.error(problem, there(value_span), &value_mistake(option).unwrap_or_default())
+            })?;
+            let parameter = Parameter::find(&format!("{section}.{key}"));
+            let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
+            let mut earlier = options.filter_map(|other| Parameter::find(&format!("{}.{}", other.section, other.key)));
+            let other = parameter.and_then(|parameter| {
+                let is_other = |same: &&Parameter| !std::ptr::eq(*same, parameter);
+                earlier.find(|other| parameter.group().filter(is_other).any(|same| std::ptr::eq(same, *other)))
+            });
+            if let (Some(parameter), Some(other)) = (parameter, other) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, there(key_span), "give one of them: each follows from the other"));
+            }
+            let spans = [there(key_span), there(value_span)];
+            options::state(&mut self.table, [section, key], value, spans);
+        }
+        Ok(())
+    }
+
+    /// The error about an option without effect on a study, which sweeps what it states.
+    fn check_options(&self) -> Result<(), InputError> {
+        for (number, option) in self.source.options.iter().enumerate() {
+            let Some(Assignment { section, key, key_span, .. }) = Assignment::of(option) else { continue };
+            let Some(parameter) = Parameter::find(&format!("{section}.{key}")) else { continue };
+            if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
+                let start = self.source.start_of_option(number);
+                let problem = Problem::Swept { key: parameter.path, swept: swept.path };
+                let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
+                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+            }
+        }
+        Ok(())
     }
 
     /// The path of a table of control points as the file states it, relative to the file's directory.
@@ -211,6 +272,7 @@ impl<'t> Document<'t> {
             let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
             return Err(self.error(problem, self.study_span.clone(), advice));
         }
+        self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
         let first_values: Vec<String> =
             self.sweeps.iter().map(|LocatedSweep { sweep, .. }| sweep.parameter().format(sweep.values()[0])).collect();
@@ -423,7 +485,11 @@ impl<'t> Document<'t> {
             let message = error.message();
             // The key comes first, and may be anything.
             let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
-            let expected = shown(expected, LONGEST_MESSAGE);
+            let section = key.split_once('.').map_or("", |(section, _)| section);
+            // Keys that state others in their own way are no fields of the settings.
+            let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
+            let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
+            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>();
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {
@@ -584,7 +650,10 @@ fn setting_meant(written: &str) -> String {
     }
     let lower = written.to_lowercase();
     let called = |parameter: &Parameter| {
-        parameter.symbol == written || parameter.also.contains(&lower.as_str()) || parameter.key() == lower
+        let names = [Some(lower.as_str()), without_unit(&lower)];
+        parameter.symbol == written
+            || parameter.key() == lower
+            || names.into_iter().flatten().any(|name| parameter.also.contains(&name))
     };
     let similarity = |parameter: &Parameter| {
         let similarity = if called(parameter) { 1.0 } else { strsim::jaro_winkler(&lower, parameter.key()) };

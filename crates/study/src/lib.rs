@@ -24,6 +24,7 @@ pub mod journal;
 pub mod limited_work;
 pub mod measured;
 mod mistakes;
+mod options;
 mod origin;
 pub mod plausibility;
 pub mod results;

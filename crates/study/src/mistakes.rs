@@ -26,6 +26,13 @@ pub(crate) fn other_unit(written: &str, meant: &str) -> String {
         .map_or_else(String::new, |(_, _, conversion)| format!(" {conversion}"))
 }
 
+/// A key without the unit at its end, if it has one.
+pub(crate) fn without_unit(key: &str) -> Option<&str> {
+    const OWN_UNITS: [&str; 8] = ["_kg_m3", "_n_m2", "_m_s", "_n_m", "_rpm", "_rad", "_pa", "_m"];
+    let units = OTHER_UNITS.iter().map(|(other, ..)| *other).chain(OWN_UNITS);
+    units.filter_map(|unit| key.strip_suffix(unit)).min_by_key(|bare| bare.len())
+}
+
 /// What is wrong with the number of a `line` that is not TOML, and what to write. `None` if it is none of the usual mistakes.
 pub(crate) fn value_mistake(line: &str) -> Option<String> {
     let (_, value) = line.split_once('=')?;

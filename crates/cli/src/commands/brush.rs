@@ -29,7 +29,7 @@ use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, remove};
 use crate::input::InputArgs;
-use crate::pictures::{FIGURES, draw_brush, is_picture_of_simulation, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written};
@@ -66,6 +66,8 @@ pub struct BrushArgs {
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
@@ -245,7 +247,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         pairs: std::mem::take(&mut result.pairs),
         settings,
     };
-    let name = arguments.input.file.file_name().unwrap_or(arguments.input.file.as_os_str()).to_string_lossy();
+    let name = arguments.input.short_name();
     let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
     say(brush_table(&result));
@@ -257,6 +259,6 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         remove(&arguments.out.join(name))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads())?);
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), arguments.figures)?);
     Ok(())
 }

@@ -13,6 +13,7 @@ pub mod brush;
 pub mod compare;
 pub mod derive;
 pub mod evaluate;
+pub mod merge;
 pub mod plot;
 pub mod simulate;
 pub mod study;
@@ -22,6 +23,7 @@ pub mod validate;
 pub fn run(command: Command) -> Result<ExitCode, CliError> {
     match command {
         Command::Study(arguments) => study::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),

@@ -23,7 +23,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::files::{StagedFile, occupy, prepare_directory, remove};
 use crate::input::InputArgs;
-use crate::pictures::{FIGURES, draw_contact, is_picture_of_simulation, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
 use crate::terminal::{say, say_written};
@@ -59,6 +59,8 @@ pub struct SimulateArgs {
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Number of rows in history.csv; overrides samples in [solver]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
@@ -149,7 +151,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_contact(&arguments.out, &contact)?);
+    say_drawn(&draw_contact(&arguments.out, &contact, arguments.figures)?);
     say(contact_table(&contact.settings, &simulation.metrics, &Assumptions::of_contact(&contact.settings, &unstated)));
     case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);

@@ -12,6 +12,7 @@ mod metrics;
 mod mistakes;
 mod packing;
 mod resume;
+mod scripting;
 mod speed;
 mod stability;
 mod turns;
