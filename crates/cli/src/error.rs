@@ -11,6 +11,7 @@ use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
 use bristle_study::advice::AdviceError;
+use bristle_study::explain::UnknownKey;
 use bristle_study::input_error::InputError;
 use bristle_study::results::DataError;
 use bristle_text::shown_path;
@@ -79,6 +80,12 @@ pub enum CliError {
         shown_path(path)
     )]
     Incomplete { path: PathBuf, missing: usize, total: usize },
+    #[error(transparent)]
+    UnknownKey(#[from] UnknownKey),
+    #[error("`{}` exists already: choose another name, or remove it", shown_path(.0))]
+    Exists(PathBuf),
+    #[error("without a terminal to ask at, state {0}")]
+    Unanswered(String),
     /// The arguments are wrong. Its text begins with `error:` and shows how to call the program.
     #[error("{}", .0.render())]
     Call(clap::Error),

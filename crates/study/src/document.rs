@@ -640,7 +640,7 @@ fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Stri
 
 /// A hint at the setting whose key is most similar to the last part of `written`, or that people call by this name. Empty if none is
 /// close. Keys in the wrong section are found, too.
-fn setting_meant(written: &str) -> String {
+pub(crate) fn setting_meant(written: &str) -> String {
     /// By how much more similar a key of another section must be.
     const OWN_SECTION: f64 = 0.1;
     let (section, written) = written.rsplit_once('.').unwrap_or(("", written));

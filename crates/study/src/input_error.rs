@@ -12,7 +12,7 @@ use crate::study::{StudyError, SweepError};
 /// Source lines longer than this are cut, so that they fit into a terminal of 80 columns.
 const LONGEST_LINE: usize = 72;
 /// Longest key and longest message of the parser, in characters.
-const LONGEST_KEY: usize = 80;
+pub(crate) const LONGEST_KEY: usize = 80;
 pub(crate) const LONGEST_MESSAGE: usize = 200;
 
 /// What is wrong with an input file, where, and what to do about it.

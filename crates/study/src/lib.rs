@@ -19,6 +19,8 @@ pub mod control_points;
 pub mod digest;
 pub mod document;
 pub mod edges;
+pub mod explain;
+pub mod first_file;
 pub mod input_error;
 pub mod journal;
 pub mod limited_work;

@@ -10,9 +10,22 @@ use crate::study::SHORT_NAMES;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 
+/// The section of the sweeps.
+const STUDY: &str = "study";
+
 /// The schema, with the limits of every number, as indented text.
 #[must_use]
 pub fn input_schema() -> String {
+    format!("{:#}\n", file_schema())
+}
+
+/// Whether the keys of a section are no settings: those of the sweeps are paths of settings.
+pub(crate) fn is_stated_elsewhere(section: &str) -> bool {
+    section == STUDY
+}
+
+/// The schema of an input file.
+pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {
@@ -36,7 +49,7 @@ pub fn input_schema() -> String {
     if let Value::Object(process) = &mut schema["properties"]["process"] {
         process.remove("required");
     }
-    schema["properties"]["study"] = study_schema();
+    schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
         "type": "string",
@@ -44,7 +57,7 @@ pub fn input_schema() -> String {
         "description": "Path of a CSV file with control points instead of `control_points_m`, relative to the directory of the input \
                         file, with the columns x_m, y_m.",
     });
-    format!("{schema:#}\n")
+    schema
 }
 
 /// The schema that follows from the structures alone.

@@ -5,6 +5,7 @@ mod program;
 mod advise;
 mod brush;
 mod commands;
+mod first;
 mod formats;
 mod friction;
 mod hostile;
