@@ -116,7 +116,7 @@ pub struct StudyArgs {
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
-    /// Discard DIR/journal.jsonl and simulate all cases again
+    /// Discard the results of an earlier call in DIR/journal.jsonl, and begin anew
     #[arg(long)]
     pub restart: bool,
     /// Print progress and summary to stdout as JSON objects, instead of tables

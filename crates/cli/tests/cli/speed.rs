@@ -95,7 +95,7 @@ fn a_study_of_the_speed_has_it_in_all_results() {
 
     let output = bristle(directory.path(), "advise results").assert().success();
     let advice = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
-    assert!(advice.starts_with("  row   n_w   a_e") && advice.contains(" rpm (row "), "{advice}");
+    assert!(advice.starts_with("  row   n_w   a_e") && advice.contains("lowest is 183.7 N at 600 rpm"), "{advice}");
     let heading = advice.lines().next().expect("a heading");
     assert!(["F_n,w", "M_w", "P_w"].map(|symbol| heading.find(symbol)).is_sorted(), "{advice}");
     let output = bristle(directory.path(), "advise results --json --max-velocity 15").assert().success();

@@ -62,7 +62,7 @@ fn turns_are_a_number_from_1_to_50_or_steady() {
         write(directory.path(), &format!("{HEAD}[study]\n\"process.turns\" = {wrong}\n"));
         let output = bristle(directory.path(), "study case.toml --out many").assert().failure().get_output().clone();
         let text = String::from_utf8(output.stderr).expect("UTF-8");
-        assert!(text.contains("case.toml:17:") && text.contains("process.turns") && text.contains(part), "{text}");
+        assert!(text.contains("case.toml:19:") && text.contains("process.turns") && text.contains(part), "{text}");
     }
 }
 
