@@ -199,7 +199,11 @@ impl View<'_> {
             return format!("band: 95 % of the tools with {}", scatter_text(&settings));
         }
         let settings = self.study.settings(self.slice.case(0, 0));
-        let [count, spread] = [settings.tool.filament_count, settings.tool.filament_count_uncertainty].map(short);
+        let tool = &settings.tool;
+        if tool.filament_count_uncertainty == 0.0 {
+            return "no band: the number of filaments is exact".to_owned();
+        }
+        let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
         format!("band: N_f = {count} ± {spread} (standard deviation)")
     }
 

@@ -546,10 +546,10 @@ function createOverview(study, grid, open) {
   };
 }
 
-/** A metric of a case with its unit, and with its uncertainty if known. */
+/** A metric of a case with its unit, and with its uncertainty if it has one. */
 function valueText(study, quantity, index) {
   const value = quantity.values[index];
-  if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale, quantity.digits);
+  if (quantity.key !== FORCE || !study.force_uncertainty[index]) return withUnit(value, quantity.scale, quantity.digits);
   // Two digits of the uncertainty, and the value to the same decimal.
   const { factor, unit } = quantity.scale;
   const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));

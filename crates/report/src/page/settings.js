@@ -38,7 +38,7 @@ function showSettings(settings, text) {
 function showWarnings(warnings) {
   const list = document.getElementById("warnings");
   list.hidden = warnings.length === 0;
-  list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning}`)));
+  list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning.replaceAll("`", "")}`)));
 }
 
 /** Shows the settings that the input file leaves to their defaults, and what a change of each does to the tool force. */
