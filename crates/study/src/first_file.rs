@@ -4,6 +4,7 @@ use bristle::model::parameters::Parameter;
 
 use crate::document::Document;
 use crate::input_error::InputError;
+use crate::study::without_rounding_noise;
 
 /// A question about a brush or a machine.
 #[derive(Debug)]
@@ -67,12 +68,11 @@ pub const QUESTIONS: [Question; 9] = [
 ];
 
 fn from_milli(value: f64) -> f64 {
-    // A division rounds once, so that 1.18 mm is 1.18e-3 m.
-    value / 1e3
+    without_rounding_noise(value / 1e3)
 }
 
 fn from_giga(value: f64) -> f64 {
-    value * 1e9
+    without_rounding_noise(value * 1e9)
 }
 
 fn as_it_is(value: f64) -> f64 {
@@ -101,7 +101,7 @@ pub fn first_file(answers: [f64; 9], name: &str) -> Result<String, InputError> {
     };
     let text = [
         format!(
-            "# An input file of Bristle. `bristle explain KEY` says what a key means, and `bristle explain` lists all.\n#\n\
+            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n\
              #   bristle simulate {name} --out contact     one contact, at the speed and depth in [process]\n\
              #   bristle study {name} --out results        all combinations of [study]\n\
              #   bristle advise results                    where the force is high\n"
@@ -120,7 +120,10 @@ pub fn first_file(answers: [f64; 9], name: &str) -> Result<String, InputError> {
         section("contact", &[("contact.friction_coefficient", friction), ("contact.stiffness_n_m", 1e5)]),
         section(
             "process",
-            &[("process.rotational_speed_rpm", rounded(speed / 2.0)), ("process.penetration_depth_m", rounded(depth / 2.0))],
+            &[
+                ("process.rotational_speed_rpm", rounded(speed / 2.0)),
+                ("process.penetration_depth_m", rounded(depth / 2.0)),
+            ],
         ),
         format!(
             "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n\

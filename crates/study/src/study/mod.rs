@@ -12,7 +12,7 @@ pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_samp
 pub use shard::{Shard, complete_shard};
 pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
 
-pub(crate) use sweep::{SweepText, TURNS};
+pub(crate) use sweep::{SweepText, TURNS, without_rounding_noise};
 
 #[cfg(test)]
 mod tests {

@@ -137,6 +137,6 @@ impl Sweep {
 }
 
 /// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not 0.30000000000000004.
-fn without_rounding_noise(value: f64) -> f64 {
+pub(crate) fn without_rounding_noise(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
