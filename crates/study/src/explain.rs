@@ -126,7 +126,7 @@ fn entry(schema: &Value, path: &str) -> String {
     tell("source", parameter.source);
     let others = |section: &str| parameter.section() == section;
     if !others("solver") && !others("uncertainty") {
-        tell("in [study]", &format!(" \"{path}\" = [ … ] sweeps it"));
+        tell("sweep", &format!("\"{path}\" = [ … ] under [study]"));
     }
     text
 }
@@ -147,6 +147,7 @@ fn default_of(property: &Value, parameter: Option<&Parameter>) -> String {
     }
     match &property["default"] {
         Value::Null => "none".to_owned(),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), short),
         value => value.to_string(),
     }
 }
@@ -176,7 +177,7 @@ mod tests {
         let both = explain("friction_coefficient").expect("two keys");
         assert!(both.contains("contact.friction_coefficient\n") && both.contains("brush.friction_coefficient\n"));
         let modulus = explain("youngs_modulus_pa").expect("a key");
-        assert!(modulus.contains("default  3000000000.0") && modulus.contains("source   chosen"), "{modulus}");
+        assert!(modulus.contains("default  3e9") && modulus.contains("source   chosen"), "{modulus}");
         let kind = explain("workpiece.kind").expect("a key");
         assert!(kind.contains("\"edge\"") && kind.contains("default  \"plane\""), "{kind}");
         let section = explain("filament").expect("a section");

@@ -1,9 +1,10 @@
 //! A first input file from a few answers: brush, filaments, and the limits of the machine.
 
 use bristle::model::parameters::Parameter;
+use bristle_text::shown;
 
 use crate::document::Document;
-use crate::input_error::InputError;
+use crate::input_error::{InputError, LONGEST_KEY};
 use crate::study::without_rounding_noise;
 
 /// A question about a brush or a machine.
@@ -80,49 +81,66 @@ fn as_it_is(value: f64) -> f64 {
 }
 
 /// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its question, with a study up to the machine's
-/// limits. `name` is that of the file.
+/// limits. A question without an answer has its default, and the file does not state it. `name` is that of the file.
 ///
 /// # Errors
 /// If the answers make no brush that can be simulated.
-pub fn first_file(answers: [f64; 9], name: &str) -> Result<String, InputError> {
-    let mut number = 0;
+///
+/// # Panics
+/// If there is no answer to a question without a default.
+pub fn first_file(answers: [Option<f64>; 9], name: &str) -> Result<String, InputError> {
+    let mut questions = QUESTIONS.iter();
     let [radius, width, filaments, length, diameter, modulus, friction, speed, depth] = answers.map(|answer| {
-        number += 1;
-        (QUESTIONS[number - 1].to_si)(answer)
+        let question = questions.next().expect("each answer has its question");
+        (question.to_si)(answer.or(question.default).expect("there is an answer or a default"))
     });
+    let [.., has_modulus, has_friction, _, _] = answers.map(|answer| answer.is_some());
     let count = if filaments < 1.0 { "tool.fill_factor" } else { "tool.filament_count" };
     let shares = |limit: f64, parts: u32| {
         let values = (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts)));
         values.map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ")
     };
-    let section = |name: &str, settings: &[(&str, f64)]| {
-        let lines: String = settings.iter().map(|&(path, value)| line(path, value)).collect();
-        format!("\n[{name}]\n{lines}")
+    // What nobody has answered is a comment: stated, it would pass for known.
+    let section = |name: &str, settings: &[(&str, f64, bool)]| {
+        let (known, unknown): (Vec<_>, Vec<_>) = settings.iter().partition(|(.., is_known)| *is_known);
+        let stated: String = known.into_iter().map(|&(path, value, _)| line(path, value)).collect();
+        let left_out: String =
+            unknown.into_iter().map(|&(path, value, _)| format!("# {}", line(path, value))).collect();
+        let what =
+            if left_out.is_empty() { "" } else { "# Defaults, which decide the force; state them if you know them:\n" };
+        format!("\n[{name}]\n{stated}{what}{left_out}")
     };
+    let shown_name = shown(name, LONGEST_KEY);
     let text = [
         format!(
             "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n\
-             #   bristle simulate {name} --out contact     one contact, at the speed and depth in [process]\n\
-             #   bristle study {name} --out results        all combinations of [study]\n\
+             #   bristle simulate {shown_name} --out contact     one contact, at the speed and depth in [process]\n\
+             #   bristle study {shown_name} --out results        all combinations of [study]\n\
              #   bristle advise results                    where the force is high\n"
         ),
-        section("tool", &[("tool.body_radius_m", radius), ("tool.width_m", width), (count, filaments)]),
+        section(
+            "tool",
+            &[("tool.body_radius_m", radius, true), ("tool.width_m", width, true), (count, filaments, true)],
+        ),
         section(
             "filament",
             &[
-                ("filament.length_m", length),
-                ("filament.diameter_m", diameter),
-                ("filament.youngs_modulus_pa", modulus),
-                ("filament.density_kg_m3", 1110.0),
-                ("filament.damping_ratio", 0.05),
+                ("filament.length_m", length, true),
+                ("filament.diameter_m", diameter, true),
+                ("filament.youngs_modulus_pa", modulus, has_modulus),
+                ("filament.density_kg_m3", 1110.0, false),
+                ("filament.damping_ratio", 0.05, false),
             ],
         ),
-        section("contact", &[("contact.friction_coefficient", friction), ("contact.stiffness_n_m", 1e5)]),
+        section(
+            "contact",
+            &[("contact.friction_coefficient", friction, has_friction), ("contact.stiffness_n_m", 1e5, false)],
+        ),
         section(
             "process",
             &[
-                ("process.rotational_speed_rpm", rounded(speed / 2.0)),
-                ("process.penetration_depth_m", rounded(depth / 2.0)),
+                ("process.rotational_speed_rpm", rounded(speed / 2.0), true),
+                ("process.penetration_depth_m", rounded(depth / 2.0), true),
             ],
         ),
         format!(
@@ -159,7 +177,8 @@ mod tests {
 
     #[test]
     fn answers_become_a_brush() {
-        let text = first_file([140.0, 20.0, 10_500.0, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0], "brush.toml");
+        let answers = [140.0, 20.0, 10_500.0, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
+        let text = first_file(answers, "brush.toml");
         let text = text.expect("the paper's brush");
         let document = Document::parse(&text, "brush.toml").expect("a document");
         let settings = document.settings().expect("settings");
@@ -167,12 +186,17 @@ mod tests {
         assert_eq!((settings.tool.filament_count, settings.filament.youngs_modulus_pa), (10_500.0, 3e9));
         assert!((settings.rotational_speed_rpm() - 750.0).abs() < 1e-9);
         assert_eq!(document.study().expect("a study").case_count(), 24);
-        assert!(document.unstated().is_empty(), "all that decides the force is stated");
+        let unstated = document.unstated();
+        let unstated: Vec<&str> = unstated.iter().map(|parameter| parameter.key()).collect();
+        assert_eq!(unstated, ["density_kg_m3", "damping_ratio", "stiffness_n_m"], "what was not asked is not stated");
         assert_eq!(crate::plausibility::unusual(&settings), []);
 
-        let packed = first_file([140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0], "brush.toml");
-        assert!(packed.expect("a brush").contains("fill_factor = 0.6 "));
-        let wrong = first_file([140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 50.0], "brush.toml");
+        let mut answers = [140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
+        answers[5] = None;
+        let packed = first_file(answers, "brush.toml").expect("a brush");
+        assert!(packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "), "{packed}");
+        answers[8] = Some(50.0);
+        let wrong = first_file(answers, "brush.toml");
         assert!(wrong.expect_err("too deep").to_string().contains("`process.penetration_depth_m`"));
     }
 }

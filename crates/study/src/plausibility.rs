@@ -159,7 +159,9 @@ mod tests {
 
     #[test]
     fn each_slip_is_told_once_by_its_key() {
-        let slips: [(&str, fn(&mut Settings)); 22] = [
+        /// The setting that is told, and a slip.
+        type Slip = (&'static str, fn(&mut Settings));
+        let slips: [Slip; 22] = [
             ("filament.length_m", |settings| settings.filament.length_m = 30.0),
             ("tool.body_radius_m", |settings| settings.tool.body_radius_m = 140.0),
             ("tool.width_m", |settings| settings.tool.width_m = 20.0),

@@ -49,6 +49,9 @@ pub(crate) fn file_schema() -> Value {
     if let Value::Object(process) = &mut schema["properties"]["process"] {
         process.remove("required");
     }
+    for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
+        state_choice(&mut schema["properties"][parameter.section()], parameter);
+    }
     schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
@@ -73,6 +76,28 @@ fn settings_schema() -> Value {
 fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// States that a section has exactly one of the settings that state the same, or at most one if it need not have any.
+fn state_choice(section: &mut Value, parameter: &Parameter) {
+    let keys: Vec<&str> = parameter.group().map(Parameter::key).collect();
+    let Value::Object(section) = section else { return };
+    if keys.len() < 2 {
+        return;
+    }
+    let is_required = match section.get_mut("required") {
+        Some(Value::Array(required)) => {
+            required.retain(|key| key != keys[0]);
+            true
+        }
+        _ => false,
+    };
+    let each: Vec<Value> = keys.iter().map(|key| json!({ "required": [key] })).collect();
+    if is_required {
+        section.insert("oneOf".to_owned(), json!(each));
+    } else {
+        section.insert("not".to_owned(), json!({ "required": keys }));
+    }
 }
 
 fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
@@ -183,6 +208,10 @@ mod tests {
         let sweeps = &schema["properties"]["study"]["properties"];
         assert!(sweeps["penetration_depth_m"].is_object());
         assert!(sweeps["filament.segments"].is_object());
-        assert_eq!(schema["properties"]["process"]["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
+        let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
+        assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
+        assert_eq!(process["not"]["required"], json!(["brushing_velocity_m_s", "rotational_speed_rpm"]));
+        assert_eq!(tool["required"], json!(["body_radius_m", "width_m"]));
+        assert_eq!(tool["oneOf"].as_array().map(Vec::len), Some(3));
     }
 }

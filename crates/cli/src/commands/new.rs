@@ -52,7 +52,7 @@ pub struct NewArgs {
 
 impl NewArgs {
     /// The answers that the options give, in the order of [`QUESTIONS`].
-    fn stated(&self) -> [Option<f64>; QUESTIONS.len()] {
+    fn stated(&self) -> Answers {
         [
             self.body_radius_mm,
             self.width_mm,
@@ -85,35 +85,31 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The answers to all questions; `None` stands for the default.
+type Answers = [Option<f64>; QUESTIONS.len()];
+
 /// The answers without a terminal.
-fn with_defaults(stated: [Option<f64>; QUESTIONS.len()]) -> Result<[f64; QUESTIONS.len()], CliError> {
+fn with_defaults(stated: Answers) -> Result<Answers, CliError> {
     let missing = QUESTIONS.iter().zip(stated).filter(|(question, stated)| stated.or(question.default).is_none());
     let missing: Vec<&str> = missing.map(|(question, _)| question.option).collect();
     if !missing.is_empty() {
         return Err(CliError::Unanswered(missing.join(", ")));
     }
-    let mut answers = [0.0; QUESTIONS.len()];
-    for ((answer, question), stated) in answers.iter_mut().zip(&QUESTIONS).zip(stated) {
-        *answer = stated.or(question.default).unwrap_or_default();
-    }
-    Ok(answers)
+    Ok(stated)
 }
 
 /// The answers of a user at a terminal.
-fn asked(stated: [Option<f64>; QUESTIONS.len()]) -> Result<[f64; QUESTIONS.len()], CliError> {
+fn asked(stated: Answers) -> Result<Answers, CliError> {
     let mut lines = io::stdin().lock().lines();
-    let mut answers = [0.0; QUESTIONS.len()];
-    for ((answer, question), stated) in answers.iter_mut().zip(&QUESTIONS).zip(stated) {
-        *answer = match stated {
-            Some(stated) => stated,
-            None => ask(question, &mut lines)?,
-        };
+    let mut answers = stated;
+    for (answer, question) in answers.iter_mut().zip(&QUESTIONS).filter(|(answer, _)| answer.is_none()) {
+        *answer = ask(question, &mut lines)?;
     }
     Ok(answers)
 }
 
-/// Asks until the answer is a number.
-fn ask(question: &Question, lines: &mut impl Iterator<Item = io::Result<String>>) -> Result<f64, CliError> {
+/// Asks until the answer is a number, or an empty line for the default.
+fn ask(question: &Question, lines: &mut impl Iterator<Item = io::Result<String>>) -> Result<Option<f64>, CliError> {
     loop {
         let default = question.default.map_or_else(String::new, |default| format!(" [{default}]"));
         say(format_args!("{}{default}:", question.words));
@@ -121,9 +117,9 @@ fn ask(question: &Question, lines: &mut impl Iterator<Item = io::Result<String>>
             return Err(CliError::Unanswered(question.option.to_owned()));
         };
         match (line.trim(), question.default) {
-            ("", Some(default)) => return Ok(default),
+            ("", Some(_)) => return Ok(None),
             (answer, _) => match answer.parse() {
-                Ok(answer) => return Ok(answer),
+                Ok(answer) => return Ok(Some(answer)),
                 Err(_) => say("please type a number, with a decimal point and without a unit"),
             },
         }

@@ -60,7 +60,7 @@ fn keys_are_explained() {
         "filament.youngs_modulus_pa\n",
         "unit     Pa",
         "from 1000 to 1000000",
-        "3000000000.0",
+        "default  3e9",
         "PA 6.12",
         "from 1e7 to 1e12",
     ] {
