@@ -51,7 +51,7 @@ pub fn default_rows(settings: &Settings) -> usize {
 
 /// Whether no filament that stays in its plane can touch one in another plane: all `rows` are regular, and farther apart than `reach` (m).
 pub fn has_separate_rows(settings: &Settings, rows: usize, reach: f64) -> bool {
-    let pattern = settings.brush.as_ref().map_or(Pattern::default(), |brush| brush.pattern);
+    let pattern = settings.brush_or_default().pattern;
     rows == 1 || (pattern != Pattern::Random && settings.tool.width_m / rows as f64 > reach)
 }
 
@@ -62,7 +62,7 @@ impl Arrangement {
     /// If there are more columns than the brush has, or if two roots are closer than `reach` (m), the least distance of filaments that do
     /// not overlap.
     pub fn new(settings: &Settings, columns: usize, reach: f64) -> Result<Self, BrushError> {
-        let BrushSettings { rows, pattern, ends, seed, .. } = settings.brush.clone().unwrap_or_default();
+        let BrushSettings { rows, pattern, ends, seed, .. } = settings.brush_or_default();
         let rows = rows.unwrap_or_else(|| default_rows(settings));
         let around = settings.tool.filament_count / rows as f64;
         if columns as f64 > around.floor() {

@@ -83,9 +83,26 @@ impl NodeLoads<Lane> for GroupLoads<'_> {
     }
 }
 
+/// What the filaments of a group meet, where they were placed.
+struct Surroundings<'a, M> {
+    bristles: &'a [Filament<M, Part>],
+    positions: &'a Field,
+    velocities: &'a Field,
+    presses: &'a [Vec<([usize; 2], Press)>],
+    incoming: &'a [Vec<[u32; 2]>],
+    candidates: &'a Candidates,
+    time: f64,
+}
+
+impl<M> Surroundings<'_, M> {
+    /// Position and velocity of a node.
+    fn node(&self, node: Node) -> [[f64; 3]; 2] {
+        [self.positions.at(node), self.velocities.at(node)]
+    }
+}
+
 /// The force of the workpiece on one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorkpieceLoad {
     /// `F_n` in N.
     pub normal: f64,
@@ -176,7 +193,6 @@ impl Clearance {
 
 /// The work of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Effort {
     /// Iterations of Newton's method.
     pub newton_iterations: usize,
@@ -199,6 +215,8 @@ pub struct Bundle<M> {
     bristles: Vec<Filament<M, Part>>,
     groups: Vec<Group>,
     law: PressLaw,
+    /// Whether there is friction, whose tangents change from iteration to iteration.
+    rubs: bool,
     layout: Layout,
     /// Rate at which the body turns about `z`, in rad/s.
     rate: f64,
@@ -210,6 +228,8 @@ pub struct Bundle<M> {
     residual: Vector,
     /// Where filaments press on each other, by the group of the point, with both filaments.
     presses: Vec<Vec<([usize; 2], Press)>>,
+    /// The same in the evaluation before.
+    earlier: Vec<Vec<([usize; 2], Press)>>,
     tangents: Vec<Vec<PressTangent>>,
     /// By group, which presses are on it: the group of the point, and the index there.
     incoming: Vec<Vec<[u32; 2]>>,
@@ -262,6 +282,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let field = Field::new(groups.len(), n);
         let share = if threads > 1 { groups.len().div_ceil(4 * threads) } else { groups.len() };
         Self {
+            rubs: law.friction > 0.0 || bristles.iter().any(|bristle| bristle.law.friction > 0.0),
             law,
             rate,
             candidates: Candidates::new(layout.clone()),
@@ -271,6 +292,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             forces: field,
             residual: vec![[Lane::from_lanes(|_| 0.0); 2]; groups.len() * n],
             presses: vec![Vec::new(); groups.len()],
+            earlier: vec![Vec::new(); groups.len()],
             tangents: vec![Vec::new(); groups.len()],
             incoming: vec![Vec::new(); groups.len()],
             loads: vec![WorkpieceLoad::default(); bristles.len()],
@@ -462,23 +484,47 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
     fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
         let n = self.layout.segments;
-        let Self { candidates, positions, velocities, presses, tangents, incoming, groups, law, division, .. } = self;
+        let Self {
+            candidates,
+            positions,
+            velocities,
+            presses,
+            earlier,
+            tangents,
+            incoming,
+            groups,
+            law,
+            division,
+            layout,
+            ..
+        } = self;
         candidates.update(positions, self.rate * time, division.share);
-        let lengths: Vec<f64> = (0..self.layout.filaments).map(|filament| candidates.length(filament)).collect();
         // By the motion of the positions: solutions multiply by its weight.
         let relative = weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]);
-        candidates.by_group().zip(&mut *presses).zip(&mut *tangents).with_min_len(division.share).for_each(
-            |((watched, presses), tangents)| {
+        std::mem::swap(presses, earlier);
+        candidates
+            .by_group()
+            .zip(&mut *presses)
+            .zip(&*earlier)
+            .zip(&mut *tangents)
+            .with_min_len(division.share)
+            .for_each(|(((watched, presses), earlier), tangents)| {
                 presses.clear();
+                let mut earlier = earlier.iter().peekable();
                 watched.for_each_near(positions, |filaments, near| {
-                    presses.push((filaments, Press::new(law, near, lengths[filaments[0]], [positions, velocities])));
+                    let mut press = Press::new(law, near, layout.part_length(filaments[0]), [positions, velocities]);
+                    let key = (filaments, near.point.key());
+                    while earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key).is_some() {
+                    }
+                    let before = earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) == key);
+                    before.into_iter().for_each(|(_, before)| press.follow(before));
+                    presses.push((filaments, press));
                 });
                 tangents.clear();
                 if let Some(relative) = relative {
                     tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, relative)));
                 }
-            },
-        );
+            });
         incoming.iter_mut().for_each(Vec::clear);
         for group in groups.iter_mut().filter(|group| group.activity == Activity::Coupled) {
             group.activity = Activity::Alone;
@@ -511,14 +557,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             candidates,
             ..
         } = self;
-        let fields = [&*positions, &*velocities];
+        let around = Surroundings { bristles, positions, velocities, presses, incoming, candidates, time };
         let parts = forces.0.chunks_mut(n + 1).zip(loads.chunks_mut(LANES)).zip(clearances.chunks_mut(LANES));
         for (group, ((forces, loads), clearances)) in groups.iter_mut().zip(parts) {
-            let mut forces = GroupField::new(group.index, n, forces);
-            forces.clear();
-            let mut met = [0; LANES];
-            group.meet_workpiece(bristles, fields, time, candidates, (loads, clearances), &mut forces, &mut met);
-            group.meet_others(presses, incoming, &mut forces, &mut met, n);
+            group.meet(&around, loads, clearances, &mut GroupField::new(group.index, n, forces));
         }
     }
 
@@ -575,6 +617,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         const FORCING: f64 = 0.02;
         let mut effort = Effort::default();
         self.begin_stage();
+        // A solution depends on nothing before its stage.
+        self.presses.iter_mut().for_each(Vec::clear);
         while effort.newton_iterations < MOST {
             effort.newton_iterations += 1;
             self.follow(motion, [base_q, base_v], weights);
@@ -639,11 +683,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             residual,
             division,
             candidates,
+            rubs,
             ..
         } = self;
-        let candidates = &*candidates;
-        let fields = [&*positions, &*velocities];
+        let &mut rubs = rubs;
         let Motion { time, q, v, accelerations } = motion;
+        let around = Surroundings { bristles, positions, velocities, presses, incoming, candidates, time: *time };
         groups
             .par_iter_mut()
             .zip(q.par_chunks(n).zip(v.par_chunks(n)).zip(accelerations.par_chunks(n)))
@@ -656,10 +701,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                     return 0;
                 }
                 let mut forces = GroupField::new(group.index, n, forces);
-                forces.clear();
-                let mut met = [0; LANES];
-                group.meet_workpiece(bristles, fields, *time, candidates, (loads, clearances), &mut forces, &mut met);
-                group.meet_others(presses, incoming, &mut forces, &mut met, n);
+                let met = group.meet(&around, loads, clearances, &mut forces);
                 if group.activity == Activity::Rests {
                     if met == [0; LANES] {
                         return 0;
@@ -669,10 +711,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 let state = [q, v, accelerations];
                 group.residual(state, forces.vectors(), residual);
                 let key = (weights.map(f64::to_bits), met);
-                let is_stale = group.factorised != Some(key);
+                let is_stale = group.factorised != Some(key) || (rubs && met != [0; LANES]);
                 if is_stale {
                     group.changes.clear(group.index);
-                    group.add_workpiece_changes(bristles, fields, *time, weights, loads);
+                    group.add_workpiece_changes(&around, weights, loads);
                     for tangent in &tangents[group.index] {
                         tangent.add_of_point(&mut group.changes);
                     }
@@ -771,29 +813,41 @@ impl Group {
         }
     }
 
+    /// Sums the forces on the filaments. Returns a number for each that tells sets of contacts apart; 0 if it touches nothing.
+    fn meet<M: ClampMotion>(
+        &self,
+        around: &Surroundings<'_, M>,
+        loads: &mut [WorkpieceLoad],
+        clearances: &mut [Clearance],
+        forces: &mut GroupField<'_>,
+    ) -> [u64; LANES] {
+        forces.clear();
+        let mut met = [0; LANES];
+        self.meet_workpiece(around, loads, clearances, forces, &mut met);
+        self.meet_others(around, forces, &mut met);
+        met
+    }
+
     /// Adds the forces of the workpiece, and what touches it to the numbers that tell sets of contacts apart.
-    #[allow(clippy::too_many_arguments, reason = "parts of a bundle")]
     fn meet_workpiece<M: ClampMotion>(
         &self,
-        bristles: &[Filament<M, Part>],
-        [positions, velocities]: [&Field; 2],
-        time: f64,
-        candidates: &Candidates,
-        (loads, clearances): (&mut [WorkpieceLoad], &mut [Clearance]),
+        around: &Surroundings<'_, M>,
+        loads: &mut [WorkpieceLoad],
+        clearances: &mut [Clearance],
         forces: &mut GroupField<'_>,
         met: &mut [u64; LANES],
     ) {
-        let n = self.equations.segments();
+        let (n, time) = (self.equations.segments(), around.time);
         for (lane, (load, clearance)) in loads.iter_mut().zip(clearances).enumerate() {
             let filament = self.first + lane;
-            let bristle = &bristles[filament];
+            let bristle = &around.bristles[filament];
             *load = WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() };
-            let way = candidates.way(filament);
+            let way = around.candidates.way(filament);
             if time < clearance.first_contact || clearance.is_sure(time, way) {
                 continue;
             }
             let node = |k: usize| Node::new(filament, k, n);
-            let nodes = |k: usize| [positions.at(node(k)), velocities.at(node(k))];
+            let nodes = |k: usize| around.node(node(k));
             for contact in 0..bristle.contacts() {
                 if contact < n {
                     // Most nodes are far away.
@@ -840,15 +894,10 @@ impl Group {
         }
     }
 
-    /// Adds the forces of other filaments.
-    fn meet_others(
-        &self,
-        presses: &[Vec<([usize; 2], Press)>],
-        incoming: &[Vec<[u32; 2]>],
-        forces: &mut GroupField<'_>,
-        met: &mut [u64; LANES],
-        segments: usize,
-    ) {
+    /// Adds the forces of other filaments, likewise.
+    fn meet_others<M>(&self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>, met: &mut [u64; LANES]) {
+        let segments = self.equations.segments();
+        let Surroundings { presses, incoming, .. } = around;
         let mut meet = |own: &Place, press: &Press| {
             let near = &press.near;
             let numbers = [near.point.segment.number(), near.nearest.segment.number(), near.point.fraction.to_bits()];
@@ -893,20 +942,18 @@ impl Group {
     /// How the forces of the workpiece on the filaments change with their motion.
     fn add_workpiece_changes<M: ClampMotion>(
         &mut self,
-        bristles: &[Filament<M, Part>],
-        [positions, velocities]: [&Field; 2],
-        time: f64,
+        around: &Surroundings<'_, M>,
         [by_position, by_rate]: [f64; 2],
         loads: &[WorkpieceLoad],
     ) {
-        let segments = self.equations.segments();
+        let (segments, time) = (self.equations.segments(), around.time);
         for (filament, load) in (self.first..self.first + self.count).zip(loads) {
             if load.pressing <= 0.0 {
                 continue;
             }
-            let bristle = &bristles[filament];
+            let bristle = &around.bristles[filament];
             let node = |k: usize| Node::new(filament, k, segments);
-            let nodes = |k: usize| [positions.at(node(k)), velocities.at(node(k))];
+            let nodes = |k: usize| around.node(node(k));
             for contact in 0..bristle.contacts() {
                 if contact < segments {
                     let [position, velocity] = nodes(contact + 1);

@@ -40,6 +40,11 @@ impl Layout {
         self.filaments.div_ceil(LANES)
     }
 
+    /// The length of a segment of a filament that a point stands for, in m.
+    pub fn part_length(&self, filament: usize) -> f64 {
+        self.lengths[filament] / self.points as f64
+    }
+
     /// Number of segments in a window: what lies within the reach on either side of the nearest one, or the whole filament.
     fn width(&self) -> usize {
         let shortest = self.lengths.iter().fold(f64::INFINITY, |shortest, length| shortest.min(*length));
@@ -198,11 +203,6 @@ impl Candidates {
     /// How far the nodes of a filament have gone relative to the body since the start, in m: that of the farthest at each time.
     pub fn way(&self, filament: usize) -> f64 {
         self.motion.farthest(filament)
-    }
-
-    /// The length of a segment of a filament that a point stands for, in m.
-    pub fn length(&self, filament: usize) -> f64 {
-        self.layout.lengths[filament] / self.layout.points as f64
     }
 }
 

@@ -191,6 +191,11 @@ pub struct Place {
 }
 
 impl Place {
+    /// Where it comes among the points of its group.
+    pub fn key(&self) -> (u64, u64) {
+        (self.segment.number(), self.fraction.to_bits())
+    }
+
     /// The shares of a force there on both ends of the segment.
     pub fn shares(&self) -> [f64; 2] {
         [1.0 - self.fraction, self.fraction]

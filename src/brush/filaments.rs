@@ -5,7 +5,7 @@ use spec_math::cephes64::ndtri;
 use crate::contact::ContactLaw;
 use crate::equations::{Clamp, Lanewise};
 use crate::model::filament;
-use crate::model::settings::{FilamentSettings, Settings, UncertaintySettings};
+use crate::model::settings::{FilamentSettings, Settings};
 use crate::simulation::{Filament, Pass};
 use crate::tool::{RoundTool, Tool, Turning};
 use crate::workpiece::Part;
@@ -61,41 +61,15 @@ fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
 
 /// Whether the filaments of a brush differ from each other.
 pub fn differ(settings: &Settings) -> bool {
-    let brush = settings.brush.clone().unwrap_or_default();
-    brush.lateral_tilt_std_rad > 0.0 || deviations(&settings.uncertainty).iter().any(|deviation| *deviation > 0.0)
-}
-
-/// The standard deviations of the constants that each filament has for itself.
-fn deviations(uncertainty: &UncertaintySettings) -> [f64; 7] {
-    let UncertaintySettings {
-        length_std_m,
-        diameter_std_m,
-        youngs_modulus_std_pa,
-        damping_ratio_std,
-        waviness_amplitude_std_m,
-        waviness_phase_std_rad,
-        friction_coefficient_std,
-        samples: _,
-        seed: _,
-        hold: _,
-    } = *uncertainty;
-    [
-        length_std_m,
-        diameter_std_m,
-        youngs_modulus_std_pa,
-        damping_ratio_std,
-        waviness_amplitude_std_m,
-        waviness_phase_std_rad,
-        friction_coefficient_std,
-    ]
+    settings.brush_or_default().lateral_tilt_std_rad > 0.0 || settings.uncertainty.scatters()
 }
 
 /// The settings of one filament of a brush: those of all, with its own deviations. Filaments that are not possible are drawn again.
 pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
     /// Draws before the mean is taken.
     const DRAWS: usize = 1000;
-    let brush = settings.brush.clone().unwrap_or_default();
-    let [length, diameter, modulus, damping, amplitude, phase, friction] = deviations(&settings.uncertainty);
+    let brush = settings.brush_or_default();
+    let [length, diameter, modulus, damping, amplitude, phase, friction] = settings.uncertainty.deviations();
     let mut normal = random_of(brush.seed, [root.column, root.row]);
     let mut own = settings.clone();
     own.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad * normal();

@@ -40,7 +40,7 @@ pub use bundle::Effort;
 pub use error::BrushError;
 pub use presses::PressLaw;
 pub use result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Stretch, ToolSample};
-pub use run::{BrushRun, RunOptions, memory_estimate};
+pub use run::{BrushRun, RunOptions, check_brush, memory_estimate};
 
 use crate::model::settings::Settings;
 

@@ -27,7 +27,7 @@ pub struct PressLaw {
 impl PressLaw {
     /// The law that `settings` state, or that of the defaults.
     pub fn of(settings: &Settings) -> Self {
-        let brush = settings.brush.clone().unwrap_or_default();
+        let brush = settings.brush_or_default();
         Self {
             stiffness: brush.stiffness_n_m2,
             damping: brush.damping_s_m,
@@ -127,6 +127,8 @@ struct Rub {
     speed: f64,
     /// Friction on `x`'s filament in N.
     force: [f64; 3],
+    /// The direction of sliding, as far as Newton's method knows it; see [`Press::follow`].
+    direction: [f64; 3],
 }
 
 impl Press {
@@ -165,11 +167,25 @@ impl Press {
                 .fold([0.0; 3], |sum, (&node, matrix)| add(sum, mul(matrix, velocities.at(node))));
             let sliding = sub(relative, scale(dot(normal, relative), normal));
             let speed = (dot(sliding, sliding) + law.regularisation.powi(2)).sqrt();
-            let force = scale(-law.friction * press.normal_force / speed, sliding);
+            let direction = scale(1.0 / speed, sliding);
+            let force = scale(-law.friction * press.normal_force, direction);
             press.dissipated -= dot(force, sliding);
-            press.rub = Some(Box::new(Rub { carried, sliding, speed, force }));
+            press.rub = Some(Box::new(Rub { carried, sliding, speed, force, direction }));
         }
         press
+    }
+
+    /// Takes the direction of sliding for the tangent from the iteration before, in which the point had the press `before`.
+    ///
+    /// Friction changes its sign over so small a speed that Newton's method would jump to and fro across it. Therefore the direction `w` is
+    /// an unknown of its own, of the equation `|v|_reg w = v` (Chan, Golub and Mulet 1999), whose linearisation about `before` gives `w`
+    /// here. The tangent has `(I − w vᵀ/|v|_reg)/|v|_reg`, and the force is that of `v` alone, so that solutions do not depend on `w`.
+    pub fn follow(&mut self, before: &Self) {
+        let (Some(rub), Some(before)) = (&mut self.rub, &before.rub) else { return };
+        let along = dot(before.sliding, sub(rub.sliding, before.sliding)) / before.speed;
+        let direction = scale(1.0 / before.speed, sub(rub.sliding, scale(along, before.direction)));
+        let size = dot(direction, direction).sqrt();
+        rub.direction = scale(1.0 / size.max(1.0), direction);
     }
 
     /// The ends of both segments among all nodes: those of `x`'s, then those of `y`'s.
@@ -237,17 +253,17 @@ impl Press {
         if self.near.is_inside {
             self.shift_nearest(by_position * elastic * rate_factor, &mut elastic_blocks);
         }
-        let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, .. }| {
+        let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, direction, .. }| {
             let viscous = law.friction * self.normal_force * by_rate / speed;
             Box::new(RubTangent {
                 carried,
                 by_velocity: std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
-                        let turning = sliding[i] * sliding[j] / (speed * speed);
+                        let turning = direction[i] * sliding[j] / speed;
                         -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
                     })
                 }),
-                by_normal: scale(law.friction * fall / speed, sliding),
+                by_normal: scale(law.friction * fall, direction),
                 normal,
                 shares: self.shares(),
             })

@@ -51,12 +51,13 @@ struct Precision {
 }
 
 impl Precision {
-    /// A step that changes the mean impulse by less than the relative `tolerance` (docs/integrators.md): shorter where the nominal
-    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there.
-    fn of(tolerance: f64, contact_length: f64, filament_length: f64) -> Self {
-        let share = (tolerance / 1e-3).powf(2.0 / 3.0);
+    /// A step that changes the mean impulse by less than the relative `brush.tolerance` (docs/integrators.md): shorter where the nominal
+    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there, and where filaments rub on each other.
+    fn of(brush: &BrushSettings, contact_length: f64, filament_length: f64) -> Self {
+        let share = (brush.tolerance / 1e-3).powf(2.0 / 3.0);
         let short = (contact_length / (0.9 * filament_length)).clamp(0.3, 1.0).powf(1.5);
-        Self { step: 2e-4 * share * short, newton: 3e-4 * share }
+        let rubbing = if brush.friction_coefficient > 0.0 { 0.8 } else { 1.0 };
+        Self { step: 2e-4 * share * short * rubbing, newton: 3e-4 * share }
     }
 }
 
@@ -71,10 +72,9 @@ pub struct BrushRun {
     brush: BrushSettings,
     pass: Pass,
     arrangement: Arrangement,
-    /// Filaments that are coupled, with their numbers in the arrangement.
-    sectors: Vec<(Vec<usize>, Sector)>,
-    /// Which filaments are like which simulated ones, by their number in the arrangement.
-    likes: Vec<usize>,
+    sectors: Vec<(Group, Sector)>,
+    /// By filament: the number of its sector, and of the filament in it that it is like.
+    places: Vec<[usize; 2]>,
     options: RunOptions,
     threads: Option<ThreadPool>,
     begin: f64,
@@ -91,12 +91,65 @@ pub struct BrushRun {
     has_settled: bool,
 }
 
-/// Numbers of columns and rows of the brush that `settings` state.
-fn size(settings: &Settings, pass: &Pass) -> [usize; 2] {
-    let brush = settings.brush.clone().unwrap_or_default();
-    let rows = brush.rows.unwrap_or_else(|| super::arrangement::default_rows(settings));
-    let columns = brush.columns.unwrap_or_else(|| stretch::default_columns(settings, pass, rows));
-    [columns, rows]
+/// A sector that can be simulated, before its filaments are made.
+struct Draft {
+    pass: Pass,
+    arrangement: Arrangement,
+    /// Whether no filament leaves its plane of rotation or touches one in another plane.
+    is_planar: bool,
+    /// Number of contact points of a segment.
+    points: usize,
+    /// Memory that its simulation needs at most, in bytes, without frames.
+    memory: u64,
+}
+
+impl Draft {
+    /// The sector that `settings` state, with another number of columns if one is given. It may need `memory` (bytes).
+    fn new(settings: &Settings, columns: Option<usize>, memory: Option<u64>) -> Result<Self, BrushError> {
+        if !lanes_are_compiled() {
+            return Err(BrushError::NoLanes);
+        }
+        let brush = settings.brush_or_default();
+        let pass = Pass::new(settings);
+        if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
+            return Err(BrushError::Hold);
+        }
+        let rows = brush.rows.unwrap_or_else(|| arrangement::default_rows(settings));
+        let columns = columns.or(brush.columns).unwrap_or_else(|| stretch::default_columns(settings, &pass, rows));
+        if columns == 0 {
+            return Err(BrushError::NoFilament);
+        }
+        let n = settings.filament.segments;
+        let length = settings.filament.length_m / n as f64;
+        let points =
+            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
+        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+        let is_planar = pass.form() == Form::Planar
+            && brush.lateral_tilt_std_rad == 0.0
+            && arrangement::has_separate_rows(settings, rows, diameter);
+        // Rows that are alike are simulated once.
+        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
+        let count = columns.saturating_mul(distinct);
+        let needed = memory_estimate(count, n, points);
+        if let Some(limit) = memory.filter(|limit| needed > *limit) {
+            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
+        }
+        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        Ok(Self { pass, arrangement, is_planar, points, memory: needed })
+    }
+}
+
+/// Checks that the filaments of the brush that `settings` state can be arranged, without simulating them, and that the simulation needs
+/// at most `memory` (bytes). Returns the memory that it needs at most, in bytes, without frames.
+///
+/// # Errors
+/// Those of [`BrushRun::new`], except that filaments which go through each other because of tilts or waviness
+/// ([`BrushError::Tangled`]) are not looked for.
+///
+/// # Panics
+/// If the settings fail [`Settings::check`].
+pub fn check_brush(settings: &Settings, memory: Option<u64>) -> Result<u64, BrushError> {
+    Draft::new(settings, None, memory).map(|draft| draft.memory)
 }
 
 impl BrushRun {
@@ -113,42 +166,13 @@ impl BrushRun {
 
     /// The same with another number of columns than that which the settings state, or the default.
     fn of_columns(settings: &Settings, options: RunOptions, columns: Option<usize>) -> Result<Self, BrushError> {
-        if !lanes_are_compiled() {
-            return Err(BrushError::NoLanes);
-        }
-        let brush = settings.brush.clone().unwrap_or_default();
-        let pass = Pass::new(settings);
-        if filaments::differ(&Settings { brush: None, ..settings.clone() })
-            && settings.uncertainty.hold != Hold::Machine
-        {
-            return Err(BrushError::Hold);
-        }
-        let [default, rows] = size(settings, &pass);
-        let columns = columns.unwrap_or(default);
-        if columns == 0 {
-            return Err(BrushError::NoFilament);
-        }
-        let n = settings.filament.segments;
-        let length = settings.filament.length_m / n as f64;
-        let points =
-            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
-        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
-        let is_planar = pass.form() == Form::Planar
-            && brush.lateral_tilt_std_rad == 0.0
-            && arrangement::has_separate_rows(settings, rows, diameter);
-        // Rows that are alike are simulated once.
-        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
-        let count = columns.saturating_mul(distinct);
-        let needed = memory_estimate(count, n, points);
-        if let Some(limit) = options.memory.filter(|limit| needed > *limit) {
-            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
-        }
-        let arrangement = Arrangement::new(settings, columns, diameter)?;
+        let brush = settings.brush_or_default();
+        let Draft { pass, arrangement, is_planar, points, .. } = Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
-        let (groups, likes) = coupled(&arrangement, is_planar, filaments::differ(settings));
+        let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
-        let precision = Precision::of(brush.tolerance, contact_length, settings.filament.length_m);
+        let precision = Precision::of(&brush, contact_length, settings.filament.length_m);
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
@@ -164,13 +188,13 @@ impl BrushRun {
             options,
         };
         let mut sectors = Vec::new();
-        for members in groups {
-            let sector = plan.sector(&members);
+        for group in groups {
+            let sector = plan.sector(&group.members);
             if let Some(pair) = crossing(sector.bundle()) {
-                let place = |index: usize| arrangement.roots[members[index]].place();
+                let place = |index: usize| arrangement.roots[group.members[index]].place();
                 return Err(BrushError::Tangled { pair: pair.map(place) });
             }
-            sectors.push((members, sector));
+            sectors.push((group, sector));
         }
         let pool = match options.threads {
             0 | 1 => None,
@@ -185,7 +209,7 @@ impl BrushRun {
             brush,
             arrangement,
             sectors,
-            likes,
+            places,
             options,
             threads: pool,
             begin,
@@ -249,25 +273,24 @@ impl BrushRun {
     /// Goes on to a step.
     fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
         let (begin, length, from) = (self.begin, self.length, self.done);
-        let advance = |(_, sector): &mut (Vec<usize>, Sector)| -> Result<Vec<ToolSample>, _> {
+        let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
             (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
         let results: Vec<_> = match &self.threads {
             Some(threads) => threads.install(|| self.sectors.par_iter_mut().map(advance).collect()),
             None => self.sectors.iter_mut().map(advance).collect(),
         };
-        let weights = self.weights();
         let mut sum: Vec<ToolSample> = Vec::new();
-        for ((members, _), (result, weight)) in self.sectors.iter().zip(results.into_iter().zip(weights)) {
+        for ((group, _), result) in self.sectors.iter().zip(results) {
             let samples = result.map_err(|failure| {
-                let place = |index: usize| self.arrangement.roots[members[index]].place();
+                let place = |index: usize| self.arrangement.roots[group.members[index]].place();
                 match failure.crossing {
                     Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
                     None => BrushError::NoConvergence { time: failure.time },
                 }
             })?;
             sum.resize_with(samples.len(), ToolSample::default);
-            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, weight));
+            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, group.weight()));
         }
         self.history.append(&mut sum);
         self.done = to;
@@ -297,24 +320,16 @@ impl BrushRun {
 
     /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended them.
     fn turn_impulses(&self) -> Vec<f64> {
-        let weights = self.weights();
         let of = |turn: usize| -> Option<f64> {
             let mut sum = 0.0;
-            for ((_, sector), weight) in self.sectors.iter().zip(&weights) {
+            for (group, sector) in &self.sectors {
                 for account in sector.accounts() {
-                    sum += *weight as f64 * account.impulses.get(turn)?;
+                    sum += group.weight() as f64 * account.impulses.get(turn)?;
                 }
             }
-            Some(sum / self.likes.len() as f64)
+            Some(sum / self.places.len() as f64)
         };
         (0..).map_while(of).collect()
-    }
-
-    /// By how many each sector's rows count.
-    fn weights(&self) -> Vec<usize> {
-        let simulated =
-            |members: &[usize]| self.likes.iter().filter(|like| members.contains(like)).count() / members.len();
-        self.sectors.iter().map(|(members, _)| simulated(members)).collect()
     }
 
     fn is_touching(&self) -> bool {
@@ -330,32 +345,28 @@ impl BrushRun {
     }
 
     fn frame(&self) -> Frame {
-        let count = self.arrangement.roots.len();
+        let roots = &self.arrangement.roots;
         let n = self.settings.filament.segments;
-        let mut frame = Frame {
-            time_s: self.begin + self.done as f64 * self.length,
-            tool_angle_rad: self.pass.tool().angle(self.begin + self.done as f64 * self.length),
-            nodes_m: vec![Vec::new(); count],
-            contact_normal_force_n: vec![0.0; count],
-            press_force_n: vec![0.0; count],
+        let forces: Vec<[Vec<f64>; 2]> = self.sectors.iter().map(|(_, sector)| sector.forces()).collect();
+        let force =
+            |kind: usize| self.places.iter().map(|&[number, index]| forces[number][kind][index] as f32).collect();
+        let nodes = |(filament, &[number, index]): (usize, &[usize; 2])| {
+            let (group, sector) = &self.sectors[number];
+            let height = roots[filament].z - roots[group.members[index]].z;
+            let node = |k| {
+                let [x, y, z] = sector.bundle().node(index, k);
+                [x as f32, y as f32, (z + height) as f32]
+            };
+            (0..=n).map(node).collect()
         };
-        for (members, sector) in &self.sectors {
-            let [workpiece, others] = sector.forces();
-            for (index, member) in members.iter().enumerate() {
-                for (filament, _) in self.likes.iter().enumerate().filter(|(_, like)| *like == member) {
-                    let height = self.arrangement.roots[filament].z - self.arrangement.roots[*member].z;
-                    frame.nodes_m[filament] = (0..=n)
-                        .map(|k| {
-                            let [x, y, z] = sector.bundle().node(index, k);
-                            [x as f32, y as f32, (z + height) as f32]
-                        })
-                        .collect();
-                    frame.contact_normal_force_n[filament] = workpiece[index] as f32;
-                    frame.press_force_n[filament] = others[index] as f32;
-                }
-            }
+        let time_s = self.begin + self.done as f64 * self.length;
+        Frame {
+            time_s,
+            tool_angle_rad: self.pass.tool().angle(time_s),
+            nodes_m: self.places.iter().enumerate().map(nodes).collect(),
+            contact_normal_force_n: force(0),
+            press_force_n: force(1),
         }
-        frame
     }
 
     /// The state, from which [`BrushRun::resume`] goes on with the same bits.
@@ -365,20 +376,9 @@ impl BrushRun {
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
-        for sample in &self.history {
-            let ToolSample {
-                time_s,
-                contact_normal_force_n,
-                contact_force_n: [x, y, z],
-                contact_moment_n_m,
-                press_force_n,
-                touching_filaments,
-                touching_pairs,
-            } = *sample;
-            [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n]
-                .into_iter()
-                .for_each(|value| words.number(value));
-            [touching_filaments, touching_pairs].into_iter().for_each(|count| words.count(count));
+        for mut sample in self.history.iter().copied() {
+            words.numbers(sample.numbers());
+            words.counts(sample.counts());
         }
         words.count(self.frames.len());
         for Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n } in &self.frames {
@@ -408,21 +408,8 @@ impl BrushRun {
         }
         for _ in 0..words.count()? {
             let mut sample = ToolSample::default();
-            let ToolSample {
-                time_s,
-                contact_normal_force_n,
-                contact_force_n: [x, y, z],
-                contact_moment_n_m,
-                press_force_n,
-                touching_filaments,
-                touching_pairs,
-            } = &mut sample;
-            for value in [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n] {
-                *value = words.number()?;
-            }
-            for count in [touching_filaments, touching_pairs] {
-                *count = words.count()?;
-            }
+            words.numbers(sample.numbers())?;
+            words.counts(sample.counts())?;
             self.history.push(sample);
         }
         let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);
@@ -448,13 +435,13 @@ impl BrushRun {
         let alone = self.pass.simulate(Sampling::default()).map_err(BrushError::Alone)?.metrics;
         let mut pairs = Vec::new();
         let mut statistics = BrushStatistics::default();
-        for (members, sector) in &self.sectors {
+        for (group, sector) in &self.sectors {
             statistics += *sector.statistics();
-            for row in self.rows_like(members) {
+            for shift in &group.shifts {
                 pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
                     let [filament, other] = filaments.map(|index| {
-                        let [column, own] = self.arrangement.roots[members[index]].place();
-                        [column, row.unwrap_or(own)]
+                        let [column, row] = self.arrangement.roots[group.members[index]].place();
+                        [column, row + shift]
                     });
                     PairResult {
                         filament,
@@ -470,12 +457,13 @@ impl BrushRun {
             }
         }
         pairs.sort_by_key(|pair| [pair.filament, pair.other]);
-        let balances: Option<Vec<_>> = self.sectors.iter().map(|(_, sector)| sector.balance()).collect();
+        let balances: Option<Vec<_>> =
+            self.sectors.iter().map(|(group, sector)| Some((group.weight() as f64, sector.balance()?))).collect();
         let energies = balances.map(|balances| {
-            balances.iter().zip(self.weights()).fold(EnergyBalance::default(), |sum, (balance, weight)| EnergyBalance {
-                gain_j: sum.gain_j + weight as f64 * (balance.energies[1] - balance.energies[0]),
-                work_j: sum.work_j + weight as f64 * balance.work,
-                dissipated_j: sum.dissipated_j + weight as f64 * balance.dissipated,
+            balances.iter().fold(EnergyBalance::default(), |sum, (weight, balance)| EnergyBalance {
+                gain_j: sum.gain_j + weight * (balance.energies[1] - balance.energies[0]),
+                work_j: sum.work_j + weight * balance.work,
+                dissipated_j: sum.dissipated_j + weight * balance.dissipated,
             })
         });
         let mut filaments = self.filaments();
@@ -513,56 +501,65 @@ impl BrushRun {
     /// The filaments with their contacts, without how others press on them.
     fn filaments(&self) -> Vec<FilamentResult> {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
-        let mut metrics = vec![Metrics::default(); self.likes.len()];
-        for (members, sector) in &self.sectors {
-            for (filament, like) in self.likes.iter().enumerate() {
-                if let Ok(index) = members.binary_search(like) {
-                    let record = ContactRecord { is_unsteady, ..*sector.accounts()[index].last() };
-                    metrics[filament] = self.pass.metrics(&record);
-                }
-            }
-        }
-        let roots = self.arrangement.roots.iter().zip(metrics);
-        roots
-            .map(|(root, metrics)| FilamentResult {
+        let metrics = |&[number, index]: &[usize; 2]| {
+            let (_, sector) = &self.sectors[number];
+            self.pass.metrics(&ContactRecord { is_unsteady, ..*sector.accounts()[index].last() })
+        };
+        self.arrangement
+            .roots
+            .iter()
+            .zip(&self.places)
+            .map(|(root, place)| FilamentResult {
                 column: root.column,
                 row: root.row,
                 root_angle_rad: root.angle,
                 root_z_m: root.z,
                 is_counted: false,
-                metrics,
+                metrics: metrics(place),
                 press_impulse_n_s: 0.0,
             })
             .collect()
     }
+}
 
-    /// The rows that are like those of a sector; none where it has all.
-    fn rows_like(&self, members: &[usize]) -> Vec<Option<usize>> {
-        let rows = self.arrangement.rows;
-        if members.len() == self.likes.len() {
-            return vec![None];
-        }
-        // The first column tells.
-        (0..rows).filter(|row| members.contains(&self.likes[*row])).map(Some).collect()
+/// Filaments that are solved together.
+struct Group {
+    /// Their numbers in the arrangement, column by column.
+    members: Vec<usize>,
+    /// By how many rows the filaments are behind these that are like them; zero for these themselves.
+    shifts: Vec<usize>,
+}
+
+impl Group {
+    /// How many times its filaments count.
+    fn weight(&self) -> usize {
+        self.shifts.len()
     }
 }
 
-/// The filaments that are solved together, in groups, and which filament each one is like.
-fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Vec<usize>>, Vec<usize>) {
+/// The filaments that are solved together, and the place of each filament in them: the number of a group, and of its filament in it.
+fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Group>, Vec<[usize; 2]>) {
     let (count, rows) = (arrangement.roots.len(), arrangement.rows);
     if !is_planar {
-        return (vec![(0..count).collect()], (0..count).collect());
+        let all = Group { members: (0..count).collect(), shifts: vec![0] };
+        return (vec![all], (0..count).map(|index| [0, index]).collect());
     }
     // Rows of equal filaments at equal angles are alike.
-    let like: Vec<usize> = (0..rows)
-        .map(|row| {
-            let angle = |row: usize| arrangement.roots[row].angle;
-            let first = if differ { None } else { (0..row).find(|earlier| angle(*earlier) == angle(row)) };
-            first.unwrap_or(row)
-        })
-        .collect();
-    let groups = (0..rows).filter(|row| like[*row] == *row).map(|row| (row..count).step_by(rows).collect());
-    (groups.collect(), (0..count).map(|index| index / rows * rows + like[index % rows]).collect())
+    let angle = |row: usize| arrangement.roots[row].angle;
+    let mut groups: Vec<Group> = Vec::new();
+    let mut numbers = Vec::new();
+    for row in 0..rows {
+        let is_like = |group: &Group| angle(group.members[0]) == angle(row);
+        let like = if differ { None } else { groups.iter().position(is_like) };
+        let number = like.unwrap_or(groups.len());
+        if number == groups.len() {
+            groups.push(Group { members: (row..count).step_by(rows).collect(), shifts: Vec::new() });
+        }
+        let first = groups[number].members[0];
+        groups[number].shifts.push(row - first);
+        numbers.push(number);
+    }
+    (groups, (0..count).map(|index| [numbers[index % rows], index / rows]).collect())
 }
 
 /// When the motion begins, in s: before any filament touches the workpiece.

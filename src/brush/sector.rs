@@ -95,6 +95,8 @@ pub struct Sector {
     stepper: Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
+    /// Which filaments press on each other where the last step ended.
+    presses: BTreeMap<[usize; 2], PressSum>,
     statistics: BrushStatistics,
     balance: Option<Balance>,
 }
@@ -131,6 +133,7 @@ impl Sector {
             motion,
             accounts,
             pairs: BTreeMap::new(),
+            presses: BTreeMap::new(),
             statistics: BrushStatistics::default(),
             balance,
         }
@@ -205,7 +208,7 @@ impl Sector {
 
     /// Tries a step of `h` (s). Returns the filaments that cross each other, if that is why it is not possible.
     fn attempt(&mut self, h: f64) -> Result<Effort, Option<[usize; 2]>> {
-        let Self { bundle, motion, stepper, accounts, pairs, balance, .. } = self;
+        let Self { bundle, motion, stepper, accounts, pairs, presses, balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         let middle = Stage::of(bundle, &stepper.middle, balance.is_some());
         effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
@@ -240,6 +243,7 @@ impl Sector {
             balance.rates = end.rates;
             balance.energies[1] = end.energy;
         }
+        *presses = end.presses;
         Ok(effort)
     }
 
@@ -252,19 +256,20 @@ impl Sector {
             sample.contact_moment_n_m += account.load.moment;
             sample.touching_filaments += usize::from(account.load.pressing > 0.0);
         }
-        for (_, press) in press_sums(&self.bundle) {
+        for press in self.presses.values() {
             sample.press_force_n += press.normal;
             sample.touching_pairs += 1;
         }
         sample
     }
 
-    /// By filament: normal force on the workpiece, and of other filaments, in N.
+    /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N. A state that was
+    /// [restored](Self::restore) has the latter only after its next step.
     pub fn forces(&self) -> [Vec<f64>; 2] {
         let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
         let mut others = vec![0.0; workpiece.len()];
-        for (filaments, press) in press_sums(&self.bundle) {
-            for filament in filaments {
+        for (filaments, press) in &self.presses {
+            for &filament in filaments {
                 others[filament] += press.normal;
             }
         }
@@ -285,18 +290,14 @@ impl Sector {
         self.bundle.resting().into_iter().for_each(|rests| words.count(usize::from(rests)));
         self.accounts.iter().for_each(|account| account.save(words));
         words.count(self.pairs.len());
-        for (filaments, pair) in &self.pairs {
+        for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
             filaments.iter().for_each(|filament| words.count(*filament));
-            let PairAccount { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = *pair;
-            [impulse, x, y, z, peak, time, moment, dissipated].into_iter().for_each(|value| words.number(value));
+            words.numbers(pair.numbers());
         }
-        let BrushStatistics { steps, halved_steps, effort } = self.statistics;
-        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
-        [steps, halved_steps, newton_iterations, krylov_vectors, factorisations]
-            .into_iter()
-            .for_each(|count| words.count(count));
-        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = self.balance {
-            [start, now, work, dissipated, put, taken].into_iter().for_each(|value| words.number(value));
+        let mut statistics = self.statistics;
+        words.counts(statistics.counts());
+        if let Some(mut balance) = self.balance {
+            words.numbers(balance.numbers());
         }
     }
 
@@ -324,22 +325,12 @@ impl Sector {
         for _ in 0..words.count()? {
             let filaments = [words.count()?, words.count()?];
             let mut pair = PairAccount::default();
-            let PairAccount { impulse, vector_impulse, peak, time, moment, dissipated } = &mut pair;
-            let [x, y, z] = vector_impulse;
-            for value in [impulse, x, y, z, peak, time, moment, dissipated] {
-                *value = words.number()?;
-            }
+            words.numbers(pair.numbers())?;
             self.pairs.insert(filaments, pair);
         }
-        let BrushStatistics { steps, halved_steps, effort } = &mut self.statistics;
-        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
-        for count in [steps, halved_steps, newton_iterations, krylov_vectors, factorisations] {
-            *count = words.count()?;
-        }
-        if let Some(Balance { energies: [start, now], work, dissipated, rates: [put, taken] }) = &mut self.balance {
-            for value in [start, now, work, dissipated, put, taken] {
-                *value = words.number()?;
-            }
+        words.counts(self.statistics.counts())?;
+        if let Some(balance) = &mut self.balance {
+            words.numbers(balance.numbers())?;
         }
         Some(())
     }
@@ -399,20 +390,15 @@ impl Account {
         let mut account = self.clone();
         words.count(self.impulses.len());
         words.count(usize::from(self.completed.is_some()));
-        account.counts().into_iter().for_each(|count| words.count(*count));
-        account.numbers().into_iter().for_each(|number| words.number(*number));
+        words.counts(account.counts());
+        words.numbers(account.numbers());
     }
 
     fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
         self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
         self.completed = (words.count()? == 1).then(ContactRecord::default);
-        for count in self.counts() {
-            *count = words.count()?;
-        }
-        for number in self.numbers() {
-            *number = words.number()?;
-        }
-        Some(())
+        words.counts(self.counts())?;
+        words.numbers(self.numbers())
     }
 
     /// All counts of the state.
@@ -522,6 +508,20 @@ impl PairAccount {
         self.moment += time * press.moment;
         self.dissipated += time * press.dissipated;
     }
+
+    /// All numbers of the state.
+    fn numbers(&mut self) -> [&mut f64; 8] {
+        let Self { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = self;
+        [impulse, x, y, z, peak, time, moment, dissipated]
+    }
+}
+
+impl Balance {
+    /// All numbers of the state.
+    fn numbers(&mut self) -> [&mut f64; 6] {
+        let Self { energies: [start, now], work, dissipated, rates: [put, taken] } = self;
+        [start, now, work, dissipated, put, taken]
+    }
 }
 
 /// The forces between all pairs of filaments that touch, in the last evaluation.
@@ -611,9 +611,7 @@ impl Stepper {
         end.accelerations.clone_from(&middle.accelerations);
         bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
     }
-}
 
-impl Stepper {
     /// Puts the end of the step into `motion`.
     pub fn finish(&mut self, motion: &mut Motion) {
         std::mem::swap(motion, &mut self.end);

@@ -46,7 +46,7 @@ impl Expectation {
 /// Number of columns of a sector whose settings do not state it.
 pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
     let around = settings.tool.filament_count / rows as f64;
-    let brush = settings.brush.clone().unwrap_or_default();
+    let brush = settings.brush_or_default();
     let Expectation { entry, exit, length } = Expectation::new(settings, pass, around);
     let needed = if brush.steady { entry + length + exit } else { SHORTEST };
     needed.min(around.floor() as usize)
@@ -62,7 +62,7 @@ pub fn find(
     pass: &Pass,
     arrangement: &Arrangement,
 ) -> Result<Stretch, BrushError> {
-    let brush = settings.brush.clone().unwrap_or_default();
+    let brush = settings.brush_or_default();
     let (columns, rows) = (arrangement.columns, arrangement.rows);
     let impulse = |filament: &FilamentResult| filament.metrics.contact_normal_impulse_n_s;
     let means: Vec<f64> =

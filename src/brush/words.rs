@@ -1,4 +1,6 @@
 //! States as words of eight bytes, which keep every bit.
+//!
+//! A record lists its numbers and its counts once, as places: the writer reads those of a copy, and the reader fills them.
 
 /// A state that is being written.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +20,16 @@ impl Writer {
     /// Adds a number of single precision.
     pub fn single(&mut self, value: f32) {
         self.0.extend(value.to_le_bytes());
+    }
+
+    /// Adds the numbers of a record, of which these belong to a copy.
+    pub fn numbers<'a>(&mut self, values: impl IntoIterator<Item = &'a mut f64>) {
+        values.into_iter().for_each(|value| self.number(*value));
+    }
+
+    /// Adds the counts of a record, of which these belong to a copy.
+    pub fn counts<'a>(&mut self, values: impl IntoIterator<Item = &'a mut usize>) {
+        values.into_iter().for_each(|value| self.count(*value));
     }
 
     /// What was written.
@@ -50,5 +62,15 @@ impl Reader<'_> {
     /// The next number of single precision.
     pub fn single(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
+    }
+
+    /// Sets the numbers of a record to the next ones.
+    pub fn numbers<'a>(&mut self, values: impl IntoIterator<Item = &'a mut f64>) -> Option<()> {
+        values.into_iter().try_for_each(|value| self.number().map(|number| *value = number))
+    }
+
+    /// Sets the counts of a record to the next ones.
+    pub fn counts<'a>(&mut self, values: impl IntoIterator<Item = &'a mut usize>) -> Option<()> {
+        values.into_iter().try_for_each(|value| self.count().map(|count| *value = count))
     }
 }

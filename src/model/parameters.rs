@@ -376,7 +376,7 @@ macro_rules! brush_parameter {
             source: "",
             decides_force: false,
             usual: None,
-            get: |settings| settings.brush.as_ref().map_or_else(|| $get(&BrushSettings::default()), $get),
+            get: |settings| $get(&settings.brush_or_default()),
             set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
         }
     };

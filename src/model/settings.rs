@@ -116,6 +116,12 @@ impl Settings {
     pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
         self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
+
+    /// The section `[brush]`, or its defaults if there is none.
+    #[must_use]
+    pub fn brush_or_default(&self) -> BrushSettings {
+        self.brush.clone().unwrap_or_default()
+    }
 }
 
 /// The brushing tool.
@@ -487,19 +493,37 @@ pub struct UncertaintySettings {
 }
 
 impl UncertaintySettings {
+    /// The standard deviations of length (m), diameter (m), Young's modulus (Pa), damping ratio, amplitude (m) and phase (rad) of the
+    /// waviness, and friction, in this order.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 7] {
+        let Self {
+            length_std_m,
+            diameter_std_m,
+            youngs_modulus_std_pa,
+            damping_ratio_std,
+            waviness_amplitude_std_m,
+            waviness_phase_std_rad,
+            friction_coefficient_std,
+            samples: _,
+            seed: _,
+            hold: _,
+        } = *self;
+        [
+            length_std_m,
+            diameter_std_m,
+            youngs_modulus_std_pa,
+            damping_ratio_std,
+            waviness_amplitude_std_m,
+            waviness_phase_std_rad,
+            friction_coefficient_std,
+        ]
+    }
+
     /// Whether some property of the filaments, or their friction, scatters.
     #[must_use]
     pub fn scatters(&self) -> bool {
-        let stds = [
-            self.length_std_m,
-            self.diameter_std_m,
-            self.youngs_modulus_std_pa,
-            self.damping_ratio_std,
-            self.waviness_amplitude_std_m,
-            self.waviness_phase_std_rad,
-            self.friction_coefficient_std,
-        ];
-        stds.iter().any(|&std| std > 0.0)
+        self.deviations().iter().any(|&deviation| deviation > 0.0)
     }
 }
 

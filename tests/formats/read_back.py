@@ -1,9 +1,10 @@
 """Reads Parquet and VTK files with the libraries that others use, and compares them with the CSV files beside them.
 
-    python read_back.py STUDY CONTACT...
+    python read_back.py STUDY RESULTS...
 
-STUDY is a directory of `bristle study`, each CONTACT one of `bristle simulate --samples N --vtk=N`, of a build with the feature
-`parquet`. Prints what agrees, or says what does not and ends with status 1.
+STUDY is a directory of `bristle study`, of a build with the feature `parquet`. Each RESULTS is a directory of `bristle simulate
+--samples N --vtk=N` of such a build, or of `bristle brush --vtk` with equal filaments. Prints what agrees, or says what does not and
+ends with status 1.
 """
 
 import csv
@@ -28,6 +29,12 @@ ARRAYS = {
     "arc_length_m": 1, "velocity_m_s": 3, "contact_normal_force_n": 1, "contact_force_n": 3, "gap_m": 1,
     "joint_angle_rad": 1,
 }
+# Arrays of the filaments of a brush.
+OF_FILAMENTS = ["column", "row", "is_counted", "contact_normal_force_n", "press_force_n"]
+# Half the distance of two neighbouring numbers of 32 bits below 0.25: coordinates of the nodes of a brush, in m.
+SINGLE = 2.0**-27
+# Of a sum of forces of 32 bits, as a share of it.
+SINGLE_SHARE = 1e-6
 # Where numbers are computed in another order: some hundred roundings of lengths up to a metre, in m.
 ROUNDING = 1e-13
 # Between two steps each node is interpolated for itself, which changes the length of a segment by less than the relative tolerance
@@ -72,8 +79,14 @@ def compare_tables(directory, name, settings):
     return empty
 
 
-def read_poly_data(path):
-    """Points, cells and arrays of a .vtp file, by VTK."""
+def read_rows(path):
+    """The rows of a CSV file of numbers, by the keys of its heading."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def read_poly_data(path, real=np.float64):
+    """Points of this type, cells and arrays of a .vtp file, by VTK."""
     reader = vtkXMLPolyDataReader()
     failures = []
     reader.AddObserver("ErrorEvent", lambda *_: failures.append(path))
@@ -82,33 +95,61 @@ def read_poly_data(path):
     data = reader.GetOutput()
     check(not failures and data.GetNumberOfPoints() > 0, f"{path}: VTK cannot read it")
     points = vtk_to_numpy(data.GetPoints().GetData())
-    check(points.dtype == np.float64 and np.isfinite(points).all(), f"{path}: the points are not finite numbers of 64 bits")
+    check(points.dtype == real and np.isfinite(points).all(), f"{path}: the points are not finite {real.__name__} numbers")
     return data, points
 
 
-def ids_of_cell(data, path):
-    check(data.GetNumberOfCells() == 1, f"{path}: {data.GetNumberOfCells()} cells instead of one")
-    ids = data.GetCell(0).GetPointIds()
+def check_lines(data, count, segments, path):
+    """Checks that the cells are lines from root to tip, one behind the other."""
+    found = data.GetNumberOfCells()
+    check(found == data.GetNumberOfLines() == count, f"{path}: {found} cells instead of {count} lines")
+    for line in range(count):
+        first = line * (segments + 1)
+        expected = list(range(first, first + segments + 1))
+        check(ids_of_cell(data, line) == expected, f"{path}: line {line} does not go from the root to the tip")
+
+
+def ids_of_cell(data, cell):
+    ids = data.GetCell(cell).GetPointIds()
     return [ids.GetId(k) for k in range(ids.GetNumberOfIds())]
+
+
+def read_array(arrays, name, components, count, path):
+    """An array of the points or the cells, of so many finite values with their components."""
+    array = arrays.GetArray(name)
+    check(array is not None, f"{path}: there is no array {name}")
+    check(array.GetNumberOfComponents() == components, f"{path}: {name} has {array.GetNumberOfComponents()} components")
+    values = vtk_to_numpy(array)
+    check(len(values) == count, f"{path}: {name} has {len(values)} values instead of {count}")
+    check(np.isfinite(values).all(), f"{path}: {name} is not finite")
+    return values
+
+
+def check_time(data, time, path):
+    found = vtk_to_numpy(data.GetFieldData().GetArray("TimeValue")).tolist()
+    check(found == [time], f"{path}: its time is {found}, and in the collection {time}")
 
 
 def read_shape(path, segments, time):
     """The nodes at one time, with their arrays."""
     data, nodes = read_poly_data(path)
     check(len(nodes) == segments + 1, f"{path}: {len(nodes)} points of {segments} segments")
-    check(data.GetNumberOfLines() == 1, f"{path}: the cell is no line")
-    check(ids_of_cell(data, path) == list(range(segments + 1)), f"{path}: the line does not go from the root to the tip")
-    arrays = {}
-    for name, components in ARRAYS.items():
-        array = data.GetPointData().GetArray(name)
-        check(array is not None, f"{path}: there is no array {name}")
-        check(array.GetNumberOfComponents() == components, f"{path}: {name} has {array.GetNumberOfComponents()} components")
-        arrays[name] = vtk_to_numpy(array)
-        check(len(arrays[name]) == len(nodes), f"{path}: {name} has {len(arrays[name])} values for {len(nodes)} points")
-        check(np.isfinite(arrays[name]).all(), f"{path}: {name} is not finite")
-    found = vtk_to_numpy(data.GetFieldData().GetArray("TimeValue")).tolist()
-    check(found == [time], f"{path}: its time is {found}, and in the collection {time}")
+    check_lines(data, 1, segments, path)
+    points = data.GetPointData()
+    arrays = {name: read_array(points, name, components, len(nodes), path) for name, components in ARRAYS.items()}
+    check_time(data, time, path)
     return nodes, arrays
+
+
+def read_frame(path, count, segments, time):
+    """The nodes of so many filaments at one time, their arc lengths, and the arrays of the filaments."""
+    data, points = read_poly_data(path, np.float32)
+    check(len(points) == count * (segments + 1), f"{path}: {len(points)} points of {count} filaments")
+    check_lines(data, count, segments, path)
+    arc_lengths = read_array(data.GetPointData(), "arc_length_m", 1, len(points), path).reshape(count, segments + 1)
+    arrays = {name: read_array(data.GetCellData(), name, 1, count, path) for name in OF_FILAMENTS}
+    check_time(data, time, path)
+    return points.astype(np.float64).reshape(count, segments + 1, 3), arc_lengths, arrays
 
 
 def read_workpiece(path, settings):
@@ -118,8 +159,7 @@ def read_workpiece(path, settings):
     check(len(points) == 2 * count and count > 1, f"{path}: it has {len(points)} points")
     check(data.GetNumberOfPolys() == data.GetNumberOfCells() == count - 1, f"{path}: {data.GetNumberOfCells()} cells")
     for cell in range(count - 1):
-        ids = data.GetCell(cell).GetPointIds()
-        found = [ids.GetId(k) for k in range(ids.GetNumberOfIds())]
+        found = ids_of_cell(data, cell)
         check(found == [cell, cell + 1, count + cell + 1, count + cell], f"{path}: cell {cell} has the corners {found}")
     near, far = points[:count], points[count:]
     width = settings["tool"]["width_m"]
@@ -153,8 +193,15 @@ def distances(nodes, outline, tangents, normals):
     return signs * np.sqrt(squares[each, nearest]), False
 
 
+def gaps_at(time, nodes, settings, workpiece):
+    """Gaps of nodes to the workpiece at a time, and whether it is flat."""
+    own = nodes - time * np.array([settings["workpiece"]["feed_velocity_m_s"], 0.0, 0.0])
+    signed, is_flat = distances(own, *workpiece)
+    return signed - settings["contact"]["radius_m"], is_flat
+
+
 def read_collection(path):
-    """Times and names of the files of the filament, and the name of the workpiece's."""
+    """Times and names of the files of the filament or the brush, and the name of the workpiece's."""
     parts = {}
     for entry in ElementTree.parse(path).getroot().iter("DataSet"):
         parts.setdefault(entry.get("part"), []).append((float(entry.get("timestep")), entry.get("file")))
@@ -173,8 +220,7 @@ def read_collection(path):
 def compare_shapes(directory):
     """The filament at all times with the settings, with history.csv, and with the workpiece."""
     settings = json.loads((directory / "case.json").read_text(encoding="utf-8"))["settings"]
-    with open(directory / "history.csv", newline="", encoding="utf-8") as file:
-        history = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    history = read_rows(directory / "history.csv")
     segments = settings["filament"]["segments"]
     length = settings["filament"]["length_m"]
     radius = settings["tool"]["body_radius_m"]
@@ -196,9 +242,7 @@ def compare_shapes(directory):
         check(nodes[-1].tolist() == tip, f"{path}: the tip is at {nodes[-1]}, and in history.csv at {tip}")
         arc = np.linspace(0.0, length, segments + 1)
         check(np.abs(arrays["arc_length_m"] - arc).max() < ROUNDING, f"{path}: wrong arc lengths {arrays['arc_length_m']}")
-        own = nodes - time * np.array([settings["workpiece"]["feed_velocity_m_s"], 0.0, 0.0])
-        gaps, is_flat = distances(own, outline, tangents, normals)
-        gaps -= settings["contact"]["radius_m"]
+        gaps, is_flat = gaps_at(time, nodes, settings, (outline, tangents, normals))
         near = gaps < NEAR
         wrong = np.abs(arrays["gap_m"] - gaps)[near]
         check(wrong.max(initial=0.0) < SAG, f"{path}: the gaps are {arrays['gap_m']} instead of {gaps}")
@@ -236,13 +280,74 @@ def compare_shapes(directory):
     )
 
 
+def compare_frames(directory):
+    """The filaments of a brush at all times with the settings, with filaments.csv and history.csv, and with the workpiece."""
+    settings = json.loads((directory / "brush.json").read_text(encoding="utf-8"))["settings"]
+    filaments = {key: np.array(values) for key, values in transposed(read_rows(directory / "filaments.csv")).items()}
+    history = {row["time_s"]: row for row in read_rows(directory / "history.csv")}
+    count, segments = len(filaments["column"]), settings["filament"]["segments"]
+    segment, radius = settings["filament"]["length_m"] / segments, settings["tool"]["body_radius_m"]
+    rate = settings["process"]["brushing_velocity_m_s"] / (radius + settings["filament"]["length_m"])
+    collection = directory / "vtk" / "brush.pvd"
+    frames, workpiece = read_collection(collection)
+    workpiece = read_workpiece(directory / "vtk" / workpiece, settings)
+    pressed, begin, highest = 0, None, np.zeros(count)
+    for time, name in frames:
+        path = directory / "vtk" / name
+        nodes, arc_lengths, arrays = read_frame(path, count, segments, time)
+        check(time in history, f"{path}: its time is not in history.csv")
+        row = history[time]
+        for key in ("column", "row", "is_counted"):
+            check((arrays[key] == filaments[key]).all(), f"{path}: {key} is not as in filaments.csv")
+        lengths = np.linalg.norm(np.diff(nodes, axis=1), axis=2)
+        # Both ends of a segment are rounded in three directions.
+        wrong = np.abs(lengths - segment).max()
+        check(wrong < 2.0 * np.sqrt(3.0) * SINGLE, f"{path}: segments are too long or too short, by up to {wrong:.1e} m")
+        sums = np.cumsum(lengths, axis=1)
+        wrong = np.abs(arc_lengths[:, 1:] - sums).max()
+        check(wrong < ROUNDING and (arc_lengths[:, 0] == 0.0).all(), f"{path}: wrong arc lengths")
+        # The tool turns evenly, and its filaments with it.
+        angles = np.arctan2(nodes[:, 0, 1], nodes[:, 0, 0]) + filaments["root_angle_rad"] - rate * time
+        begin = angles[0] if begin is None else begin
+        turned = np.angle(np.exp(1j * (angles - begin)))
+        check(np.abs(turned).max() * radius < 4.0 * SINGLE, f"{path}: roots are not where the tool has them")
+        off = np.abs(np.hypot(nodes[:, 0, 0], nodes[:, 0, 1]) - radius) + np.abs(nodes[:, 0, 2] - filaments["root_z_m"])
+        check(off.max() < 4.0 * SINGLE, f"{path}: roots are not on the body, or not in their rows")
+        forces, presses = arrays["contact_normal_force_n"], arrays["press_force_n"]
+        # Each force between two filaments is one of both.
+        for found, key in ((forces.sum(), "contact_normal_force_n"), (0.5 * presses.sum(), "press_force_n")):
+            equal = np.isclose(found, row[key], rtol=SINGLE_SHARE, atol=0.0)
+            check(equal, f"{path}: {key} is {found}, in history.csv {row[key]}")
+        check((forces > 0.0).sum() <= row["touching_filaments"], f"{path}: more filaments touch than in history.csv")
+        gaps, _ = gaps_at(time, nodes.reshape(-1, 3), settings, workpiece)
+        lowest = gaps.reshape(count, -1).min(axis=1)
+        check((lowest[forces > 0.0] < SINGLE).all(), f"{path}: a filament is in contact above the workpiece")
+        highest = np.maximum(highest, forces)
+        pressed += (forces > 0.0).any()
+    peaks = filaments["peak_contact_normal_force_n"]
+    check((highest <= peaks * (1.0 + SINGLE_SHARE)).all(), f"{collection}: forces exceed the peaks in filaments.csv")
+    check(pressed > 0, f"{collection}: no filament touches the workpiece")
+    print(
+        f"{collection}: {len(frames)} frames of {count} filaments of {segments + 1} nodes, {pressed} in contact; roots and peaks as in "
+        f"filaments.csv, forces as in history.csv"
+    )
+
+
+def transposed(rows):
+    """Columns instead of rows."""
+    return {key: [row[key] for row in rows] for key in rows[0]}
+
+
 def main():
-    study, *contacts = map(Path, sys.argv[1:])
+    study, *results = map(Path, sys.argv[1:])
     empty = compare_tables(study, "runs", "study.json")
     check(empty > 0, f"{study}: no case has failed, so nothing is seen of empty cells")
-    for contact in contacts:
-        compare_tables(contact, "history", "case.json")
-        compare_shapes(contact)
+    for directory in results:
+        if (directory / "brush.json").exists():
+            compare_frames(directory)
+        else:
+            compare_tables(directory, "history", "case.json")
+            compare_shapes(directory)
 
 
 if __name__ == "__main__":

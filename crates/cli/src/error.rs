@@ -11,6 +11,7 @@ use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
 use bristle_study::advice::AdviceError;
+use bristle_study::brush::BrushStudyError;
 use bristle_study::explain::UnknownKey;
 use bristle_study::input_error::InputError;
 use bristle_study::results::DataError;
@@ -54,6 +55,9 @@ pub enum CliError {
     /// The settings are not those of a brush that can be simulated.
     #[error("{}: {error}", shown_path(path))]
     BrushRefused { path: PathBuf, error: Box<BrushError> },
+    /// A case of a study is not a brush that can be simulated.
+    #[error("{}: {error}", shown_path(path))]
+    StudyRefused { path: PathBuf, error: Box<BrushStudyError> },
     #[error("the simulation failed: {0}")]
     BrushFailed(Box<BrushError>),
     #[error("{}: there is no section [brush]; add it, alone if all its defaults are right", shown_path(.0))]

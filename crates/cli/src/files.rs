@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use bristle_inspect::comparison::MAX_GRAPH_BYTES;
 use bristle_study::control_points::read_control_points;
+use bristle_study::digest::digest;
 use bristle_study::document::Document;
+use bristle_study::results::FileHashes;
 use bristle_text::{shown, shown_path};
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
@@ -273,6 +275,19 @@ impl StagedFile {
     /// Writes a text under a temporary name, for the file `name` in a directory.
     pub fn text(directory: &Path, name: &str, text: &str) -> Result<Self, FileError> {
         Self::write(directory.join(name), |out| out.write_all(text.as_bytes()))
+    }
+
+    /// Writes a result under a temporary name, for the file `name` in a directory, and adds its hash to `hashes`.
+    pub fn hashed(
+        directory: &Path,
+        name: &str,
+        hashes: &mut FileHashes,
+        result: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+    ) -> Result<Self, FileError> {
+        let mut content = Vec::new();
+        result(&mut content).expect("memory takes what is written to it");
+        hashes.insert(name.to_owned(), digest(&content));
+        Self::write(directory.join(name), |out| out.write_all(&content))
     }
 
     /// Gives the file its final name, replacing an older file, and returns the path.

@@ -1,12 +1,38 @@
 //! Values that commands share: of arguments, and an exit status.
 
+use std::fs;
+
 use bristle::model::parameters::Parameter;
+use clap::Args;
 
 /// Largest number of threads.
 pub const MAX_THREADS: u64 = 1024;
 
 /// Exit status if Ctrl-C stopped a simulation. As in shells, it is 128 plus the number of the signal.
 pub const INTERRUPTED: u8 = 130;
+
+/// The memory that brushes may need.
+#[derive(Args)]
+pub struct MemoryArgs {
+    /// Refuse brushes that need more memory than this [default: what is available, if the system says so]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    memory_mib: Option<u64>,
+}
+
+impl MemoryArgs {
+    /// In bytes.
+    pub fn limit(&self) -> Option<u64> {
+        self.memory_mib.map(|mebibytes| mebibytes << 20).or_else(available_memory)
+    }
+}
+
+/// The memory that the machine has left, in bytes, where it says so: on Linux.
+fn available_memory() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let available = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1 << 10)
+}
 
 /// Parses a whole number within the range of the setting at `path`.
 pub fn parse_count(text: &str, path: &str) -> Result<usize, String> {

@@ -1,9 +1,66 @@
-//! What a brush has beyond the metrics of its tool: the effect of interaction, and the columns that it was taken from.
+//! What a brush has beyond the metrics of its tool: the effect of interaction, and the columns that it was taken from. What is checked
+//! before a study of brushes begins.
 
-use bristle::brush::{BrushResult, BrushStatistics, Stretch};
+use std::num::NonZeroUsize;
+
+use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
 use bristle::model::record::{Display, Prominence, Scope};
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::study::{Study, thread_count};
+
+/// Why a study of brushes is not begun.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BrushStudyError {
+    /// The brush of one case cannot be simulated.
+    #[error("case {} of the study: {error}", .case + 1)]
+    Case {
+        /// Number of the case, counted from 0.
+        case: usize,
+        /// What is wrong with it.
+        error: BrushError,
+    },
+    /// The cases that are simulated at once need more memory than they may.
+    #[error(
+        "{threads} cases at once need up to {} MB of memory, case {} the most, but {} MB are available: choose fewer `--threads`, \
+         `brush.columns`, `brush.rows` or `filament.segments`",
+        .needed.div_ceil(1_000_000), .case + 1, .limit / 1_000_000
+    )]
+    Memory {
+        /// Number of cases that are simulated at once.
+        threads: usize,
+        /// Bytes that they need, if they are those that need the most.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+        /// Number of the case that needs the most, counted from 0.
+        case: usize,
+    },
+}
+
+/// Checks that the filaments of each case can be arranged, before any of them is simulated, and that the cases which so many `threads`
+/// simulate at once need at most `memory` (bytes) together.
+///
+/// # Errors
+/// The first case that cannot be simulated; or else the memory.
+pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Option<u64>) -> Result<(), BrushStudyError> {
+    let needs = (0..study.case_count()).map(|case| {
+        let needed = check_brush(&study.settings(case), memory);
+        needed.map(|needed| (needed, case)).map_err(|error| BrushStudyError::Case { case, error })
+    });
+    let mut needs = needs.collect::<Result<Vec<(u64, usize)>, _>>()?;
+    needs.sort_unstable();
+    let at_once = &needs[needs.len().saturating_sub(thread_count(threads))..];
+    let needed = at_once.iter().fold(0_u64, |sum, (needed, _)| sum.saturating_add(*needed));
+    match (memory, at_once) {
+        (Some(limit), [.., (_, case)]) if needed > limit => {
+            Err(BrushStudyError::Memory { threads: at_once.len(), needed, limit, case: *case })
+        }
+        _ => Ok(()),
+    }
+}
 
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.
 const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> Display {

@@ -1,6 +1,5 @@
 //! `bristle brush`.
 
-use std::fs;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -16,7 +15,6 @@ use bristle_report::page::brush_page;
 use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_study::brush::Interaction;
-use bristle_study::digest::digest;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
@@ -33,7 +31,7 @@ use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation,
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written};
-use crate::values::{INTERRUPTED, MAX_THREADS};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
 /// What is simulated, for its progress.
@@ -82,9 +80,8 @@ pub struct BrushArgs {
     /// Write the frames to DIR/vtk, for ParaView
     #[arg(long)]
     vtk: bool,
-    /// Refuse a sector that needs more memory than this [default: what is available, if the system says so]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
-    memory_mib: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Discard DIR/checkpoint.bin and simulate from the beginning
     #[arg(long)]
     restart: bool,
@@ -102,7 +99,7 @@ impl BrushArgs {
         RunOptions {
             threads: thread_count(self.threads()),
             frames: self.frames as usize,
-            memory: self.memory_mib.map(|mebibytes| mebibytes << 20).or_else(available_memory),
+            memory: self.memory.limit(),
             ..RunOptions::default()
         }
     }
@@ -195,14 +192,6 @@ fn simulate<'a>(
     }
 }
 
-/// The memory that the machine has left, in bytes, where it says so: on Linux.
-fn available_memory() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let available = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kibibytes.checked_mul(1 << 10)
-}
-
 /// What is done, in per cent.
 fn percent(run: &BrushRun) -> u32 {
     (100.0 * run.done()).floor() as u32
@@ -226,10 +215,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<(), CliError> {
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        let mut content = Vec::new();
-        write(&mut content).expect("memory takes what is written to it");
-        hashes.insert(name.to_owned(), digest(&content));
-        StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
+        StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
         stage(METRICS, &|out| write_brush_metrics(out, &settings, &result))?,

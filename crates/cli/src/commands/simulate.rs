@@ -11,7 +11,6 @@ use bristle_report::parquet::write_history_parquet;
 use bristle_report::tables::contact_table;
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
 use bristle_study::assumptions::Assumptions;
-use bristle_study::digest::digest;
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
@@ -119,10 +118,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let for_vtk: Vec<Shape> = std::mem::take(&mut simulation.shapes).into_iter().step_by(every).take(shapes).collect();
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        let mut content = Vec::new();
-        write(&mut content).expect("memory takes what is written to it");
-        hashes.insert(name.to_owned(), digest(&content));
-        StagedFile::write(arguments.out.join(name), |out| out.write_all(&content))
+        StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
         stage(METRICS, &|out| write_metrics(out, &contact.settings, &simulation))?,

@@ -12,6 +12,7 @@ use bristle_report::page::{Course, Recorder, page};
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
 use bristle_study::assumptions::Assumptions;
+use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
@@ -31,7 +32,7 @@ use crate::pictures::{
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
-use crate::values::{INTERRUPTED, MAX_THREADS};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
 const REPORT: &str = "report.html";
@@ -71,6 +72,9 @@ const LONGEST_FAILURE: usize = 400;
 ///   [uncertainty]
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
+///
+/// With [brush], the filaments of a case touch each other. Before the first case is simulated, all
+/// cases are checked: filaments must not overlap, nor need more memory than is available.
 ///
 /// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
 /// filament does in them. The tables mark them with !. If filaments come back still vibrating,
@@ -116,6 +120,8 @@ pub struct StudyArgs {
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Discard the results of an earlier call in DIR/journal.jsonl, and begin anew
     #[arg(long)]
     pub restart: bool,
@@ -128,6 +134,16 @@ impl StudyArgs {
     /// The requested number of threads.
     fn threads(&self) -> Option<NonZeroUsize> {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+    }
+
+    /// Warns of what is unusual, and checks that all brushes can be simulated.
+    fn check(&self, study: &Study) -> Result<(), CliError> {
+        self.input.warn_of(study.unusual())?;
+        if study.has_brush() {
+            check_brushes(study, self.threads(), self.memory.limit())
+                .map_err(|error| CliError::StudyRefused { path: self.input.file.clone(), error: Box::new(error) })?;
+        }
+        Ok(())
     }
 }
 
@@ -143,7 +159,7 @@ pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
 fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
     let study = text.document()?.study()?;
-    arguments.input.warn_of(study.unusual())?;
+    arguments.check(&study)?;
     prepare_directory(&arguments.out)?;
     let _occupied = occupy(&arguments.out, &[("", &|name| name == JOURNAL)])?;
     let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
@@ -187,7 +203,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let text = arguments.input.read()?;
     let document = text.document()?;
     let study = document.study()?;
-    arguments.input.warn_of(study.unusual())?;
+    arguments.check(&study)?;
     let measured =
         document.measured_file().map(|file| measured_forces(&relative_to(&arguments.input.file, file))).transpose()?;
     prepare_directory(&arguments.out)?;

@@ -336,6 +336,29 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
     workspace.run("advise out");
 }
 
+#[test]
+fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
+    let refused = |study: &str, options: &str, expected: &[&str]| {
+        let workspace = Workspace::new(&format!("{FILE}\n[study]\n{study}\n"));
+        let said = workspace.fail(&format!("study case.toml --out out {options}"), 2);
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        assert!(!workspace.path().join("out").exists(), "nothing is written");
+    };
+    let columns = "\"brush.columns\" = [8, 5000]";
+    refused(columns, "", &["case.toml: case 2 of the study: `brush.columns` is 5000", "682 filaments around"]);
+    let rows = "\"brush.rows\" = [1, 2, 100]";
+    refused(rows, "", &["case 3 of the study: ", "has 6 filaments around", "`brush.rows`"]);
+    let count = "\"tool.filament_count\" = [682, 900]";
+    refused(count, "", &["case 2 of the study: filaments overlap", "`tool.filament_count`"]);
+    let velocity = "brushing_velocity_m_s = [10.0, 20.0]";
+    refused(velocity, "--memory-mib 1", &["case 1 of the study: 8 filaments of 4 segments need about", "MB of memory"]);
+    // There is room for one case at a time.
+    let at_once = ["2 cases at once need up to", "but 17 MB are available: choose fewer `--threads`"];
+    refused(velocity, "--memory-mib 17 --threads 2", &at_once);
+    let workspace = Workspace::new(&format!("{FILE}\n[study]\n{velocity}\n"));
+    workspace.run("study case.toml --out out --memory-mib 17 --threads 1");
+}
+
 /// With uncertain filaments each of a brush is its own, and no tools are sampled.
 #[test]
 fn filaments_of_a_brush_differ_instead_of_tools() {

@@ -16,10 +16,10 @@ use serde_json::{Value, json};
 
 use super::course::{Outline, SideView};
 use super::packed::Packed;
-use super::{LONGEST_NAME, STYLE, escape_html, escape_script, fill, place_on_page, rounded, settings, spread};
+use super::{LONGEST_NAME, Page, fill, place_on_page, rounded, settings, spread};
 use crate::figures::{Brush, Picture, brush_figures};
 
-const TEMPLATE: &str = include_str!("brush.html");
+const SECTIONS: &str = include_str!("brush.html");
 const SCRIPT: &str = concat!(include_str!("format.js"), include_str!("settings.js"), include_str!("brush.js"));
 
 /// Largest number of coordinates in a page, so that it stays below 10 MB. Beyond it, points of the filaments are left out, then frames.
@@ -115,18 +115,17 @@ fn different(frames: &[Frame]) -> Vec<usize> {
 #[must_use]
 pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let data = data(name, brush, result).to_string();
     let figures: String = brush_figures(brush).iter().map(figure).collect();
-    fill(
-        TEMPLATE,
-        &[
-            ("title", &escape_html(&format!("{name}: brush"))),
-            ("style", STYLE),
-            ("figures", &figures),
-            ("data", &escape_script(&data)),
-            ("script", SCRIPT),
-        ],
-    )
+    let page = Page {
+        title: &format!("{name}: brush"),
+        subject: "filaments of a brush that touch each other and a workpiece",
+        without_scripts: "This page draws the sector with JavaScript, which is switched off. Its numbers are in \
+                          <code>metrics.json</code> and <code>filaments.csv</code> in the same directory.",
+        sections: &fill(SECTIONS, &[("figures", &figures)]),
+        data: data(name, brush, result),
+        script: SCRIPT,
+    };
+    page.framed()
 }
 
 /// A figure as an image, to which the style of the page does not apply.

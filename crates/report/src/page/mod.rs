@@ -26,8 +26,9 @@ mod packed;
 pub use brush::brush_page;
 pub use course::{Course, MAX_COURSES, Recorder};
 
-/// The page with places to be filled in.
-const TEMPLATE: &str = include_str!("template.html");
+/// A page with places to be filled in, of which one is for the sections of its own.
+const FRAME: &str = include_str!("frame.html");
+const SECTIONS: &str = include_str!("study.html");
 const STYLE: &str = include_str!("style.css");
 /// The scripts of the page; each builds on those before it.
 const SCRIPT: &str = concat!(
@@ -55,16 +56,50 @@ pub fn page(
     assumptions: &Assumptions,
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let data = data(name, study, results, courses, assumptions).to_string();
-    fill(
-        TEMPLATE,
-        &[
-            ("title", &escape_html(&format!("{name}: brushing study"))),
-            ("style", STYLE),
-            ("data", &escape_script(&data)),
-            ("script", SCRIPT),
-        ],
-    )
+    let page = Page {
+        title: &format!("{name}: brushing study"),
+        subject: "contact of a brush filament with a workpiece",
+        without_scripts: "This page draws its figures with JavaScript, which is switched off. The same numbers are in \
+                          <code>runs.csv</code> in the same directory.",
+        sections: SECTIONS,
+        data: data(name, study, results, courses, assumptions),
+        script: SCRIPT,
+    };
+    page.framed()
+}
+
+/// What a page has of its own.
+struct Page<'a> {
+    /// Plain text.
+    title: &'a str,
+    /// What it is about. This and the next two are HTML.
+    subject: &'static str,
+    /// A note for browsers that run no scripts.
+    without_scripts: &'static str,
+    /// The sections before those that each page ends with.
+    sections: &'a str,
+    /// What the script reads.
+    data: Value,
+    script: &'static str,
+}
+
+impl Page<'_> {
+    /// The whole page.
+    fn framed(self) -> String {
+        let Self { title, subject, without_scripts, sections, data, script } = self;
+        fill(
+            FRAME,
+            &[
+                ("title", &escape_html(title)),
+                ("style", STYLE),
+                ("subject", subject),
+                ("without_scripts", without_scripts),
+                ("sections", sections),
+                ("data", &escape_script(&data.to_string())),
+                ("script", script),
+            ],
+        )
+    }
 }
 
 /// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.

@@ -26,7 +26,7 @@ pub fn row(segments: usize, around: f64, columns: usize) -> Result<Settings, Fai
 
 /// The brush with other settings.
 pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
-    let mut brush = settings.brush.clone().unwrap_or_default();
+    let mut brush = settings.brush_or_default();
     change(&mut brush);
     Settings { brush: Some(brush), ..settings.clone() }
 }
