@@ -56,7 +56,7 @@ pub struct Parameter {
     pub instead_of: &'static str,
     /// Other names under which people look for it.
     pub also: &'static [&'static str],
-    /// The default in words, where it is not the number in [`Settings::paper`]; otherwise empty.
+    /// The default in words, where it is not a number of its own; otherwise empty.
     pub default: &'static str,
     /// Where the default comes from; empty if nothing needs to be said.
     pub source: &'static str,

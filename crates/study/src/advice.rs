@@ -548,7 +548,13 @@ impl Advice {
         let mut topic = None;
         for (line, sentence) in lines.zip(advice) {
             if topic.replace(sentence.topic) != Some(sentence.topic) {
-                text.push_str(&format!("{}\n", sentence.topic.heading()));
+                // The study states the velocity or the rotational speed.
+                let heading = sentence.topic.heading();
+                let heading = match sentence.topic {
+                    Topic::AtVelocity => heading.replace("brushing velocity", slice.x.parameter.name),
+                    _ => heading.to_owned(),
+                };
+                text.push_str(&format!("{heading}\n"));
             }
             wrap(text, &format!("{line}  "), &sentence.sentence);
         }

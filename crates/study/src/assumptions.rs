@@ -34,7 +34,7 @@ pub struct Assumption {
 pub struct Assumptions {
     /// Row of the contact in `runs.csv`, counted from 1 below the heading; `None` for a contact of its own.
     pub row: Option<usize>,
-    /// Velocity and depth of the contact.
+    /// Velocity and depth of the contact, and whose it is if not that of all filaments.
     pub place: String,
     /// The settings, in the order of the table of settings.
     pub list: Vec<Assumption>,
@@ -55,7 +55,9 @@ impl Assumptions {
             let force_change = nominal.and_then(|nominal| Some(force(&other)? / nominal - 1.0));
             Assumption { parameter, value, changed, force_change }
         };
-        Self { row: None, place: place(settings), list: unstated.iter().map(assumption).collect() }
+        let whose = if settings.brush.is_some() { ", for one filament alone" } else { "" };
+        let place = format!("{}{whose}", place(settings));
+        Self { row: None, place, list: unstated.iter().map(assumption).collect() }
     }
 
     /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the study sweeps is not one of them.

@@ -14,6 +14,7 @@ use bristle_report::figures::Brush;
 use bristle_report::page::brush_page;
 use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
+use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::Interaction;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{
@@ -112,7 +113,8 @@ impl BrushArgs {
 /// Runs the command.
 pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
-    let settings = text.document()?.settings()?;
+    let document = text.document()?;
+    let settings = document.settings()?;
     if settings.brush.is_none() {
         return Err(CliError::NoBrush(arguments.input.file.clone()));
     }
@@ -129,6 +131,10 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     match simulate(arguments, &settings)? {
         Some((result, checkpoint)) => {
             write_results(arguments, settings.clone(), result)?;
+            let assumptions = Assumptions::of_contact(&settings, &document.unstated());
+            if !assumptions.list.is_empty() {
+                say(assumptions.text());
+            }
             checkpoint.remove()?;
             Ok(ExitCode::SUCCESS)
         }
