@@ -281,6 +281,8 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let value = match path {
                 _ if is_swept(parameter) => Value::Null,
+                // What follows from others is rounded.
+                _ if !parameter.instead_of.is_empty() => json!(rounded(parameter.get(base))),
                 // A number, or a word.
                 "process.turns" => json!(base.process.turns),
                 // A number, or nothing.

@@ -62,6 +62,7 @@ function showAssumptions({ row, place, list }) {
       cell(percent(force_change)),
     );
   });
+  section.querySelector("th:last-child").replaceChildren(...rich("F_n,w changes by"));
   section.querySelector("tbody").replaceChildren(...rows);
 }
 
