@@ -51,7 +51,7 @@ fn brush(random: &mut Rng, damping_ratio: f64) -> Settings {
         _ => [0.0, 1.0, 0.0],
     };
     Settings {
-        tool: ToolSettings::new(spread(random, 0.02, 0.2), 0.02),
+        tool: ToolSettings::new(spread(random, 0.02, 0.2), 0.02, 10_500.0),
         filament: FilamentSettings {
             segments: spread(random, 1.0, 401.0) as usize,
             density_kg_m3,
@@ -79,7 +79,7 @@ fn extreme(random: &mut Rng) -> Settings {
     let sign = |random: &mut Rng| if random.bool() { 1.0 } else { -1.0 };
     let length_m = spread(random, 1e-4, 10.0);
     Settings {
-        tool: ToolSettings::new(spread(random, 1e-4, 100.0), 0.02),
+        tool: ToolSettings::new(spread(random, 1e-4, 100.0), 0.02, 10_500.0),
         filament: FilamentSettings {
             segments: random.usize(1..=400),
             density_kg_m3: spread(random, 1.0, 1e6),

@@ -99,9 +99,9 @@ crate::record! {
         tool_torque_n_m: f64 = [
             "M_w", "N m", "torque of the tool",
             "−contact angular impulse N_f ω/(2π): what the drive must supply"
-        ] => of_tool(figure("tool_torque", "N m", 1.0)),
+        ] => headline(of_tool(figure("tool_torque", "N m", 1.0))),
         tool_power_w: f64 = ["P_w", "W", "power of the tool", "M_w ω: what the contact takes from the drive"]
-            => of_tool(figure("tool_power", "W", 1.0)),
+            => headline(of_tool(figure("tool_power", "W", 1.0))),
         lateral_amplification: f64 = [
             "", "", "lateral amplification",
             "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \

@@ -51,6 +51,19 @@ pub struct Parameter {
     pub word: &'static str,
     /// True if the setting has no default.
     pub required: bool,
+    /// Path of the setting that this one states in another way, from other settings of the tool; empty if it is one itself. A file
+    /// gives one of the two, and the other follows.
+    pub instead_of: &'static str,
+    /// Other names under which people look for it.
+    pub also: &'static [&'static str],
+    /// The default in words, where it is not a number of its own; otherwise empty.
+    pub default: &'static str,
+    /// Where the default comes from; empty if nothing needs to be said.
+    pub source: &'static str,
+    /// Whether the default is a property of some brush, filament or pair of materials that decides the force.
+    pub decides_force: bool,
+    /// What brushes usually have, if values outside are likely a slip.
+    pub usual: Option<Usual>,
     get: fn(&Settings) -> f64,
     set: fn(&mut Settings, f64),
 }
@@ -60,6 +73,12 @@ impl Parameter {
     #[must_use]
     pub fn find(path: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|parameter| parameter.path == path)
+    }
+
+    /// The settings of which a file gives exactly one, or at most one: this one, and those that state the same in another way.
+    pub fn group(&self) -> impl Iterator<Item = &'static Self> {
+        let path = if self.instead_of.is_empty() { self.path } else { self.instead_of };
+        PARAMETERS.iter().filter(move |parameter| parameter.path == path || parameter.instead_of == path)
     }
 
     /// The section of the input file that contains the setting.
@@ -121,6 +140,47 @@ impl Parameter {
         self.word = word;
         self
     }
+
+    const fn also(mut self, names: &'static [&'static str]) -> Self {
+        self.also = names;
+        self
+    }
+
+    const fn default_is(mut self, words: &'static str) -> Self {
+        self.default = words;
+        self
+    }
+
+    const fn source(mut self, source: &'static str) -> Self {
+        self.source = source;
+        self
+    }
+
+    const fn decides_force(mut self) -> Self {
+        self.decides_force = true;
+        self
+    }
+
+    const fn usually(mut self, least: f64, largest: f64, slip: &'static str) -> Self {
+        self.usual = Some(Usual { least, largest, slip });
+        self
+    }
+
+    const fn instead_of(mut self, path: &'static str) -> Self {
+        self.instead_of = path;
+        self
+    }
+}
+
+/// The values that a setting usually has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Usual {
+    /// The least of them.
+    pub least: f64,
+    /// The largest of them.
+    pub largest: f64,
+    /// The slip that most likely leads to another value, such as "millimetres typed as metres".
+    pub slip: &'static str,
 }
 
 /// The finite numbers between two bounds, or only the whole numbers among them.
@@ -223,6 +283,12 @@ macro_rules! parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
+            default: "",
+            source: "",
+            decides_force: false,
+            usual: None,
             get: |settings| Scalar::into_f64(settings.$section.$key),
             set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
         }
@@ -237,8 +303,34 @@ macro_rules! parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
+            default: "",
+            source: "",
+            decides_force: false,
+            usual: None,
             get: |settings| settings.$section.$key(),
             set: |settings, value| settings.$section.$key = Some(value),
+        }
+    };
+    // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
+    ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        Parameter {
+            path: concat!(stringify!($section), ".", stringify!($key)),
+            unit: $unit,
+            symbol: $symbol,
+            name: $name,
+            range: $range,
+            word: "",
+            required: false,
+            instead_of: "",
+            also: &[],
+            default: "",
+            source: "",
+            decides_force: false,
+            usual: None,
+            get: Settings::$key,
+            set: Settings::$change,
         }
     };
 }
@@ -256,6 +348,7 @@ macro_rules! brush_parameter {
             |brush: &BrushSettings| Scalar::into_f64(brush.$key.unwrap_or(1)),
             |brush: &mut BrushSettings, value| brush.$key = Some(Scalar::from_f64(value))
         )
+        .default_is("chosen by the program")
     };
     ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
         brush_parameter!(
@@ -277,6 +370,12 @@ macro_rules! brush_parameter {
             range: $range,
             word: "",
             required: false,
+            instead_of: "",
+            also: &[],
+            default: "",
+            source: "",
+            decides_force: false,
+            usual: None,
             get: |settings| $get(&settings.brush_or_default()),
             set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
         }
@@ -285,33 +384,95 @@ macro_rules! brush_parameter {
 
 /// All scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
-    parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body").required(),
-    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush").required(),
-    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments"),
+    parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body")
+        .required()
+        .also(&["radius", "core_radius", "hub_radius", "rg"])
+        .usually(2e-3, 1.0, "millimetres typed as metres, or the diameter instead of the radius"),
+    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush")
+        .required()
+        .also(&["width", "breadth"])
+        .usually(5e-4, 3.0, "millimetres typed as metres"),
+    parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments")
+        .required()
+        .also(&["count", "filaments", "number_of_filaments", "bristles", "nf"])
+        .usually(1.0, 1e6, "a count of another tool, or filaments per area in the place of their number"),
+    parameter!(
+        tool.filaments_per_m2 => set_filaments_per_m2,
+        "1/m²",
+        Range::POSITIVE,
+        "",
+        "filaments per area of the body’s surface"
+    )
+    .instead_of("tool.filament_count")
+    .also(&["density_per_m2", "packing", "packing_density", "filament_density"]),
+    parameter!(
+        tool.fill_factor => set_fill_factor,
+        "",
+        Range::real(Bound::Excluded(0.0), Bound::Included(1.0)),
+        "",
+        "share of the body’s surface that filaments cover"
+    )
+    .instead_of("tool.filament_count")
+    .also(&["fill", "filling", "coverage", "packing_factor", "fill_ratio"]),
     parameter!(
         tool.filament_count_uncertainty,
         "",
         Range::NOT_NEGATIVE,
         "ΔN_f",
         "uncertainty of the number of filaments"
-    ),
-    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments"),
+    )
+    .source("a number that is stated is taken as exact"),
+    parameter!(filament.segments, "", Range::whole(1.0, MAX_SEGMENTS as f64), "n", "number of segments")
+        .also(&["segment_count", "elements"])
+        .usually(4.0, 200.0, "fewer segments do not bend like a filament, and more only take longer")
+        .source("Uhlmann and Hoyer (2021)"),
     parameter!(filament.length_m, "m", Range::real(Bound::Excluded(0.0), Bound::Included(100.0)), "l_f", "free length")
-        .required(),
-    parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter").required(),
-    parameter!(filament.tip_diameter_m(), "m", Range::POSITIVE, "", "diameter at the tip"),
-    parameter!(filament.waviness_amplitude_m, "m", Range::between(-100.0, 100.0), "A", "amplitude of the waviness"),
-    parameter!(filament.waviness_length_m(), "m", Range::POSITIVE, "λ", "length of a wave"),
+        .required()
+        .also(&["length", "free_length", "filament_length", "trim_length", "lf"])
+        .usually(2e-3, 0.5, "millimetres typed as metres"),
+    parameter!(filament.diameter_m, "m", Range::POSITIVE, "d", "diameter")
+        .required()
+        .also(&["diameter", "thickness", "filament_diameter"])
+        .usually(2e-5, 5e-3, "millimetres or micrometres typed as metres, or the radius of the tool"),
+    parameter!(filament.tip_diameter_m(), "m", Range::POSITIVE, "", "diameter at the tip").default_is("diameter_m"),
+    parameter!(filament.waviness_amplitude_m, "m", Range::between(-100.0, 100.0), "A", "amplitude of the waviness")
+        .usually(-5e-3, 5e-3, "millimetres typed as metres"),
+    parameter!(filament.waviness_length_m(), "m", Range::POSITIVE, "λ", "length of a wave").default_is("length_m"),
     parameter!(filament.waviness_phase_rad, "rad", Range::between(-1e3, 1e3), "ψ", "phase of the waviness at the root"),
-    parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density"),
-    parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus"),
-    parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode"),
-    parameter!(filament.lateral_tilt_rad, "rad", Range::between(-1.0, 1.0), "τ", "tilt of the clamp towards +z"),
-    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness"),
-    parameter!(contact.exponent, "", Range::between(1.0, 10.0), "p", "exponent of the penetration"),
+    parameter!(filament.density_kg_m3, "kg/m³", Range::between(0.1, 1e6), "ρ", "density")
+        .also(&["density", "rho"])
+        .usually(500.0, 2e4, "g/cm³ typed as kg/m³")
+        .source("Uhlmann and Hoyer (2021)")
+        .decides_force(),
+    parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus")
+        .also(&["modulus", "e_modulus", "elastic_modulus", "young", "youngs_modulus", "stiffness_pa"])
+        .usually(1e7, 1e12, "GPa or MPa typed as Pa")
+        .source("chosen: unfilled PA 6.12 filament is sold with 3.3 GPa")
+        .decides_force(),
+    parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode")
+        .also(&["damping", "zeta"])
+        .usually(1e-4, 0.5, "per cent typed as a ratio")
+        .source("chosen")
+        .decides_force(),
+    parameter!(filament.lateral_tilt_rad, "rad", Range::between(-1.0, 1.0), "τ", "tilt of the clamp towards +z")
+        .usually(-0.2, 0.2, "degrees typed as radians"),
+    parameter!(contact.stiffness_n_m, "N/m^p", Range::POSITIVE, "k_c", "contact stiffness")
+        .also(&["stiffness", "contact_stiffness", "kc"])
+        .usually(1e3, 1e8, "N/mm typed as N/m")
+        .source("chosen")
+        .decides_force(),
+    parameter!(contact.exponent, "", Range::between(1.0, 10.0), "p", "exponent of the penetration").usually(
+        1.0,
+        3.0,
+        "another law of contact",
+    ),
     parameter!(contact.damping_s_m, "s/m", Range::NOT_NEGATIVE, "χ", "contact damping"),
     parameter!(contact.radius_m, "m", Range::NOT_NEGATIVE, "", "contact radius of a node"),
-    parameter!(contact.friction_coefficient, "", Range::between(0.0, 100.0), "µ", "coefficient of friction"),
+    parameter!(contact.friction_coefficient, "", Range::between(0.0, 100.0), "µ", "coefficient of friction")
+        .also(&["mu", "friction", "friction_coeff"])
+        .usually(0.0, 1.5, "per cent typed as a ratio")
+        .source("chosen: without friction the force is an upper bound")
+        .decides_force(),
     parameter!(
         contact.friction_regularisation_m_s,
         "m/s",
@@ -319,20 +480,52 @@ pub static PARAMETERS: &[Parameter] = &[
         "v_reg",
         "sliding speed over which friction sets in"
     ),
-    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity"),
+    parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity")
+        .also(&["feed", "feed_rate", "feed_speed", "table_feed"])
+        .usually(-5.0, 5.0, "mm/s or m/min typed as m/s"),
     parameter!(workpiece.offset_m, "m", Range::between(-1e3, 1e3), "", "offset of the workpiece along x"),
     parameter!(workpiece.included_angle_rad, "rad", Range::between(0.1, 3.1), "", "angle between the faces of an edge"),
-    parameter!(workpiece.edge_radius_m, "m", Range::between(0.0, 1e3), "", "radius of the edges"),
-    parameter!(workpiece.chamfer_width_m, "m", Range::between(0.0, 1e3), "", "width of the chamfer"),
+    parameter!(workpiece.edge_radius_m, "m", Range::between(0.0, 1e3), "", "radius of the edges").usually(
+        0.0,
+        0.1,
+        "millimetres typed as metres",
+    ),
+    parameter!(workpiece.chamfer_width_m, "m", Range::between(0.0, 1e3), "", "width of the chamfer").usually(
+        0.0,
+        0.1,
+        "millimetres typed as metres",
+    ),
     parameter!(workpiece.chamfer_angle_rad, "rad", Range::between(0.05, 3.0), "", "angle of the chamfer"),
-    parameter!(workpiece.radius_m, "m", Range::between(0.0, 1e3), "", "radius of the cylinder or bore"),
+    parameter!(workpiece.radius_m, "m", Range::between(0.0, 1e3), "", "radius of the cylinder or bore").usually(
+        0.0,
+        10.0,
+        "millimetres typed as metres",
+    ),
     parameter!(workpiece.degree, "", Range::whole(1.0, 10.0), "", "degree of the profile"),
-    parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity").required(),
-    parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth").required(),
+    parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity")
+        .required()
+        .also(&["velocity", "tip_speed", "cutting_speed", "vb"])
+        .usually(0.1, 150.0, "m/min or mm/s typed as m/s, or a rotational speed"),
+    parameter!(
+        process.rotational_speed_rpm => set_rotational_speed_rpm,
+        "rpm",
+        Range::between(1e-3, 1e7),
+        "n_w",
+        "rotational speed"
+    )
+    .instead_of("process.brushing_velocity_m_s")
+    .also(&["rpm", "speed", "n", "spindle_speed", "rotation_speed", "revolutions", "omega"])
+    .usually(5.0, 1e5, "revolutions per second, or m/s typed as rpm"),
+    parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth")
+        .required()
+        .also(&["depth", "penetration", "infeed", "engagement", "ae", "depth_of_cut"])
+        .usually(1e-6, 0.05, "millimetres typed as metres, or micrometres typed as millimetres"),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
     parameter!(process.turns, "", Range::whole(1.0, MAX_TURNS as f64), "", "turns of the tool").or(Turns::STEADY),
-    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance"),
+    parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance")
+        .also(&["tolerance", "rtol"])
+        .usually(1e-10, 1e-3, "a tolerance in per cent"),
     parameter!(solver.samples, "", Range::whole(2.0, 1e6), "", "samples of a written history"),
     parameter!(uncertainty.length_std_m, "m", Range::NOT_NEGATIVE, "Δl_f", "standard deviation of the length"),
     parameter!(uncertainty.diameter_std_m, "m", Range::NOT_NEGATIVE, "Δd", "standard deviation of the diameter"),
@@ -402,11 +595,20 @@ impl Settings {
     /// # Errors
     /// The first setting that is outside its range.
     pub fn check(&self) -> Result<(), Violation> {
-        for parameter in PARAMETERS {
-            parameter.check(parameter.get(self))?;
-        }
+        self.check_ranges()?;
         self.check_vectors()?;
         self.check_relations()
+    }
+
+    /// Checks every scalar setting on its own.
+    ///
+    /// # Errors
+    /// The first one that is outside its range.
+    pub fn check_ranges(&self) -> Result<(), Violation> {
+        PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.instead_of.is_empty())
+            .try_for_each(|parameter| parameter.check(parameter.get(self)))
     }
 
     fn check_vectors(&self) -> Result<(), Violation> {

@@ -3,10 +3,13 @@
 //! The name of a field is its key in an input file, and the unit is part of the name (SI throughout, angles in radians). One
 //! table, [`crate::model::parameters::PARAMETERS`], has the ranges of all numbers. The crate `bristle-study` reads the file.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use crate::model::parameters::MAX_TURNS;
 use crate::model::record::Scalar;
+
+/// One revolution per minute in rad/s.
+const RPM_RAD_S: f64 = TAU / 60.0;
 
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,7 +68,8 @@ impl Settings {
     #[must_use]
     pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
         let process = ProcessSettings::new(brushing_velocity_m_s, penetration_depth_m);
-        Self::new(ToolSettings::new(0.140, 0.020), FilamentSettings::new(0.040, 1.18e-3), process)
+        let tool = ToolSettings { filament_count_uncertainty: 600.0, ..ToolSettings::new(0.140, 0.020, 10_500.0) };
+        Self::new(tool, FilamentSettings::new(0.040, 1.18e-3), process)
     }
 
     /// The undeformed radius of the tool, `R = r_g + l_f`, in m.
@@ -78,6 +82,39 @@ impl Settings {
     #[must_use]
     pub fn angular_velocity_rad_s(&self) -> f64 {
         self.process.brushing_velocity_m_s / self.tool_radius_m()
+    }
+
+    /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
+    #[must_use]
+    pub fn rotational_speed_rpm(&self) -> f64 {
+        self.angular_velocity_rad_s() / RPM_RAD_S
+    }
+
+    /// Number of filaments per area of the body's surface in 1/m².
+    #[must_use]
+    pub fn filaments_per_m2(&self) -> f64 {
+        self.tool.filament_count / self.tool.surface_m2()
+    }
+
+    /// Changes the number of filaments to this one per area of the body's surface in 1/m².
+    pub fn set_filaments_per_m2(&mut self, filaments_per_m2: f64) {
+        self.tool.filament_count = filaments_per_m2 * self.tool.surface_m2();
+    }
+
+    /// Share of the body's surface that is covered by the cross-sections of the filaments at their roots.
+    #[must_use]
+    pub fn fill_factor(&self) -> f64 {
+        self.filaments_per_m2() * self.filament.root_area_m2()
+    }
+
+    /// Changes the number of filaments to that which covers this share of the body's surface.
+    pub fn set_fill_factor(&mut self, fill_factor: f64) {
+        self.set_filaments_per_m2(fill_factor / self.filament.root_area_m2());
+    }
+
+    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions per minute.
+    pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
+        self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
 
     /// The section `[brush]`, or its defaults if there is none.
@@ -99,11 +136,10 @@ pub struct ToolSettings {
     pub body_radius_m: f64,
     /// Width of the brush along its axis, in m.
     pub width_m: f64,
-    /// Number `N_f` of filaments on the tool. As an estimate, it need not be a whole number.
-    #[cfg_attr(feature = "serde", serde(default = "default_filament_count"))]
+    /// Number `N_f` of filaments on the tool. A file may give `filaments_per_m2` or `fill_factor` instead. As an estimate, it need not be a whole number.
     pub filament_count: f64,
     /// Uncertainty of the number of filaments: its standard deviation.
-    #[cfg_attr(feature = "serde", serde(default = "default_filament_count_uncertainty"))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub filament_count_uncertainty: f64,
 }
 
@@ -281,7 +317,7 @@ pub enum Side {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessSettings {
-    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. May be left out if `[study]` sweeps it.
+    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. A file may give `rotational_speed_rpm` instead. May be left out if `[study]` sweeps it.
     pub brushing_velocity_m_s: f64,
     /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if `[study]` sweeps it.
     pub penetration_depth_m: f64,
@@ -604,16 +640,16 @@ impl Default for BrushSettings {
 }
 
 impl ToolSettings {
-    /// A round brush with this body radius `r_g` and width, both in m, and the paper's number of filaments.
+    /// A round brush with this body radius `r_g` and width, both in m, and exactly this number of filaments.
     #[must_use]
-    pub fn new(body_radius_m: f64, width_m: f64) -> Self {
-        Self {
-            kind: ToolKind::default(),
-            body_radius_m,
-            width_m,
-            filament_count: default_filament_count(),
-            filament_count_uncertainty: default_filament_count_uncertainty(),
-        }
+    pub fn new(body_radius_m: f64, width_m: f64, filament_count: f64) -> Self {
+        Self { kind: ToolKind::default(), body_radius_m, width_m, filament_count, filament_count_uncertainty: 0.0 }
+    }
+
+    /// Area of the body's surface that carries the filaments, `2π r_g` times the width, in m².
+    #[must_use]
+    pub fn surface_m2(&self) -> f64 {
+        TAU * self.body_radius_m * self.width_m
     }
 }
 
@@ -634,6 +670,12 @@ impl FilamentSettings {
             lateral_tilt_rad: 0.0,
             damping_ratio: default_damping_ratio(),
         }
+    }
+
+    /// Area of the cross-section at the root in m².
+    #[must_use]
+    pub fn root_area_m2(&self) -> f64 {
+        FRAC_PI_4 * self.diameter_m * self.diameter_m
     }
 
     /// Diameter at the tip in m.
@@ -662,14 +704,6 @@ impl ProcessSettings {
             turns: Turns::default(),
         }
     }
-}
-
-fn default_filament_count() -> f64 {
-    10_500.0
-}
-
-fn default_filament_count_uncertainty() -> f64 {
-    600.0
 }
 
 fn default_segments() -> usize {

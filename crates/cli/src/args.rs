@@ -7,13 +7,18 @@ use crate::commands::brush::BrushArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
+use crate::commands::explain::ExplainArgs;
+use crate::commands::merge::MergeArgs;
+use crate::commands::new::NewArgs;
 use crate::commands::plot::PlotArgs;
 use crate::commands::simulate::SimulateArgs;
-use crate::commands::study::StudyArgs;
+use crate::commands::study::StudyCommandArgs;
 use crate::commands::validate::ValidateArgs;
 
 const EXAMPLES: &str = "\
 Examples:
+  bristle new brush.toml                                write a first input file, by questions
+  bristle explain friction_coefficient                  say what a key of an input file means
   bristle study examples/zirconia.toml --out results    simulate all contacts of a study
   bristle simulate examples/zirconia.toml --out one     simulate one contact over time
   bristle brush examples/brush.toml --out brush         simulate filaments that touch each other
@@ -46,7 +51,9 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 pub enum Command {
-    Study(StudyArgs),
+    New(NewArgs),
+    Study(StudyCommandArgs),
+    Merge(MergeArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
     Evaluate(EvaluateArgs),
@@ -55,6 +62,7 @@ pub enum Command {
     Validate(ValidateArgs),
     Plot(PlotArgs),
     Advise(AdviseArgs),
+    Explain(ExplainArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks

@@ -12,6 +12,7 @@ use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
 use bristle_study::advice::AdviceError;
 use bristle_study::brush::BrushStudyError;
+use bristle_study::explain::UnknownKey;
 use bristle_study::input_error::InputError;
 use bristle_study::results::DataError;
 use bristle_text::shown_path;
@@ -47,6 +48,8 @@ pub enum CliError {
     Derive(#[from] DeriveError),
     #[error("{}: {error}", shown_path(path))]
     Comparison { path: PathBuf, error: Box<ComparisonError> },
+    #[error("{}: --strict refuses settings that are unusual\n{}", shown_path(path), warnings.join("\n"))]
+    Unusual { path: PathBuf, warnings: Vec<String> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
     /// The settings are not those of a brush that can be simulated.
@@ -75,6 +78,18 @@ pub enum CliError {
         "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
     )]
     Unfinished { error: FileError, done: usize, total: usize },
+    #[error(
+        "{missing} of {total} cases are in none of the shards; those that are, are in `{}`\n   = help: simulate the missing shards \
+         and merge again, or simulate the missing cases by `bristle study` with the same --out",
+        shown_path(path)
+    )]
+    Incomplete { path: PathBuf, missing: usize, total: usize },
+    #[error(transparent)]
+    UnknownKey(#[from] UnknownKey),
+    #[error("`{}` exists already: choose another name, or remove it", shown_path(.0))]
+    Exists(PathBuf),
+    #[error("without a terminal to ask at, state {0}")]
+    Unanswered(String),
     /// The arguments are wrong. Its text begins with `error:` and shows how to call the program.
     #[error("{}", .0.render())]
     Call(clap::Error),

@@ -52,9 +52,22 @@ pub fn read_input(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
 }
 
-/// Reads the text of the input file at `path`, called `name` in errors, with the control points that it takes from another file.
-pub fn read_document<'t>(path: &Path, text: &'t str, name: &'t str) -> Result<Document<'t>, CliError> {
-    let mut document = Document::parse(text, name)?;
+/// Reads settings from stdin.
+pub fn read_stdin() -> Result<String, FileError> {
+    let path = Path::new("-");
+    let bytes = read_up_to(io::stdin().lock(), MAX_INPUT_BYTES);
+    bytes.and_then(as_text).map_err(|error| FileError::new("read", path, error))
+}
+
+/// Reads the text of the input file at `path`, called `name` in errors, and `options` that add to it, with the control points that
+/// it takes from another file.
+pub fn read_document<'t>(
+    path: &Path,
+    text: &'t str,
+    name: &'t str,
+    options: &'t [String],
+) -> Result<Document<'t>, CliError> {
+    let mut document = Document::parse_with(text, name, options)?;
     if let Some(file) = document.control_points_file() {
         let file = relative_to(path, file);
         let points = read_control_points(&read_input(&file)?, &file.to_string_lossy())?;
@@ -84,20 +97,26 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
 }
 
 fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
-    let read = || {
-        String::from_utf8(read_at_most(path, limit)?).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
-            io::Error::other(format!("line {line} is not UTF-8 text"))
-        })
-    };
-    read().map_err(|error| FileError::new("read", path, error))
+    let text = read_at_most(path, limit).and_then(as_text);
+    text.map_err(|error| FileError::new("read", path, error))
+}
+
+fn as_text(bytes: Vec<u8>) -> io::Result<String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        io::Error::other(format!("line {line} is not UTF-8 text"))
+    })
 }
 
 fn read_at_most(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     check_source(path)?;
+    read_up_to(File::open(path)?, limit)
+}
+
+fn read_up_to(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    source.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
         return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
     }
@@ -111,7 +130,7 @@ fn check_source(path: &Path) -> io::Result<()> {
     if is_open || fs::metadata(path)?.is_file() {
         Ok(())
     } else {
-        Err(io::Error::other("it is not a regular file; to read from a pipe, name /dev/stdin"))
+        Err(io::Error::other("it is not a regular file; to read from a pipe, name it -"))
     }
 }
 

@@ -42,6 +42,12 @@ pub enum JournalFileError {
     /// The study cannot resume from this journal.
     #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
     Unusable { path: PathBuf, error: JournalError },
+    /// The journal of a shard is not one of this study.
+    #[error(
+        "`{}` is no shard of this study: {error}\nhelp: state the file and the options of the shards",
+        shown_path(path)
+    )]
+    OfOther { path: PathBuf, error: JournalError },
     /// The file cannot be opened, read or written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -137,6 +143,17 @@ impl JournalFile {
             Some(thread::Builder::new().spawn(move || shared.sync()).map_err(JournalFileError::Threads)?)
         };
         Ok((Self { journal, shared, syncing }, Earlier { results, torn, discarded }))
+    }
+
+    /// The results in the journal of `study` in a directory, which is left as it is.
+    pub fn read(directory: &Path, study: &Study) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
+        let path = directory.join(JOURNAL);
+        let file = File::open(&path).map_err(|error| FileError::new("open", &path, error))?;
+        match Journal::new(study).read(study, BufReader::new(&file)) {
+            Ok(Contents { results, .. }) => Ok(results),
+            Err(JournalError::Unreadable(error)) => Err(FileError::new("read", &path, error).into()),
+            Err(error) => Err(JournalFileError::OfOther { path, error }),
+        }
     }
 
     /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`] returns that error.

@@ -6,6 +6,7 @@ mod checkpoint_file;
 mod commands;
 mod error;
 mod files;
+mod input;
 mod journal_file;
 mod pictures;
 mod progress;

@@ -13,6 +13,7 @@ use bristle_study::measured::{Comparison, Measurement, compare, comparison_table
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
 use bristle_text::shown_path;
+use clap::{Args, ValueEnum};
 use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
@@ -23,6 +24,48 @@ use crate::terminal::say;
 pub const FIGURES: &str = "figures";
 /// Endings of the files of a picture.
 const ENDINGS: [&str; 2] = ["svg", "png"];
+
+/// The figures that a command draws.
+#[derive(Args, Clone, Copy)]
+pub struct FigureArgs {
+    /// The kind of files in which figures are drawn
+    #[arg(long, value_name = "KIND", default_value = "all")]
+    figures: FigureKind,
+    /// Draw no figures, as --figures none
+    #[arg(long, conflicts_with = "figures")]
+    no_figures: bool,
+}
+
+/// The kinds of files of figures.
+#[derive(Clone, Copy, ValueEnum)]
+enum FigureKind {
+    /// No figures
+    None,
+    /// SVG
+    Svg,
+    /// PNG
+    Png,
+    /// SVG and PNG
+    All,
+}
+
+impl FigureArgs {
+    /// Endings of the files that are written.
+    fn endings(self) -> &'static [&'static str] {
+        match self.figures {
+            _ if self.no_figures => &[],
+            FigureKind::None => &[],
+            FigureKind::Svg => &ENDINGS[..1],
+            FigureKind::Png => &ENDINGS[1..],
+            FigureKind::All => &ENDINGS,
+        }
+    }
+
+    /// Whether there are any figures.
+    pub fn are_drawn(self) -> bool {
+        !self.endings().is_empty()
+    }
+}
 /// Names of the copy of the measured forces, and of their comparison with the results.
 pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
@@ -65,11 +108,12 @@ pub fn draw_study(
     results: &[CaseResult],
     measured: &[Measurement],
     threads: Option<NonZeroUsize>,
+    kinds: FigureArgs,
 ) -> Result<Drawn, PicturesError> {
     let drawn = study_figures(study, results, measured);
-    let mut message = write_pictures(directory, &drawn.pictures, threads)?;
-    remove_others(directory, &drawn.pictures, is_of_study);
-    if !drawn.note.is_empty() {
+    let mut message = write_pictures(directory, &drawn.pictures, threads, kinds)?;
+    remove_others(directory, &drawn.pictures, kinds, is_of_study);
+    if !drawn.note.is_empty() && kinds.are_drawn() {
         message.push_str(&format!(" ({})", drawn.note));
     }
     let comparisons = if measured.is_empty() { Vec::new() } else { compare(study, results, measured) };
@@ -80,19 +124,24 @@ pub fn draw_study(
 }
 
 /// Draws one contact below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
-pub fn draw_contact(directory: &Path, contact: &Contact) -> Result<Drawn, PicturesError> {
+pub fn draw_contact(directory: &Path, contact: &Contact, kinds: FigureArgs) -> Result<Drawn, PicturesError> {
     let Contact { settings, history, impulses, profile, shapes } = contact;
     let pictures = contact_figures(settings, history, impulses, profile, shapes);
-    let message = write_pictures(directory, &pictures, None)?;
-    remove_others(directory, &pictures, is_of_simulation);
+    let message = write_pictures(directory, &pictures, None, kinds)?;
+    remove_others(directory, &pictures, kinds, is_of_simulation);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
 /// Draws a brush below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
-pub fn draw_brush(directory: &Path, brush: &Brush, threads: Option<NonZeroUsize>) -> Result<Drawn, PicturesError> {
+pub fn draw_brush(
+    directory: &Path,
+    brush: &Brush,
+    threads: Option<NonZeroUsize>,
+    kinds: FigureArgs,
+) -> Result<Drawn, PicturesError> {
     let pictures = brush_figures(brush);
-    let message = write_pictures(directory, &pictures, threads)?;
-    remove_others(directory, &pictures, is_of_simulation);
+    let message = write_pictures(directory, &pictures, threads, kinds)?;
+    remove_others(directory, &pictures, kinds, is_of_simulation);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -102,7 +151,7 @@ fn is_of_simulation(name: &str) -> bool {
 }
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or brush, or of both.
-pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, PicturesError> {
+pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<Vec<Drawn>, PicturesError> {
     // Everything is read before anything is written.
     let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
     if study.is_none() && case.is_none() && brush.is_none() {
@@ -120,25 +169,26 @@ pub fn draw_saved(saved: &Path, directory: &Path) -> Result<Vec<Drawn>, Pictures
     let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_picture)])?;
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
-        drawn.push(draw_study(directory, &study, &results, &measured, None)?);
+        drawn.push(draw_study(directory, &study, &results, &measured, None, kinds)?);
     }
     if let Some(contact) = case {
-        drawn.push(draw_contact(directory, &contact)?);
+        drawn.push(draw_contact(directory, &contact, kinds)?);
     }
     if let Some(brush) = brush {
-        drawn.push(draw_brush(directory, &brush, None)?);
+        drawn.push(draw_brush(directory, &brush, None, kinds)?);
     }
     Ok(drawn)
 }
 
-/// Writes pictures as SVG and PNG, all of them or none. Returns a message. Without a number there are as many threads as
+/// Writes pictures in files of some kinds, all of them or none. Returns a message. Without a number there are as many threads as
 /// cores; the number does not change the files.
 fn write_pictures(
     directory: &Path,
     pictures: &[Picture],
     threads: Option<NonZeroUsize>,
+    kinds: FigureArgs,
 ) -> Result<String, PicturesError> {
-    if pictures.is_empty() {
+    if pictures.is_empty() || !kinds.are_drawn() {
         return Ok("no figures".to_owned());
     }
     let directory = directory.join(FIGURES);
@@ -146,7 +196,8 @@ fn write_pictures(
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
     let stage = |Picture { name, canvas }: &Picture| {
-        for (ending, content) in ENDINGS.iter().zip([canvas.svg().into_bytes(), canvas.png()]) {
+        for ending in kinds.endings() {
+            let content = if *ending == ENDINGS[0] { canvas.svg().into_bytes() } else { canvas.png() };
             let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
@@ -171,7 +222,8 @@ fn write_pictures(
         file.commit()?;
     }
     let figures = if pictures.len() == 1 { "figure" } else { "figures" };
-    Ok(format!("wrote {} {figures} as SVG and PNG to {}", pictures.len(), shown_path(&directory)))
+    let kinds = kinds.endings().join(" and ").to_uppercase().replace("AND", "and");
+    Ok(format!("wrote {} {figures} as {kinds} to {}", pictures.len(), shown_path(&directory)))
 }
 
 /// Whether a file name is that of a picture of a study.
@@ -189,13 +241,14 @@ fn picture(name: &str) -> Option<&str> {
     ENDINGS.iter().find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
-/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. A failure to
-/// remove one is not an error.
-fn remove_others(directory: &Path, pictures: &[Picture], is_ours: fn(&str) -> bool) {
+/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. So are files of
+/// kinds that are not drawn. A failure to remove one is not an error.
+fn remove_others(directory: &Path, pictures: &[Picture], kinds: FigureArgs, is_ours: fn(&str) -> bool) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
         let name = picture(path.file_name()?.to_str()?)?;
-        let is_old = is_ours(name) && pictures.iter().all(|picture| picture.name != name);
+        let is_drawn = kinds.endings().iter().any(|ending| path.extension().is_some_and(|own| own == *ending));
+        let is_old = is_ours(name) && !(is_drawn && pictures.iter().any(|picture| picture.name == name));
         is_old.then(|| fs::remove_file(&path).ok()).flatten()
     };
     if let Ok(entries) = fs::read_dir(directory.join(FIGURES)) {

@@ -1,11 +1,14 @@
 //! The tables that a study prints, made for a terminal 100 columns wide.
 
 use bristle::brush::{BrushResult, Stretch};
+use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, Study, Sweep, VELOCITY};
-use bristle_study::text::layout::{aligned, wrap};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, SPEED, Study, Sweep, VELOCITY};
+use bristle_study::text::layout::{WIDTH, aligned, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
 use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
@@ -36,7 +39,10 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
         .map(|quantity| Readable::new(quantity, results))
         .collect();
     let marks = Marks::new(results);
-    let is_grid = study.sweeps().iter().all(|sweep| [VELOCITY, DEPTH].contains(&sweep.parameter().path));
+    // A setting that follows from others and has one value is no column.
+    let is_fixed = |sweep: &Sweep| !sweep.parameter().instead_of.is_empty() && sweep.values().len() == 1;
+    let is_of_grid = |sweep: &Sweep| [VELOCITY, SPEED, DEPTH].contains(&sweep.parameter().path);
+    let is_grid = study.sweeps().iter().all(|sweep| is_of_grid(sweep) || is_fixed(sweep));
     let mut text = if is_grid {
         columns.iter().map(|column| table(study, column, &marks)).collect::<Vec<_>>().join("\n")
     } else {
@@ -106,6 +112,29 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
     text
 }
 
+/// The metrics of one contact, and below them the settings that have their defaults, for a terminal 80 columns wide.
+#[must_use]
+pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions) -> String {
+    let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
+    let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
+    let speeds = speeds.map(|parameter| {
+        let (heading, factor) = heading_of(parameter);
+        vec![heading.to_owned(), short(factor * parameter.get(settings)), parameter.name.to_owned()]
+    });
+    let headlines = Quantity::headlines(&results).map(|quantity| {
+        let readable = Readable::new(quantity.clone(), &results);
+        vec![readable.heading(""), readable.text(0), quantity.name.to_owned()]
+    });
+    let rows: Vec<Vec<String>> = speeds.chain(headlines).collect();
+    // Names begin at the left.
+    let longest = rows.iter().map(|row| row[2].chars().count()).max().unwrap_or(0);
+    let padded: Vec<Vec<String>> =
+        rows.into_iter().map(|row| vec![row[0].clone(), row[1].clone(), format!("{:longest$}", row[2])]).collect();
+    let lines: Vec<String> = aligned(&padded).iter().map(|line| line.trim_end().to_owned()).collect();
+    let table = lines.join("\n");
+    if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text()) }
+}
+
 /// A brush compared with one filament alone, for a terminal 80 columns wide.
 #[must_use]
 pub fn brush_table(result: &BrushResult) -> String {
@@ -136,9 +165,9 @@ fn plural(count: usize, word: &str) -> String {
     if count == 1 { word.to_owned() } else { format!("{word}s") }
 }
 
-/// A quantity over velocity (to the right) and depth (upwards, as in a diagram).
+/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram).
 fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
-    let velocities = values_or_fixed(study, VELOCITY);
+    let velocities = values_or_fixed(study, study.speed().path);
     let depths = values_or_fixed(study, DEPTH);
     let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
     let shown_depths = spread(depths.len(), MAX_ROWS);
@@ -155,7 +184,7 @@ fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
         text.push_str(" (a selection of the cases)");
     }
     text.push('\n');
-    text.push_str(&row("a_e in mm", vec![" v_b in m/s".to_owned()]));
+    text.push_str(&row("a_e in mm", vec![format!(" {}", heading_of(study.speed()).0)]));
     let shown = shown_velocities.iter().map(|&index| velocities[index]);
     let space = if marks.are_shown { " " } else { "" };
     text.push_str(row("", labels(shown).into_iter().map(|label| label + space).collect()).trim_end());
@@ -178,7 +207,8 @@ fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
 
 /// All quantities, one row per case.
 fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
-    let (sweep_headings, factors): (Vec<&str>, Vec<f64>) = study.sweeps().iter().map(sweep_heading).unzip();
+    let (sweep_headings, factors): (Vec<&str>, Vec<f64>) =
+        study.sweeps().iter().map(|sweep| heading_of(sweep.parameter())).unzip();
     let sweep_headings = sweep_headings.into_iter().map(str::to_owned);
     let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
     let heading_of_marks = marks.are_shown.then(String::new);
@@ -191,22 +221,46 @@ fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
         let mark = marks.are_shown.then(|| marks.of(case).to_owned());
         rows.push(mark.into_iter().chain(values).chain(metrics).collect());
     }
-    let mut text = aligned(&rows).join("\n") + "\n";
+    let repeated = rows[0].len() - columns.len();
+    let blocks = blocks(&rows, repeated);
+    let blocks: Vec<String> = blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect();
+    let mut text = blocks.join("\n");
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }
     text
 }
 
-/// A swept setting's heading, and the factor that converts its values to the unit of the heading.
+/// The rows in blocks of columns that fit into the width of a terminal, each with the first `repeated` columns.
+fn blocks(rows: &[Vec<String>], repeated: usize) -> Vec<Vec<Vec<String>>> {
+    let width = |column: usize| 2 + rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let first: usize = (0..repeated).map(width).sum();
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut taken = WIDTH;
+    for column in repeated..rows[0].len() {
+        if taken + width(column) > WIDTH {
+            blocks.push((0..repeated).collect());
+            taken = first;
+        }
+        taken += width(column);
+        blocks.last_mut().expect("the first column begins a block").push(column);
+    }
+    let of = |columns: &Vec<usize>| -> Vec<Vec<String>> {
+        rows.iter().map(|row| columns.iter().map(|&column| row[column].clone()).collect()).collect()
+    };
+    blocks.iter().map(of).collect()
+}
+
+/// A setting's heading, and the factor that converts its values to the unit of the heading.
 ///
-/// Velocity, depth and friction have their symbols as headings, other settings their keys, which contain the unit.
-fn sweep_heading(sweep: &Sweep) -> (&'static str, f64) {
-    match sweep.parameter().path {
+/// Speeds, depth and friction have their symbols as headings, other settings their keys, which contain the unit.
+fn heading_of(parameter: &Parameter) -> (&'static str, f64) {
+    match parameter.path {
+        SPEED => ("n_w in rpm", 1.0),
         VELOCITY => ("v_b in m/s", 1.0),
         DEPTH => ("a_e in mm", 1e3),
         FRICTION => ("µ", 1.0),
-        _ => (sweep.parameter().key(), 1.0),
+        _ => (parameter.key(), 1.0),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::{labels, short, spanning};
-use crate::text::quantity::Readable;
+use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
@@ -70,6 +70,9 @@ pub struct Advice {
     pub edges: Option<EdgeAdvice>,
     #[serde(skip)]
     forces: Readable,
+    /// What the drive and the workpiece feel.
+    #[serde(skip)]
+    machine: Vec<Readable>,
 }
 
 /// Advice from cases that differ only in velocity and depth.
@@ -128,10 +131,18 @@ pub struct Cited {
     pub row: usize,
     /// `v_b` in m/s.
     pub brushing_velocity_m_s: f64,
+    /// `n_w` in revolutions per minute.
+    pub rotational_speed_rpm: f64,
     /// `a_e` in m.
     pub penetration_depth_m: f64,
     /// `F_n,w` in N.
     pub tool_contact_normal_force_n: f64,
+    /// `F_t,w` in N.
+    pub tool_tangential_force_n: f64,
+    /// `M_w` in N m.
+    pub tool_torque_n_m: f64,
+    /// `P_w` in W.
+    pub tool_power_w: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
     /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where filaments scatter.
@@ -146,6 +157,9 @@ pub struct Cited {
     pub lateral_amplification: f64,
     /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
     pub laterally_unstable: bool,
+    /// Velocity or rotational speed, as the study states it.
+    #[serde(skip)]
+    speed: String,
     /// Positions of velocity and depth along the sides of the slice.
     #[serde(skip)]
     position: [usize; 2],
@@ -181,7 +195,8 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         Section { settings, advice, notes, slice }
     };
     let sections = slices.into_iter().map(section).collect();
-    Ok(Advice { limits, sections, edges, forces })
+    let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
+    Ok(Advice { limits, sections, edges, forces, machine })
 }
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
@@ -216,17 +231,23 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
     let cell = |x: usize, y: usize| {
         let case = slice.case(x, y);
         let CaseSummary { metrics, scatter, .. } = results[case].as_ref().ok()?;
+        let settings = study.settings(case);
         Some(Cited {
             row: case + 1,
-            brushing_velocity_m_s: slice.x.values[x],
+            brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+            rotational_speed_rpm: settings.rotational_speed_rpm(),
             penetration_depth_m: slice.y.values[y],
             tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
+            tool_tangential_force_n: metrics.tool_tangential_force_n,
+            tool_torque_n_m: metrics.tool_torque_n_m,
+            tool_power_w: metrics.tool_power_w,
             uncertainty_n: relative * metrics.tool_contact_normal_force_n,
             tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
             tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
             contact_time_ratio: metrics.contact_time_ratio,
             lateral_amplification: metrics.lateral_amplification,
             laterally_unstable: metrics.laterally_unstable,
+            speed: format!("{} {}", short(slice.x.values[x]), slice.x.parameter.unit),
             position: [x, y],
         })
     };
@@ -326,7 +347,7 @@ impl Adviser<'_> {
         if force(least) == force(top) {
             return Some(about(topic, top, format!("It {}; all others have the same force.", motion(top)), &[]));
         }
-        let place = if topic == Topic::AtVelocity { depth(least) } else { velocity(least) };
+        let place = if topic == Topic::AtVelocity { depth(least) } else { least.speed.clone() };
         let sentence =
             format!("It {}; the lowest is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
         Some(about(topic, top, sentence, &[least]))
@@ -349,14 +370,15 @@ impl Adviser<'_> {
         let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
         let least = highest(&solved[..below], |cell| -force(cell))?;
         let falls = format!(
-            "Above this velocity it falls to {} at {} (row {})",
+            "Above this {} it falls to {} at {} (row {})",
+            self.slice.x.word(),
             self.newtons(least),
-            velocity(least),
+            least.speed,
             least.row
         );
         Some(match solved.get(below) {
             Some(more) => {
-                let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", velocity(more), more.row);
+                let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", more.speed, more.row);
                 about(Topic::Tier, peak, sentence, &[least, more])
             }
             None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
@@ -392,10 +414,6 @@ fn about(topic: Topic, cell: &Cited, mut sentence: String, others: &[&Cited]) ->
 
 fn force(cell: &Cited) -> f64 {
     cell.tool_contact_normal_force_n
-}
-
-fn velocity(cell: &Cited) -> String {
-    format!("{} m/s", short(cell.brushing_velocity_m_s))
 }
 
 fn depth(cell: &Cited) -> String {
@@ -498,10 +516,14 @@ impl Advice {
         }
         let sides = [&slice.x, &slice.y];
         let labels = sides.map(|side| labels(side.shown().into_iter()));
-        let mut rows = vec![["row", "v_b ", "a_e ", "F_n,w", "ε_tc"], ["", "m/s ", "mm ", self.forces.unit(), ""]]
-            .into_iter()
-            .map(|heading| heading.map(str::to_owned).to_vec())
-            .collect::<Vec<_>>();
+        let [speed, unit] = [slice.x.symbol(), slice.x.parameter.unit].map(|text| format!("{text} "));
+        let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
+        let mut rows = [
+            [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
+            [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
+        ]
+        .map(|heading| heading.into_iter().map(str::to_owned).collect::<Vec<_>>())
+        .to_vec();
         for Sentence { topic, cell, .. } in advice {
             let [velocity, depth] = [0, 1].map(|side| {
                 let at = cell.position[side];
@@ -513,7 +535,11 @@ impl Advice {
                 Some(band) => self.forces.text_with_band(cell.row - 1, band),
                 None => self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n),
             };
-            rows.push(vec![cell.row.to_string(), velocity, depth, force, format!("{:.3}", cell.contact_time_ratio)]);
+            let machine = self.machine.iter().map(|each| each.text(cell.row - 1));
+            let ratio = format!("{:.3}", cell.contact_time_ratio);
+            rows.push(
+                [cell.row.to_string(), velocity, depth, force].into_iter().chain(machine).chain([ratio]).collect(),
+            );
         }
         let mut lines = aligned(&rows).into_iter();
         if !advice.is_empty() {
@@ -522,7 +548,13 @@ impl Advice {
         let mut topic = None;
         for (line, sentence) in lines.zip(advice) {
             if topic.replace(sentence.topic) != Some(sentence.topic) {
-                text.push_str(&format!("{}\n", sentence.topic.heading()));
+                // The study states the velocity or the rotational speed.
+                let heading = sentence.topic.heading();
+                let heading = match sentence.topic {
+                    Topic::AtVelocity => heading.replace("brushing velocity", slice.x.parameter.name),
+                    _ => heading.to_owned(),
+                };
+                text.push_str(&format!("{heading}\n"));
             }
             wrap(text, &format!("{line}  "), &sentence.sentence);
         }

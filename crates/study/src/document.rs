@@ -11,6 +11,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::mistakes::{other_unit, value_mistake, without_unit};
+use crate::options::{self, Assignment};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
 use crate::uncertainty::check;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
@@ -27,6 +29,9 @@ const MISSING: &str = "missing field ";
 /// Its only key, and the values allowed.
 const FILE: &str = "file";
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
+
+/// The path of the number of filaments.
+const FILAMENT_COUNT: &str = "tool.filament_count";
 
 /// The section of the workpiece, with its key for a file of control points.
 const WORKPIECE: &str = "workpiece";
@@ -70,6 +75,15 @@ struct Override<'a> {
     span: Range<usize>,
 }
 
+/// Settings that have been read and checked.
+struct Built<'a> {
+    settings: Settings,
+    /// The tree, with the place of each setting.
+    table: DeTable<'a>,
+    /// The settings that the file states in another way, and their values.
+    followed: Vec<(&'static Parameter, f64)>,
+}
+
 /// The long form of a sweep.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a list or a range")]
@@ -82,8 +96,14 @@ struct SweepRange {
 impl<'t> Document<'t> {
     /// Reads a file's text. Errors use `name` for the file.
     pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
+        Self::parse_with(text, name, &[])
+    }
+
+    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if the file did. Errors about them name
+    /// the option `--set` as their place.
+    pub fn parse_with(text: &'t str, name: &'t str, options: &'t [String]) -> Result<Self, InputError> {
         let mut document = Self {
-            source: Source { name, text },
+            source: Source { name, text, options },
             table: DeTable::new(),
             study_span: 0..0,
             sweeps: Vec::new(),
@@ -94,10 +114,13 @@ impl<'t> Document<'t> {
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
             let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
-            let advice = "an input file has sections like [filament] and lines like length_m = 0.040";
-            document.error(problem, error.span().unwrap_or(document.end()), advice)
+            let span = error.span().unwrap_or(document.end());
+            let mistake = value_mistake(document.source.line(span.start));
+            let usual = "an input file has sections like [filament] and lines like length_m = 0.040";
+            document.error(problem, span, &mistake.unwrap_or_else(|| usual.to_owned()))
         })?;
         document.table = root.into_inner();
+        document.take_options()?;
         for (name, section) in &document.table {
             if !section.get_ref().is_table() {
                 return Err(document.not_a_section(name, section));
@@ -116,6 +139,59 @@ impl<'t> Document<'t> {
         }
         document.control_points_file = document.take_control_points_file()?;
         Ok(document)
+    }
+
+    /// States what the options state.
+    fn take_options(&mut self) -> Result<(), InputError> {
+        for number in 0..self.source.options.len() {
+            let start = self.source.start_of_option(number);
+            let option = &self.source.options[number];
+            let there = |span: &Range<usize>| start + span.start..start + span.end;
+            let Some(assignment) = Assignment::of(option) else {
+                let problem = Problem::Unreadable { message: "an option needs a key and a value".to_owned() };
+                let advice = "as in --set process.rotational_speed_rpm=1200";
+                return Err(self.error(problem, there(&(0..option.len())), advice));
+            };
+            let Assignment { section, key, key_span, value_span, .. } = &assignment;
+            if section.is_empty() {
+                let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
+                let problem = Problem::UnknownKey { key: (*key).to_owned(), expected };
+                return Err(self.error(problem, there(key_span), &setting_meant(key)));
+            }
+            let value = assignment.parsed().map_err(|error| {
+                let problem = Problem::Unreadable { message: format!("not a TOML value: {}", error.message()) };
+                self.error(problem, there(value_span), &value_mistake(option).unwrap_or_default())
+            })?;
+            let parameter = Parameter::find(&format!("{section}.{key}"));
+            let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
+            let mut earlier = options.filter_map(|other| Parameter::find(&format!("{}.{}", other.section, other.key)));
+            let other = parameter.and_then(|parameter| {
+                let is_other = |same: &&Parameter| !std::ptr::eq(*same, parameter);
+                earlier.find(|other| parameter.group().filter(is_other).any(|same| std::ptr::eq(same, *other)))
+            });
+            if let (Some(parameter), Some(other)) = (parameter, other) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, there(key_span), "give one of them: each follows from the other"));
+            }
+            let spans = [there(key_span), there(value_span)];
+            options::state(&mut self.table, [section, key], value, spans);
+        }
+        Ok(())
+    }
+
+    /// The error about an option without effect on a study, which sweeps what it states.
+    fn check_options(&self) -> Result<(), InputError> {
+        for (number, option) in self.source.options.iter().enumerate() {
+            let Some(Assignment { section, key, key_span, .. }) = Assignment::of(option) else { continue };
+            let Some(parameter) = Parameter::find(&format!("{section}.{key}")) else { continue };
+            if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
+                let start = self.source.start_of_option(number);
+                let problem = Problem::Swept { key: parameter.path, swept: swept.path };
+                let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
+                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+            }
+        }
+        Ok(())
     }
 
     /// The path of a table of control points as the file states it, relative to the file's directory.
@@ -151,19 +227,33 @@ impl<'t> Document<'t> {
 
     /// The settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
-        self.build(&[]).map(|(settings, _)| settings)
+        self.build(&[]).map(|built| built.settings)
     }
 
-    /// The settings for evaluating a state without contact. The file need not state velocity and depth.
+    /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
-        // The evaluation does not depend on the two: any values that pass the checks will do.
-        const ANY: [(&str, &str); 2] = [(VELOCITY, "1.0"), (DEPTH, "1e-300")];
-        let absent = |path| Parameter::find(path).filter(|parameter| find(&self.table, parameter.path).is_none());
+        // The evaluation does not depend on them: any values that pass the checks will do.
+        const ANY: [(&str, &str); 3] = [(VELOCITY, "1.0"), (DEPTH, "1e-300"), (FILAMENT_COUNT, "1.0")];
+        let is_absent = |parameter: &&Parameter| stated(&self.table, parameter).next().is_none();
+        let absent = |path| Parameter::find(path).filter(is_absent);
         let overrides: Vec<Override<'_>> = ANY
             .into_iter()
             .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
             .collect();
-        self.build(&overrides).map(|(settings, _)| settings)
+        self.build(&overrides).map(|built| built.settings)
+    }
+
+    /// Whether the file states the setting at a dotted path, regardless of its sweeps.
+    #[must_use]
+    pub fn states(&self, path: &str) -> bool {
+        find(&self.table, path).is_some()
+    }
+
+    /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
+    #[must_use]
+    pub fn unstated(&self) -> Vec<&'static Parameter> {
+        let is_unstated = |parameter: &&Parameter| parameter.decides_force && !self.states(parameter.path);
+        PARAMETERS.iter().filter(is_unstated).collect()
     }
 
     /// The path of the measured forces as the file states it, relative to the file's directory.
@@ -182,6 +272,7 @@ impl<'t> Document<'t> {
             let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
             return Err(self.error(problem, self.study_span.clone(), advice));
         }
+        self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
         let first_values: Vec<String> =
             self.sweeps.iter().map(|LocatedSweep { sweep, .. }| sweep.parameter().format(sweep.values()[0])).collect();
@@ -191,11 +282,14 @@ impl<'t> Document<'t> {
             .zip(&first_values)
             .map(|(located, text)| Override { parameter: located.sweep.parameter(), text, span: located.span.clone() })
             .collect();
-        let (base, table) = self.build(&overrides)?;
-        let sweeps = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
+        let Built { settings: base, table, followed } = self.build(&overrides)?;
+        let mut sweeps: Vec<Sweep> = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
+        // What follows from other settings does so in each case.
+        let held = followed.into_iter().filter(|(parameter, _)| !self.sweeps(parameter));
+        sweeps.extend(held.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()));
         Study::new(base, sweeps).map_err(|error| {
             let span = match &error {
-                StudyError::SweptTwice { path } => place(&table, path),
+                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => place(&table, path),
                 StudyError::Case { violation, .. } => place(&table, violation.path),
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
             };
@@ -203,8 +297,13 @@ impl<'t> Document<'t> {
         })
     }
 
-    /// Reads and checks the settings with some values replaced. The returned tree has the place of each setting.
-    fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<(Settings, DeTable<'a>), InputError> {
+    /// Whether the study sweeps a setting.
+    fn sweeps(&self, parameter: &Parameter) -> bool {
+        self.sweeps.iter().any(|located| std::ptr::eq(located.sweep.parameter(), parameter))
+    }
+
+    /// Reads and checks the settings with some values replaced.
+    fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<Built<'a>, InputError> {
         let mut table: DeTable<'a> = self.table.clone();
         for Override { parameter, text, span } in overrides {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
@@ -212,15 +311,21 @@ impl<'t> Document<'t> {
                 .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
                 .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
             if let DeValue::Table(section) = section.get_mut() {
-                // Remove the entry first: an insertion alone would keep the old key's place.
-                section.remove(parameter.key());
+                // Remove the entry first: an insertion alone would keep the old key's place. What states the same goes, too,
+                // unless it is replaced itself.
+                let is_replaced = |same: &Parameter| overrides.iter().any(|other| std::ptr::eq(other.parameter, same));
+                for same in parameter.group().filter(|same| std::ptr::eq(*same, *parameter) || !is_replaced(same)) {
+                    section.remove(same.key());
+                }
                 section.insert(
                     Spanned::new(span.clone(), Cow::Borrowed(parameter.key())),
                     Spanned::new(span.clone(), value.into_inner()),
                 );
             }
         }
-        let root = Spanned::new(self.end(), table.clone());
+        let mut plain = table.clone();
+        let followed = self.take_followed(&mut plain)?;
+        let root = Spanned::new(self.end(), plain);
         let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
             // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
             let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
@@ -229,15 +334,57 @@ impl<'t> Document<'t> {
         if self.control_points_file.is_some() {
             settings.workpiece.control_points_m.clone_from(&self.control_points);
         }
+        if !followed.is_empty() {
+            settings.check_ranges().map_err(|violation| self.violated(&table, violation))?;
+            followed.iter().for_each(|(parameter, value)| parameter.set(&mut settings, *value));
+        }
         check(&settings).map_err(|violation| {
-            let of_points = self.control_points_file.as_ref().filter(|_| violation.path == CONTROL_POINTS);
-            let span = of_points.map(|(_, span)| span.clone()).or_else(|| place(&table, violation.path));
-            let span = span.unwrap_or(self.end());
-            let Violation { path, value, allowed } = violation;
-            let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
-            self.error(problem, span, "")
+            let cause = followed.iter().find(|(parameter, _)| parameter.instead_of == violation.path);
+            match cause {
+                Some((parameter, value)) => self.violated(&table, followed_violation(parameter, *value, &violation)),
+                None => self.violated(&table, violation),
+            }
         })?;
-        Ok((settings, table))
+        Ok(Built { settings, table, followed })
+    }
+
+    /// Takes the settings that state others in their own way out of the tree, and puts a value that passes the checks in the place of
+    /// these others. Returns them with their values.
+    fn take_followed<'a>(&self, table: &mut DeTable<'a>) -> Result<Vec<(&'static Parameter, f64)>, InputError> {
+        let mut followed = Vec::new();
+        for parameter in PARAMETERS.iter().filter(|parameter| !parameter.instead_of.is_empty()) {
+            let Some(value) = find(table, parameter.path) else { continue };
+            let span = value.span();
+            if let Some(other) = stated(table, parameter).find(|other| !std::ptr::eq(*other, parameter)) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, span, "give one of them: each follows from the other"));
+            }
+            let refused = |found: String| {
+                let problem =
+                    Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
+                self.error(problem, span.clone(), &text_mistake(value.get_ref()))
+            };
+            let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
+            parameter.check(number).map_err(|violation| refused(violation.value))?;
+            followed.push((parameter, number));
+            if let Some(DeValue::Table(section)) = table.get_mut(parameter.section()).map(Spanned::get_mut) {
+                let of = Parameter::find(parameter.instead_of).expect("what follows does so from a setting");
+                let any = DeValue::parse("1.0").expect("a number is a value").into_inner();
+                section.remove(parameter.key());
+                section.insert(Spanned::new(span.clone(), Cow::Borrowed(of.key())), Spanned::new(span.clone(), any));
+            }
+        }
+        Ok(followed)
+    }
+
+    /// The error about a setting outside its range, or at odds with others.
+    fn violated(&self, table: &DeTable<'_>, violation: Violation) -> InputError {
+        let of_points = self.control_points_file.as_ref().filter(|_| violation.path == CONTROL_POINTS);
+        let span = of_points.map(|(_, span)| span.clone()).or_else(|| place(table, violation.path));
+        let span = span.unwrap_or(self.end());
+        let Violation { path, value, allowed } = violation;
+        let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
+        self.error(problem, span, "")
     }
 
     /// Reads the entries of `[study]` in the order of the file.
@@ -284,8 +431,7 @@ impl<'t> Document<'t> {
                 key: study_key,
                 expected: "the path of a scalar setting in quotes, such as \"filament.segments\"".to_owned(),
             };
-            let paths = PARAMETERS.iter().map(|parameter| parameter.path);
-            return Err(self.error(problem, key.span(), &did_you_mean(name, paths)));
+            return Err(self.error(problem, key.span(), &setting_meant(name)));
         };
         let unreadable = |error: toml::de::Error| {
             let span = error.span().unwrap_or(value.span());
@@ -339,7 +485,11 @@ impl<'t> Document<'t> {
             let message = error.message();
             // The key comes first, and may be anything.
             let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
-            let expected = shown(expected, LONGEST_MESSAGE);
+            let section = key.split_once('.').map_or("", |(section, _)| section);
+            // Keys that state others in their own way are no fields of the settings.
+            let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
+            let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
+            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>();
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {
@@ -352,14 +502,14 @@ impl<'t> Document<'t> {
             for (key, value) in section.get_ref().as_table().into_iter().flatten() {
                 let path = format!("{name}.{}", key.get_ref());
                 if key.span() == span {
-                    let paths = PARAMETERS.iter().map(|parameter| parameter.path);
-                    return unknown(path.clone(), did_you_mean(&path, paths));
+                    let advice = setting_meant(&path);
+                    return unknown(path, advice);
                 }
                 if value.span().start <= span.start && span.end <= value.span().end {
                     let allowed =
                         Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
-                    return self.error(problem, span, "");
+                    return self.error(problem, span, &text_mistake(value.get_ref()));
                 }
             }
         }
@@ -369,8 +519,10 @@ impl<'t> Document<'t> {
     /// The error about required keys that are missing: whole sections first, otherwise the keys of one section. `None` if
     /// there are all of them.
     fn missing(&self, table: &DeTable<'_>) -> Option<InputError> {
-        let missing: Vec<&'static Parameter> =
-            PARAMETERS.iter().filter(|parameter| parameter.required && find(table, parameter.path).is_none()).collect();
+        let missing: Vec<&'static Parameter> = PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.required && stated(table, parameter).next().is_none())
+            .collect();
         let first = *missing.first()?;
         let mut sections: Vec<&'static str> = missing.iter().map(|parameter| parameter.section()).collect();
         sections.dedup();
@@ -394,9 +546,15 @@ impl<'t> Document<'t> {
                 section = parameter.section();
                 advice.push_str(&format!("\n     [{section}]"));
             }
-            // All required settings have a unit.
             let line = format!("{} = {}", parameter.key(), parameter.format(parameter.get(&example)));
-            advice.push_str(&format!("\n     {line:30}  # {} in {}", parameter.name, parameter.unit));
+            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" in {}", parameter.unit) };
+            advice.push_str(&format!("\n     {line:30}  # {}{unit}", parameter.name));
+        }
+        for parameter in named() {
+            let others: Vec<String> = parameter.group().skip(1).map(|other| format!("`{}`", other.key())).collect();
+            if !others.is_empty() {
+                advice.push_str(&format!("\n\n     Instead of `{}`: {}.", parameter.key(), others.join(" or ")));
+            }
         }
         if named().any(|parameter| parameter.section() == PROCESS) {
             advice.push_str("\n\n     What [study] sweeps may be left out for `bristle study`.");
@@ -424,6 +582,15 @@ fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<
     T::deserialize(ValueDeserializer::from(value.clone()))
 }
 
+/// What is wrong with a text in the place of a number; empty if nothing more can be said.
+fn text_mistake(value: &DeValue<'_>) -> String {
+    let text =
+        value.as_str().filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)));
+    text.map_or_else(String::new, |text| {
+        value_mistake(&format!("= {text}")).unwrap_or_else(|| "write the number without quotes".to_owned())
+    })
+}
+
 /// The values allowed where the parser has refused one that belongs to no scalar setting.
 fn allowed_by(message: &str) -> String {
     let kinds = message.strip_prefix("unknown variant ").and_then(|message| message.rsplit_once(", expected "));
@@ -441,27 +608,60 @@ fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValu
     table.get(section)?.get_ref().as_table()?.get(key)
 }
 
+/// The settings of the tree that state the same as `parameter`, itself included.
+fn stated(table: &DeTable<'_>, parameter: &Parameter) -> impl Iterator<Item = &'static Parameter> {
+    parameter.group().filter(|same| find(table, same.path).is_some())
+}
+
+/// The violation of a setting's range by the value that follows from that of another.
+fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) -> Violation {
+    let Violation { path, value: follows, allowed } = violation;
+    let allowed = format!("such that `{path}`, which follows from it and is {follows}, is {allowed}");
+    Violation { path: parameter.path, value: parameter.format(value), allowed }
+}
+
 /// The place of the value at a dotted path, or otherwise of its section's heading.
 fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
     let heading = || table.get(path.split_once('.')?.0);
     find(table, path).or_else(heading).map(Spanned::span)
 }
 
-/// A hint at the path whose last part is most similar to that of `written`. Empty if none is close.
-///
-/// Comparing last parts also finds keys that are in the wrong section.
-fn did_you_mean<'c>(written: &str, paths: impl Iterator<Item = &'c str>) -> String {
-    /// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
-    const CLOSE: f64 = 0.85;
-    let last_part = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
-    let written = last_part(written);
-    // The name of a section is not a misspelling: the quotes around a dotted path are missing.
-    if PARAMETERS.iter().any(|parameter| parameter.section() == written) {
-        return format!("a dotted path needs quotes, as in \"{written}.…\"");
-    }
-    paths
-        .map(|path| (strsim::jaro_winkler(&written, &last_part(path)), path))
+/// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
+const CLOSE: f64 = 0.85;
+
+/// A hint at the name that is most similar to `written`. Empty if none is close.
+fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
+    names
+        .map(|name| (strsim::jaro_winkler(written, name), name))
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
         .filter(|(similarity, _)| *similarity >= CLOSE)
-        .map_or_else(String::new, |(_, path)| format!("did you mean `{path}`?"))
+        .map_or_else(String::new, |(_, name)| format!("did you mean `{name}`?"))
+}
+
+/// A hint at the setting whose key is most similar to the last part of `written`, or that people call by this name. Empty if none is
+/// close. Keys in the wrong section are found, too.
+pub(crate) fn setting_meant(written: &str) -> String {
+    /// By how much more similar a key of another section must be.
+    const OWN_SECTION: f64 = 0.1;
+    let (section, written) = written.rsplit_once('.').unwrap_or(("", written));
+    // The name of a section is not a misspelling: the quotes around a dotted path are missing.
+    if is_section(written) {
+        return format!("a dotted path needs quotes, as in \"{written}.…\"");
+    }
+    let lower = written.to_lowercase();
+    let called = |parameter: &Parameter| {
+        let names = [Some(lower.as_str()), without_unit(&lower)];
+        parameter.symbol == written
+            || parameter.key() == lower
+            || names.into_iter().flatten().any(|name| parameter.also.contains(&name))
+    };
+    let similarity = |parameter: &Parameter| {
+        let similarity = if called(parameter) { 1.0 } else { strsim::jaro_winkler(&lower, parameter.key()) };
+        (similarity >= CLOSE).then(|| similarity + if parameter.section() == section { OWN_SECTION } else { 0.0 })
+    };
+    let close = PARAMETERS.iter().filter_map(|parameter| Some((similarity(parameter)?, parameter)));
+    // Of equally similar ones the first.
+    let meant = close.rev().max_by(|(left, _), (right, _)| left.total_cmp(right));
+    let Some((_, meant)) = meant else { return String::new() };
+    format!("did you mean `{}`?{}", meant.path, other_unit(&lower, meant.key()))
 }

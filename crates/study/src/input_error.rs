@@ -12,7 +12,7 @@ use crate::study::{StudyError, SweepError};
 /// Source lines longer than this are cut, so that they fit into a terminal of 80 columns.
 const LONGEST_LINE: usize = 72;
 /// Longest key and longest message of the parser, in characters.
-const LONGEST_KEY: usize = 80;
+pub(crate) const LONGEST_KEY: usize = 80;
 pub(crate) const LONGEST_MESSAGE: usize = 200;
 
 /// What is wrong with an input file, where, and what to do about it.
@@ -63,6 +63,22 @@ pub enum Problem {
     MissingSections {
         /// Names of the sections.
         sections: Vec<&'static str>,
+    },
+    /// Two keys that state the same.
+    #[error("`{key}` and `{other}` are both given")]
+    Both {
+        /// Dotted path of the one.
+        key: &'static str,
+        /// Dotted path of the other.
+        other: &'static str,
+    },
+    /// An option for a key that the study sweeps.
+    #[error("`{key}` has no effect, because the study sweeps `{swept}`")]
+    Swept {
+        /// Dotted path of the key.
+        key: &'static str,
+        /// Dotted path of the swept setting, the same or one that states the same.
+        swept: &'static str,
     },
     /// A value that is not allowed for the key.
     #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]
@@ -124,16 +140,40 @@ impl Display for Location {
     }
 }
 
-/// An input file's name and text, in which errors are located.
+/// An input file's name and text, in which errors are located, and the options that add to it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'t> {
     pub(crate) name: &'t str,
     pub(crate) text: &'t str,
+    /// Places in them follow those in the text, as if each were a line below it.
+    pub(crate) options: &'t [String],
 }
 
-impl Source<'_> {
+impl<'t> Source<'t> {
+    /// The place at which an option starts.
+    pub(crate) fn start_of_option(&self, number: usize) -> usize {
+        self.options[..number].iter().fold(self.text.len() + 1, |start, option| start + option.len() + 1)
+    }
+
+    /// The text in which a place is, and where that starts.
+    fn part(&self, place: usize) -> (Source<'t>, usize) {
+        let of_option = |number: usize| {
+            let start = self.start_of_option(number);
+            let source = Source { name: "--set", text: &self.options[number], options: &[] };
+            (start..=start + source.text.len()).contains(&place).then_some((source, start))
+        };
+        let own = || (Source { options: &[], ..*self }, 0);
+        (0..self.options.len()).find_map(of_option).unwrap_or_else(own)
+    }
+
     /// The place of a range of bytes. A range outside the text counts as the text's end.
     pub(crate) fn location(&self, span: Range<usize>) -> Location {
+        let (source, before) = self.part(span.start);
+        source.location_here(span.start - before..span.end.max(span.start) - before)
+    }
+
+    /// [`Source::location`] within the text.
+    fn location_here(&self, span: Range<usize>) -> Location {
         let start = self.char_boundary(span.start);
         let end = self.char_boundary(span.end).max(start);
         let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
@@ -162,6 +202,13 @@ impl Source<'_> {
         }
     }
 
+    /// The line at a byte.
+    pub(crate) fn line(&self, byte: usize) -> &str {
+        let byte = self.char_boundary(byte);
+        let start = self.text[..byte].rfind('\n').map_or(0, |newline| newline + 1);
+        self.text[start..].lines().next().unwrap_or_default()
+    }
+
     /// The last character boundary at or before a byte.
     fn char_boundary(&self, byte: usize) -> usize {
         let mut byte = byte.min(self.text.len());
@@ -173,7 +220,9 @@ impl Source<'_> {
 
     /// The text at a range of bytes, cut if long, for quoting in a message.
     pub(crate) fn quote(&self, span: Range<usize>) -> String {
-        let text = self.text.get(span).unwrap_or_default();
+        let (source, before) = self.part(span.start);
+        let text = span.end.checked_sub(before).and_then(|end| source.text.get(span.start - before..end));
+        let text = text.unwrap_or_default();
         shortened(&text.replace(['\n', '\r', '\t'], " "))
     }
 }
@@ -184,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_place_names_line_and_column_and_marks_the_text() {
-        let source = Source { name: "a.toml", text: "one = 1\nzwölf = 12\n" };
+        let source = Source { name: "a.toml", text: "one = 1\nzwölf = 12\n", options: &[] };
         let location = source.location(17..19);
         assert_eq!((location.line, location.column), (2, 9));
         assert_eq!(location.to_string(), "  --> a.toml:2:9\n  |\n2 | zwölf = 12\n  |         ^^");
@@ -193,7 +242,7 @@ mod tests {
     #[test]
     fn places_at_the_edges_do_not_panic() {
         for text in ["", "\n", "a", "ä\r\n", "x = \u{1b}[0m"] {
-            let source = Source { name: "", text };
+            let source = Source { name: "", text, options: &[] };
             for start in 0..12 {
                 for end in 0..12 {
                     let _ = source.location(start..end).to_string();
@@ -207,7 +256,7 @@ mod tests {
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("x = [{}nan]", "1.0, ".repeat(1000));
         let start = text.len() - 4;
-        let location = Source { name: "a", text: &text }.location(start..start + 3);
+        let location = Source { name: "a", text: &text, options: &[] }.location(start..start + 3);
         assert!(location.excerpt.chars().count() <= LONGEST_LINE);
         assert_eq!(&location.excerpt[location.marked.clone()], "nan");
     }

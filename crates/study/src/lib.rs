@@ -12,17 +12,23 @@
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod advice;
+pub mod assumptions;
 pub mod brush;
 pub mod checkpoint;
 pub mod control_points;
 pub mod digest;
 pub mod document;
 pub mod edges;
+pub mod explain;
+pub mod first_file;
 pub mod input_error;
 pub mod journal;
 pub mod limited_work;
 pub mod measured;
+mod mistakes;
+mod options;
 mod origin;
+pub mod plausibility;
 pub mod results;
 pub mod schema;
 pub mod slices;

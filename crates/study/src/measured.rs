@@ -237,7 +237,8 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
                 .iter()
                 .map(|&measured| {
                     let Measurement { brushing_velocity_m_s, penetration_depth_m, .. } = measured;
-                    let simulated = tool_force(study, results, &slice, brushing_velocity_m_s, penetration_depth_m);
+                    let across = slice.at_velocity(study, brushing_velocity_m_s);
+                    let simulated = tool_force(study, results, &slice, across, penetration_depth_m);
                     Point { measured, simulated }
                 })
                 .collect(),
@@ -252,15 +253,15 @@ pub fn relative_uncertainty(study: &Study, case: usize) -> f64 {
     if ratio.is_finite() { ratio } else { 0.0 }
 }
 
-/// `F_n,w` in a slice of velocity and depth.
+/// `F_n,w` in a slice, at a position on its horizontal side, which is [`Slice::at_velocity`] of a velocity, and a depth (m).
 pub fn tool_force(
     study: &Study,
     results: &[CaseResult],
     slice: &Slice,
-    velocity: f64,
+    across: f64,
     depth: f64,
 ) -> Result<Simulated, Missing> {
-    let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, slice, [velocity, depth], value);
+    let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, slice, [across, depth], value);
     let force_n = at(&|summary| Some(summary.metrics.tool_contact_normal_force_n))?;
     let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
     Ok(Simulated {

@@ -10,12 +10,35 @@ use crate::study::SHORT_NAMES;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 
+/// The section of the sweeps.
+const STUDY: &str = "study";
+
 /// The schema, with the limits of every number, as indented text.
 #[must_use]
 pub fn input_schema() -> String {
+    format!("{:#}\n", file_schema())
+}
+
+/// Whether the keys of a section are no settings: those of the sweeps are paths of settings.
+pub(crate) fn is_stated_elsewhere(section: &str) -> bool {
+    section == STUDY
+}
+
+/// The schema of an input file.
+pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {
+        if !parameter.instead_of.is_empty() {
+            let description = format!(
+                "{}, in {}, instead of `{}`.",
+                capitalised(parameter.name),
+                parameter.unit,
+                parameter.instead_of
+            );
+            let property = json!({ "type": "number", "description": description });
+            schema["properties"][parameter.section()]["properties"][parameter.key()] = property;
+        }
         let number = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
         if let Value::Object(number) = number {
             state_limits(number, parameter);
@@ -26,7 +49,10 @@ pub fn input_schema() -> String {
     if let Value::Object(process) = &mut schema["properties"]["process"] {
         process.remove("required");
     }
-    schema["properties"]["study"] = study_schema();
+    for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
+        state_choice(&mut schema["properties"][parameter.section()], parameter);
+    }
+    schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
         "type": "string",
@@ -34,7 +60,7 @@ pub fn input_schema() -> String {
         "description": "Path of a CSV file with control points instead of `control_points_m`, relative to the directory of the input \
                         file, with the columns x_m, y_m.",
     });
-    format!("{schema:#}\n")
+    schema
 }
 
 /// The schema that follows from the structures alone.
@@ -44,6 +70,34 @@ fn settings_schema() -> Value {
         .into_generator()
         .into_root_schema_for::<Settings>()
         .to_value()
+}
+
+/// The words with a capital letter at the beginning.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// States that a section has exactly one of the settings that state the same, or at most one if it need not have any.
+fn state_choice(section: &mut Value, parameter: &Parameter) {
+    let keys: Vec<&str> = parameter.group().map(Parameter::key).collect();
+    let Value::Object(section) = section else { return };
+    if keys.len() < 2 {
+        return;
+    }
+    let is_required = match section.get_mut("required") {
+        Some(Value::Array(required)) => {
+            required.retain(|key| key != keys[0]);
+            true
+        }
+        _ => false,
+    };
+    let each: Vec<Value> = keys.iter().map(|key| json!({ "required": [key] })).collect();
+    if is_required {
+        section.insert("oneOf".to_owned(), json!(each));
+    } else {
+        section.insert("not".to_owned(), json!({ "required": keys }));
+    }
 }
 
 fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
@@ -140,7 +194,8 @@ mod tests {
                 assert_eq!(parameter.required, required, "{path}");
             }
         }
-        assert_eq!(numbers, PARAMETERS.len());
+        // Those that state others in their own way are in files only.
+        assert_eq!(numbers, PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()).count());
     }
 
     #[test]
@@ -153,5 +208,10 @@ mod tests {
         let sweeps = &schema["properties"]["study"]["properties"];
         assert!(sweeps["penetration_depth_m"].is_object());
         assert!(sweeps["filament.segments"].is_object());
+        let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
+        assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
+        assert_eq!(process["not"]["required"], json!(["brushing_velocity_m_s", "rotational_speed_rpm"]));
+        assert_eq!(tool["required"], json!(["body_radius_m", "width_m"]));
+        assert_eq!(tool["oneOf"].as_array().map(Vec::len), Some(3));
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Figures and comparisons show a study slice by slice.
 
-use crate::study::{DEPTH, Study, VELOCITY};
+use crate::study::{DEPTH, SPEED, Study, VELOCITY};
 use crate::text::number::short;
 use bristle::model::parameters::Parameter;
 
@@ -65,6 +65,7 @@ impl Side {
     pub fn word(&self) -> &'static str {
         match self.parameter.path {
             VELOCITY => "velocity",
+            SPEED => "speed",
             DEPTH => "depth",
             OFFSET => "offset",
             _ => self.parameter.key(),
@@ -75,6 +76,7 @@ impl Side {
     pub fn label(&self) -> String {
         match self.parameter.path {
             VELOCITY => "brushing velocity v_b in m/s".to_owned(),
+            SPEED => "rotational speed n_w in rpm".to_owned(),
             DEPTH => "penetration depth a_e in mm".to_owned(),
             OFFSET => "offset of the workpiece in mm".to_owned(),
             path if self.parameter.unit.is_empty() => path.to_owned(),
@@ -97,6 +99,7 @@ impl Side {
 fn symbol(parameter: &'static Parameter) -> &'static str {
     match parameter.path {
         VELOCITY => "v_b",
+        SPEED => "n_w",
         DEPTH => "a_e",
         OFFSET => "offset",
         _ => parameter.key(),
@@ -121,6 +124,16 @@ pub fn equation(parameter: &'static Parameter, value: f64) -> String {
 }
 
 impl Slice {
+    /// Where a brushing velocity (m/s) lies along the horizontal side of a slice of [`process_slices`].
+    pub fn at_velocity(&self, study: &Study, velocity_m_s: f64) -> f64 {
+        if self.x.parameter.path != SPEED {
+            return velocity_m_s;
+        }
+        let mut settings = study.settings(self.case(0, 0));
+        settings.process.brushing_velocity_m_s = velocity_m_s;
+        settings.rotational_speed_rpm()
+    }
+
     /// The number of the case at these positions along the sides.
     pub fn case(&self, x: usize, y: usize) -> usize {
         self.origin + self.x.offsets[x] + self.y.offsets[y]
@@ -145,18 +158,18 @@ pub struct Slices {
     pub total: usize,
 }
 
-/// At most `limit` slices of brushing velocity and penetration depth.
+/// At most `limit` slices of brushing velocity, or of rotational speed if the study states that, and penetration depth.
 pub fn process_slices(study: &Study, limit: usize) -> Slices {
-    let [velocity, depth] = process_parameters();
+    let [velocity, depth] = process_parameters(study);
     slices(study, velocity, depth, limit)
 }
 
 /// At most `limit` slices of the two most informative settings: the first two that vary among velocity, depth and the further
 /// sweeps, fastest first. A study of one case has none.
 pub fn telling_slices(study: &Study, limit: usize) -> Slices {
-    let [velocity, depth] = process_parameters();
+    let [velocity, depth] = process_parameters(study);
     let further = study.sweeps().iter().rev().map(|sweep| sweep.parameter());
-    let further = further.filter(|parameter| ![VELOCITY, DEPTH].contains(&parameter.path));
+    let further = further.filter(|parameter| ![velocity.path, DEPTH].contains(&parameter.path));
     let mut varying: Vec<&'static Parameter> =
         [velocity, depth].into_iter().chain(further).filter(|parameter| Side::new(study, parameter).varies()).collect();
     if varying.is_empty() {
@@ -176,8 +189,8 @@ pub fn offset_slices(study: &Study, limit: usize) -> Slices {
     slices(study, x, y, limit)
 }
 
-fn process_parameters() -> [&'static Parameter; 2] {
-    [VELOCITY, DEPTH].map(|path| Parameter::find(path).expect("the table has velocity and depth"))
+fn process_parameters(study: &Study) -> [&'static Parameter; 2] {
+    [study.speed(), Parameter::find(DEPTH).expect("the table has the depth")]
 }
 
 fn slices(study: &Study, x: &'static Parameter, y: &'static Parameter, limit: usize) -> Slices {
@@ -225,7 +238,7 @@ mod tests {
 
     fn study(sweeps: &str) -> Study {
         let text = format!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
              [process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
         );
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")

@@ -4,7 +4,7 @@
 macro_rules! brush {
     ($segments:literal) => {
         concat!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = ",
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nsegments = ",
             $segments,
             "\nlength_m = 0.040\ndiameter_m = 1.18e-3\n"
         )

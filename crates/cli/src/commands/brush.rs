@@ -14,7 +14,9 @@ use bristle_report::figures::Brush;
 use bristle_report::page::brush_page;
 use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
+use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::Interaction;
+use bristle_study::plausibility::unusual;
 use bristle_study::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
@@ -24,8 +26,9 @@ use clap::Args;
 
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
-use crate::pictures::{FIGURES, draw_brush, is_picture_of_simulation, say_drawn};
+use crate::files::{StagedFile, occupy, prepare_directory, remove};
+use crate::input::InputArgs;
+use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written};
@@ -57,12 +60,13 @@ const FRAMES: u64 = 120;
 /// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
 #[derive(Args)]
 pub struct BrushArgs {
-    /// Input file, see `bristle schema`
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
@@ -102,18 +106,19 @@ impl BrushArgs {
     }
 
     fn refused(&self, error: BrushError) -> CliError {
-        CliError::BrushRefused { path: self.file.clone(), error: Box::new(error) }
+        CliError::BrushRefused { path: self.input.file.clone(), error: Box::new(error) }
     }
 }
 
 /// Runs the command.
 pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let settings = document.settings()?;
     if settings.brush.is_none() {
-        return Err(CliError::NoBrush(arguments.file.clone()));
+        return Err(CliError::NoBrush(arguments.input.file.clone()));
     }
+    arguments.input.warn_of(&unusual(&settings))?;
     prepare_directory(&arguments.out)?;
     let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT]].concat();
     let _occupied = occupy(
@@ -126,6 +131,10 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     match simulate(arguments, &settings)? {
         Some((result, checkpoint)) => {
             write_results(arguments, settings.clone(), result)?;
+            let assumptions = Assumptions::of_contact(&settings, &document.unstated());
+            if !assumptions.list.is_empty() {
+                say(assumptions.text());
+            }
             checkpoint.remove()?;
             Ok(ExitCode::SUCCESS)
         }
@@ -157,7 +166,7 @@ fn simulate<'a>(
     let outcome = loop {
         match run.advance() {
             Ok(true) => {}
-            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.file, error)),
+            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.input.file, error)),
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
         }
         if run.columns() != columns {
@@ -215,7 +224,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
-        stage(METRICS, &|out| write_brush_metrics(out, &result))?,
+        stage(METRICS, &|out| write_brush_metrics(out, &settings, &result))?,
         stage(FILAMENTS, &|out| write_filaments(out, &result.filaments))?,
         stage(HISTORY, &|out| write_brush_history(out, &result.history))?,
         stage(CONTACTS, &|out| write_contacts(out, &result.pairs))?,
@@ -230,7 +239,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         pairs: std::mem::take(&mut result.pairs),
         settings,
     };
-    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let name = arguments.input.short_name();
     let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
     say(brush_table(&result));
@@ -242,6 +251,6 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         remove(&arguments.out.join(name))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads())?);
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), arguments.figures)?);
     Ok(())
 }

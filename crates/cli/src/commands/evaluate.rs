@@ -6,10 +6,12 @@ use std::process::ExitCode;
 
 use bristle_inspect::evaluation::evaluate;
 use bristle_inspect::state::parse_state;
+use bristle_study::plausibility::unusual;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{read_document, read_input};
+use crate::files::read_input;
+use crate::input::InputArgs;
 use crate::terminal::print;
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
@@ -22,13 +24,12 @@ use crate::terminal::print;
 ///    "q": [1.57, -1.5], "v": [0, 50]}
 ///
 /// The length of q gives the number of segments. Contact is left out, so FILE.toml may omit
-/// velocity and depth.
+/// velocity, depth and number of filaments.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct EvaluateArgs {
-    /// Input file, for tool and filament
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
     /// The state
     #[arg(long, value_name = "STATE.json")]
     state: PathBuf,
@@ -36,9 +37,12 @@ pub struct EvaluateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let settings = read_document(&arguments.file, &text, &name)?.settings_without_process()?;
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let settings = document.settings_without_process()?;
+    // What the file leaves out has values that mean nothing.
+    let stated = unusual(&settings).into_iter().filter(|unusual| document.states(unusual.path));
+    arguments.input.warn_of(&stated.collect::<Vec<_>>())?;
     let state = parse_state(&read_input(&arguments.state)?)
         .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
     let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;

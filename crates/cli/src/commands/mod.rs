@@ -13,6 +13,9 @@ pub mod brush;
 pub mod compare;
 pub mod derive;
 pub mod evaluate;
+pub mod explain;
+pub mod merge;
+pub mod new;
 pub mod plot;
 pub mod simulate;
 pub mod study;
@@ -21,7 +24,10 @@ pub mod validate;
 /// Runs a command.
 pub fn run(command: Command) -> Result<ExitCode, CliError> {
     match command {
+        Command::New(arguments) => new::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),

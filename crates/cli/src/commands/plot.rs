@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::pictures::{draw_saved, say_drawn};
+use crate::pictures::{FigureArgs, draw_saved, say_drawn};
 
 /// Redraw the figures of saved results, to DIR/figures
 ///
@@ -22,12 +22,14 @@ pub struct PlotArgs {
     /// Directory for the figures, which go to its subdirectory `figures` [default: DIR]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    figures: FigureArgs,
 }
 
 /// Runs the command.
 pub fn run(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.results);
-    for drawn in draw_saved(&arguments.results, out)? {
+    for drawn in draw_saved(&arguments.results, out, arguments.figures)? {
         say_drawn(&drawn);
     }
     Ok(ExitCode::SUCCESS)

@@ -8,17 +8,21 @@ use bristle::simulation::{Pass, Sampling, Shape};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
+use bristle_report::tables::contact_table;
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
+use bristle_study::assumptions::Assumptions;
 use bristle_study::limited_work::case_work_warning;
+use bristle_study::plausibility::unusual;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
 use bristle_study::stability::case_warning;
-use bristle_study::touch::case_touch_warnings;
+use bristle_study::touch::case_touch_warning;
 use bristle_study::turns::case_turns_warnings;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, remove};
-use crate::pictures::{FIGURES, draw_contact, is_picture_of_simulation, say_drawn};
+use crate::files::{StagedFile, occupy, prepare_directory, remove};
+use crate::input::InputArgs;
+use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
 use crate::terminal::{say, say_written};
@@ -49,12 +53,13 @@ const ALONE: &str = "note: this filament is alone; `bristle brush` simulates tho
 /// Each node has its arc length, velocity, contact force, gap to the workpiece, and joint angle.
 #[derive(Args)]
 pub struct SimulateArgs {
-    /// Input file, see `bristle schema`
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Number of rows in history.csv; overrides samples in [solver]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
@@ -72,9 +77,10 @@ pub struct SimulateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let settings = read_document(&arguments.file, &text, &name)?.settings()?;
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let (settings, unstated) = (document.settings()?, document.unstated());
+    arguments.input.warn_of(&unusual(&settings))?;
     if settings.brush.is_some() {
         say(ALONE);
     }
@@ -115,7 +121,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
-        stage(METRICS, &|out| write_metrics(out, &simulation))?,
+        stage(METRICS, &|out| write_metrics(out, &contact.settings, &simulation))?,
         stage(HISTORY, &|out| write_history(out, &contact.history))?,
         stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
         stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,
@@ -141,8 +147,9 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_contact(&arguments.out, &contact)?);
-    case_touch_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
+    say_drawn(&draw_contact(&arguments.out, &contact, arguments.figures)?);
+    say(contact_table(&contact.settings, &simulation.metrics, &Assumptions::of_contact(&contact.settings, &unstated)));
+    case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     Ok(ExitCode::SUCCESS)

@@ -11,20 +11,24 @@ use bristle_report::page::{Course, Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
-use bristle_study::study::{CaseResult, Study, complete_study_sampled};
-use bristle_study::touch::study_touch_warnings;
+use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
+use bristle_study::touch::study_touch_warning;
 use bristle_study::turns::study_turns_warnings;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, occupy, prepare_directory, read_document, read_input, relative_to, remove};
+use crate::files::{StagedFile, occupy, prepare_directory, relative_to, remove};
+use crate::input::InputArgs;
 use crate::journal_file::{Earlier, JOURNAL, JournalFile};
-use crate::pictures::{COMPARISON, FIGURES, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn};
+use crate::pictures::{
+    COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn,
+};
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written};
@@ -89,23 +93,38 @@ const LONGEST_FAILURE: usize = 400;
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
 ///    "files":["results/runs.csv","results/study.json","results/report.html"]}
 /// resumed counts the cases that were already in the journal, and files lists the files written.
+///
+/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a journal only.
+/// `bristle merge` makes results of the directories of all shards, which may come from different
+/// machines.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
+pub struct StudyCommandArgs {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Simulate shard I of N only, for `bristle merge`
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+/// The input of a study, and where its results go.
+#[derive(Args)]
 pub struct StudyArgs {
-    /// Input file, see `bristle schema`
-    #[arg(value_name = "FILE.toml")]
-    file: PathBuf,
+    #[command(flatten)]
+    pub input: InputArgs,
     /// Directory for the results, created if it does not exist
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    pub out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Number of threads [default: one per core]; does not change the results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
     #[command(flatten)]
     memory: MemoryArgs,
-    /// Discard DIR/journal.jsonl and simulate all cases again
+    /// Discard the results of an earlier call in DIR/journal.jsonl, and begin anew
     #[arg(long)]
-    restart: bool,
+    pub restart: bool,
     /// Print progress and summary to stdout as JSON objects, instead of tables
     #[arg(long)]
     json: bool,
@@ -116,26 +135,85 @@ impl StudyArgs {
     fn threads(&self) -> Option<NonZeroUsize> {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
     }
+
+    /// Warns of what is unusual, and checks that all brushes can be simulated.
+    fn check(&self, study: &Study) -> Result<(), CliError> {
+        self.input.warn_of(study.unusual())?;
+        if study.has_brush() {
+            check_brushes(study, self.threads(), self.memory.limit())
+                .map_err(|error| CliError::StudyRefused { path: self.input.file.clone(), error: Box::new(error) })?;
+        }
+        Ok(())
+    }
 }
 
 /// Runs the command.
-pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
-    let text = read_input(&arguments.file)?;
-    let name = arguments.file.to_string_lossy();
-    let document = read_document(&arguments.file, &text, &name)?;
-    let study = document.study()?;
-    if study.has_brush() {
-        check_brushes(&study, arguments.threads(), arguments.memory.limit())
-            .map_err(|error| CliError::StudyRefused { path: arguments.file.clone(), error: Box::new(error) })?;
+pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
+    match arguments.shard {
+        Some(shard) => run_shard(&arguments.study, shard),
+        None => run_whole(&arguments.study, arguments.study.restart),
     }
+}
+
+/// Simulates the cases of a shard, which are then in the journal.
+fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> {
+    let text = arguments.input.read()?;
+    let study = text.document()?.study()?;
+    arguments.check(&study)?;
+    prepare_directory(&arguments.out)?;
+    let _occupied = occupy(&arguments.out, &[("", &|name| name == JOURNAL)])?;
+    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
+    let path = arguments.out.join(JOURNAL);
+    tell_of_earlier(&earlier, &path);
+    let mut results = earlier.results;
+    let is_own = |case: &usize| shard.has(*case);
+    let total = (0..study.case_count()).filter(is_own).count();
+    stop_on_interrupt(&journal, total, path.clone());
+    let own = || (0..study.case_count()).filter(is_own);
+    let done = own().filter(|&case| results[case].is_some()).count();
+    let failures = |results: &[Option<CaseResult>]| own().filter(|&case| matches!(results[case], Some(Err(_)))).count();
+    let progress = Progress::begin(total, done, failures(&results), arguments.json);
+    let take = |case, result: &CaseResult| {
+        let flow = journal.append(case, result);
+        if flow.is_continue() {
+            progress.case_done(result.is_err());
+        }
+        flow
+    };
+    let simulated = complete_shard(&study, shard, arguments.threads(), &mut results, take);
+    let seconds = progress.end();
+    journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
+    simulated.map_err(CliError::Threads)?;
+    if !arguments.json {
+        let path = shown_path(&path);
+        say(format_args!(
+            "shard {shard}: its {total} cases are in `{path}`; `bristle merge` makes results of all shards"
+        ));
+    }
+    progress.summarise(seconds, &[path])?;
+    let failed = failures(&results);
+    if failed > 0 {
+        say(format_args!("error: {failed} of the cases failed; the results of the study will say why"));
+    }
+    Ok(if failed == 0 { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
+}
+
+/// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
+pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliError> {
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let study = document.study()?;
+    arguments.check(&study)?;
     let measured =
-        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.file, file))).transpose()?;
+        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.input.file, file))).transpose()?;
     prepare_directory(&arguments.out)?;
     let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
-    prepare_directory(&arguments.out.join(FIGURES))?;
+    if arguments.figures.are_drawn() {
+        prepare_directory(&arguments.out.join(FIGURES))?;
+    }
 
-    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
+    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, restart)?;
     tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
     let recorder = Recorder::new(&study);
     let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results, &recorder)?;
@@ -143,12 +221,16 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
 
     let total = study.case_count();
     let text = measured.as_ref().map(|(text, _)| text.as_str());
-    let files = write_results(arguments, &study, &results, &courses, text)?;
+    let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
+    let files = write_results(arguments, &study, &results, &courses, &assumptions, text)?;
     let points = measured.map_or_else(Vec::new, |(_, points)| points);
-    let drawn = draw_study(&arguments.out, &study, &results, &points, arguments.threads())?;
+    let drawn = draw_study(&arguments.out, &study, &results, &points, arguments.threads(), arguments.figures)?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
+        if !assumptions.list.is_empty() {
+            say(assumptions.text());
+        }
         say(format_args!("{total} cases in {seconds:.2} s"));
         files.iter().for_each(|path| say_written(path));
         say_drawn(&drawn);
@@ -165,7 +247,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
     study_work_warning(&results).iter().for_each(say);
-    study_touch_warnings(&study, &results).iter().for_each(say);
+    study_touch_warning(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
     study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
@@ -236,10 +318,11 @@ fn write_results(
     study: &Study,
     results: &[CaseResult],
     courses: &[Course],
+    assumptions: &Assumptions,
     measured: Option<&str>,
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
-    let name = arguments.file.file_name().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let name = arguments.input.short_name();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
     let directory = &arguments.out;
     let mut runs = Vec::new();
@@ -255,7 +338,9 @@ fn write_results(
         staged.push(StagedFile::text(directory, MEASURED, text).map_err(unfinished)?);
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
-    staged.push(StagedFile::text(directory, REPORT, &page(&name, study, results, courses)).map_err(unfinished)?);
+    staged.push(
+        StagedFile::text(directory, REPORT, &page(&name, study, results, courses, assumptions)).map_err(unfinished)?,
+    );
     let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
     let has_measured = measured.is_some();

@@ -16,6 +16,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4
@@ -140,7 +142,8 @@ fn simulate_writes_metrics_and_history() {
     let text = workspace.read("one/metrics.json");
     let metrics: Value = serde_json::from_str(&text).expect("metrics.json is JSON");
     let metrics = metrics.as_object().expect("an object");
-    assert_eq!(metrics.len(), RESULTS.len() + 1);
+    // The two speeds come first.
+    assert_eq!(metrics.len(), RESULTS.len() + 3);
     assert_eq!(metrics["turn_contact_normal_impulses_n_s"], json!([metrics["contact_normal_impulse_n_s"]]));
     let mut last = 0;
     for key in RESULTS {
@@ -189,7 +192,7 @@ fn study_writes_one_row_per_case_in_grid_order() {
         .stderr(contains("6 cases in").and(contains("runs.csv")));
 
     let rows = workspace.read_rows("results/runs.csv");
-    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments"];
+    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"];
     let columns: Vec<&str> = settings.into_iter().chain(RESULTS).chain(["status"]).collect();
     assert_eq!(rows[0], columns);
     let cases: Vec<[&str; 4]> =
@@ -229,10 +232,10 @@ fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
         .success()
         .stderr(contains("segments").and(contains("µ")));
     let rows = workspace.read_rows("results/runs.csv");
-    assert_eq!(rows[0][2..4], ["segments", "contact.friction_coefficient"]);
+    assert_eq!(rows[0][2..5], ["segments", "rotational_speed_rpm", "contact.friction_coefficient"]);
     let segments: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
     assert_eq!(segments, ["3", "3", "3", "3", "3", "3", "5", "5", "5", "5", "5", "5"]);
-    assert!(rows[1..].iter().all(|row| row[3] == "0.1"));
+    assert!(rows[1..].iter().all(|row| row[4] == "0.1"));
 }
 
 #[test]
@@ -262,7 +265,7 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
     let rows = workspace.read_rows("results/runs.csv");
     assert_eq!(rows.len(), 13);
     for (case, row) in rows[1..].iter().enumerate() {
-        let (status, results) = row[4..].split_last().expect("a status");
+        let (status, results) = row[5..].split_last().expect("a status");
         let failed = case < 6;
         assert_eq!(status != "ok", failed);
         assert!(results.iter().all(|cell| cell.is_empty() == failed));
@@ -480,7 +483,7 @@ fn measured_forces_are_compared_and_drawn() {
         .stderr(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 
     let runs = workspace.read_rows("results/runs.csv");
-    let force: Vec<f64> = runs[1..].iter().map(|row| row[14].parse().expect("a force")).collect();
+    let force: Vec<f64> = runs[1..].iter().map(|row| row[15].parse().expect("a force")).collect();
     let rows = workspace.read_rows("results/measured_comparison.csv");
     assert_eq!(
         rows[0].join(","),
@@ -779,9 +782,9 @@ fn bad_settings_are_refused_with_key_and_line() {
         ("body_radius_m = 0.140", "body_radius_m = 0.0", "tool.body_radius_m"),
         ("body_radius_m = 0.140", "body_radius_m = nan", "tool.body_radius_m"),
         ("width_m = 0.020", "width_m = -0.02", "tool.width_m"),
-        ("width_m = 0.020", "width_m = 1\nfilament_cuont = 3", "`tool.filament_count`?"),
-        ("width_m = 0.020", "width_m = 1\nfilament_count = -1", "tool.filament_count"),
-        ("width_m = 0.020", "width_m = 1\nfilament_count_uncertainty = nan", "tool.filament_count_u"),
+        ("filament_count = 10500", "filament_cuont = 3", "`tool.filament_count`?"),
+        ("filament_count = 10500", "filament_count = -1", "tool.filament_count"),
+        ("filament_count_uncertainty = 600", "filament_count_uncertainty = nan", "tool.filament_count_u"),
         ("width_m = 0.020", "width_m = 1\nkind = \"cup\"", "tool.kind"),
         ("segments = 4", "segments = 0", "filament.segments"),
         ("segments = 4", "segments = -1", "filament.segments"),
@@ -982,7 +985,7 @@ fn messages_name_what_is_missing() {
         ("length_m = 0.040\n", "`filament.length_m` is missing", "[filament]"),
         ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
         (
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n",
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n",
             "the section [tool] is missing",
             "penetration_depth_m = {",
         ),

@@ -13,6 +13,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4

@@ -13,6 +13,8 @@ const HEAD: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 8
@@ -91,6 +93,7 @@ fn deep_edges_and_missed_workpieces_have_warnings() {
         assert!(soft.contains("penetrates an edge by"), "{command}: {soft}");
         assert_eq!(warnings(command, &format!("{met}edge_radius_m = 0.5e-3")), "", "{command}");
         let missed = warnings(command, "edge_radius_m = 0.5e-3\noffset_m = -0.1");
+        let missed = missed.replace("\n         ", " ");
         assert!(missed.contains("never touch the workpiece"), "{command}: {missed}");
     }
 }

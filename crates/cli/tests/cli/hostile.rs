@@ -14,7 +14,7 @@ use crate::program::bristle;
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
-    "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n",
+    "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n",
     "[filament]\nsegments = 3\nlength_m = 0.040\ndiameter_m = 1.18e-3\n",
     "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n",
     "[solver]\nrelative_tolerance = 1e-3\nsamples = 20\n",
@@ -422,7 +422,7 @@ fn a_contact_radius_beyond_the_filament_is_refused() {
 fn what_is_missing_is_named_with_its_place_and_an_example() {
     let workspace = Workspace::new();
     let lines: [(&str, &[&str]); 3] = [
-        ("tool", &["body_radius_m = 0.14", "width_m = 0.02"]),
+        ("tool", &["body_radius_m = 0.14", "width_m = 0.02", "filament_count = 10500"]),
         ("filament", &["length_m = 0.04", "diameter_m = 0.00118"]),
         ("process", &["brushing_velocity_m_s = 10.0", "penetration_depth_m = 0.001"]),
     ];

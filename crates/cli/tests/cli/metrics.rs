@@ -7,6 +7,7 @@ use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::document::Document;
 use bristle_study::results::run_columns;
 use bristle_study::study::{CaseResult, Study, run_study};
@@ -18,6 +19,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4
@@ -53,7 +56,7 @@ fn every_reader_shows_every_metric() {
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study);
-    assert_eq!(columns[3..3 + all.len()], all);
+    assert_eq!(columns[4..4 + all.len()], all);
 
     // metrics.json.
     let directory = tempfile::tempdir().expect("a temporary directory");
@@ -64,7 +67,7 @@ fn every_reader_shows_every_metric() {
     assert!(all.iter().all(|key| metrics.contains_key(*key)), "{text}");
 
     // The page, the most prominent metrics first.
-    let page = page("case.toml", &study, &results, &[]);
+    let page = page("case.toml", &study, &results, &[], &Assumptions::default());
     let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     let data: Value = serde_json::from_str(data).expect("JSON");
@@ -83,7 +86,7 @@ fn every_reader_shows_every_metric() {
     }
 
     // A map for each metric of the figures, a table for each headline.
-    assert_eq!(shown(&study, &results), (8, 4));
+    assert_eq!(shown(&study, &results), (8, 6));
 
     // With friction on an edge there are all of them.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
@@ -92,7 +95,7 @@ fn every_reader_shows_every_metric() {
     let results = run_study(&study, None, || {}).expect("threads");
     let optional = |column: &&Column<Metrics>| column.display.optional;
     assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 5);
-    assert_eq!(shown(&study, &results), (13, 5));
+    assert_eq!(shown(&study, &results), (13, 7));
 }
 
 /// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.

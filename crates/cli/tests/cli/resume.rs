@@ -21,6 +21,8 @@ const FILE: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 10
@@ -400,9 +402,12 @@ fn progress_and_summary_are_for_programs_too() {
     let files = [tables, &["results/study.json", "results/report.html"]].concat();
     assert_eq!(summary["files"], serde_json::json!(files));
     assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
-    // There are no tables, but errors are reported.
+    // There are no tables, but warnings of what is unusual and errors are reported.
     let message = error_text(&output);
-    assert!(message.starts_with("error: 90 cases failed"), "{message}");
+    let (unusual, failures) = message.split_at(message.find("error: ").expect("an error"));
+    assert!(unusual.lines().all(|line| line.starts_with("warning: ") || line.starts_with("         ")), "{message}");
+    assert!(unusual.contains("`contact.stiffness_n_m` is 1e300"), "{message}");
+    assert!(failures.starts_with("error: 90 cases failed"), "{message}");
 
     let output = workspace.ends_as_undisturbed("--json");
     let text = String::from_utf8(output.stdout).expect("UTF-8");

@@ -17,6 +17,8 @@ const HEAD: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 10

@@ -12,6 +12,8 @@ const HEAD: &str = "\
 [tool]
 body_radius_m = 0.140
 width_m = 0.020
+filament_count = 10500
+filament_count_uncertainty = 600
 
 [filament]
 segments = 4
@@ -49,7 +51,7 @@ fn turns_are_a_number_from_1_to_50_or_steady() {
         write(directory.path(), &format!("{HEAD}turns = {wrong}\n"));
         let output = bristle(directory.path(), "simulate case.toml --out one").assert().failure().get_output().clone();
         let text = String::from_utf8(output.stderr).expect("UTF-8");
-        for part in ["case.toml:16:", "process.turns", "a whole number from 1 to 50 or \"steady\""] {
+        for part in ["case.toml:18:", "process.turns", "a whole number from 1 to 50 or \"steady\""] {
             assert!(text.contains(part), "{wrong}: {text}");
         }
         assert!(!directory.path().join("one").exists());
@@ -60,7 +62,7 @@ fn turns_are_a_number_from_1_to_50_or_steady() {
         write(directory.path(), &format!("{HEAD}[study]\n\"process.turns\" = {wrong}\n"));
         let output = bristle(directory.path(), "study case.toml --out many").assert().failure().get_output().clone();
         let text = String::from_utf8(output.stderr).expect("UTF-8");
-        assert!(text.contains("case.toml:17:") && text.contains("process.turns") && text.contains(part), "{text}");
+        assert!(text.contains("case.toml:19:") && text.contains("process.turns") && text.contains(part), "{text}");
     }
 }
 

@@ -133,6 +133,11 @@ impl View<'_> {
         Some(Picture { name, canvas: diagram.draw() })
     }
 
+    /// Where a measured point lies along the horizontal side of the slice.
+    fn across(&self, point: &Measurement) -> f64 {
+        self.slice.at_velocity(self.study, point.brushing_velocity_m_s)
+    }
+
     /// The simulated tool force with measured points; none if the study has no curve for them.
     pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
@@ -140,8 +145,8 @@ impl View<'_> {
             return None;
         }
         let place = |point: &Measurement| match family {
-            Family::OverX => (point.brushing_velocity_m_s, point.penetration_depth_m),
-            Family::OverY => (point.penetration_depth_m, point.brushing_velocity_m_s),
+            Family::OverX => (self.across(point), point.penetration_depth_m),
+            Family::OverY => (point.penetration_depth_m, self.across(point)),
         };
         // The values with measured points that the study covers.
         let (least, largest) = (of.values[0], of.values[of.values.len() - 1]);
@@ -194,7 +199,11 @@ impl View<'_> {
             return format!("band: 95 % of the tools with {}", scatter_text(&settings));
         }
         let settings = self.study.settings(self.slice.case(0, 0));
-        let [count, spread] = [settings.tool.filament_count, settings.tool.filament_count_uncertainty].map(short);
+        let tool = &settings.tool;
+        if tool.filament_count_uncertainty == 0.0 {
+            return "no band: the number of filaments is exact".to_owned();
+        }
+        let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
         format!("band: N_f = {count} ± {spread} (standard deviation)")
     }
 

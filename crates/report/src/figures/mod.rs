@@ -16,7 +16,7 @@ use bristle_study::brush::Interaction;
 use bristle_study::measured::{Measurement, relative_uncertainty};
 use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, equation, offset_slices, process_slices, telling_slices};
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::shown_metrics;
 
@@ -174,7 +174,8 @@ fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`, brushes `interaction_over_velocity`,
 /// `interaction_over_depth` and `interaction_factor_map`. Further sweeps have figures for each
-/// of their values, at most four, with the value at the end of the name.
+/// of their values, at most four, with the value at the end of the name. Studies of the rotational speed have `speed` instead of
+/// `velocity` in the names.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let mut pictures = Vec::new();
@@ -232,9 +233,9 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     Pictures { pictures, note }
 }
 
-/// Whether a slice is over velocity and depth.
+/// Whether a slice is over velocity, or rotational speed, and depth.
 fn is_map(slice: &Slice) -> bool {
-    slice.x.parameter.path == VELOCITY && slice.y.parameter.path == DEPTH && slice.y.varies()
+    [VELOCITY, SPEED].contains(&slice.x.parameter.path) && slice.y.parameter.path == DEPTH && slice.y.varies()
 }
 
 /// Whether [`study_figures`] can make a figure of this name.
@@ -537,7 +538,7 @@ mod tests {
 
     fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
         let text = format!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nsegments = 2\nlength_m = 0.040\n\
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nsegments = 2\nlength_m = 0.040\n\
              diameter_m = 1.18e-3\n[solver]\nrelative_tolerance = 1e-2\n[process]\nbrushing_velocity_m_s = 10.0\n\
              penetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
         );

@@ -143,7 +143,7 @@ function createCaseView(study, grid) {
     );
     const rows = metrics.map((quantity) => {
       const cell = element("td", { class: "number" }, valueText(study, quantity, index));
-      if (quantity.key === FORCE && study.force_uncertainty[index] !== null)
+      if (quantity.key === FORCE && study.force_uncertainty[index])
         cell.append(element("span", { class: "quiet" }, "± from the number of filaments"));
       return element(
         "tr",

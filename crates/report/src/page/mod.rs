@@ -13,6 +13,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
+use bristle_study::assumptions::{Assumption, Assumptions};
 use bristle_study::brush::Interaction;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
@@ -45,9 +46,15 @@ pub const MAX_CASES_SHOWN: usize = 20_000;
 const LONGEST_NAME: usize = 100;
 
 /// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
-/// order.
+/// order; `assumptions` are the settings that the file leaves to their defaults.
 #[must_use]
-pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> String {
+pub fn page(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    assumptions: &Assumptions,
+) -> String {
     let name = &shown(name, LONGEST_NAME);
     let page = Page {
         title: &format!("{name}: brushing study"),
@@ -55,7 +62,7 @@ pub fn page(name: &str, study: &Study, results: &[CaseResult], courses: &[Course
         without_scripts: "This page draws its figures with JavaScript, which is switched off. The same numbers are in \
                           <code>runs.csv</code> in the same directory.",
         sections: SECTIONS,
-        data: data(name, study, results, courses),
+        data: data(name, study, results, courses, assumptions),
         script: SCRIPT,
     };
     page.framed()
@@ -160,7 +167,7 @@ fn quantity<R: Record>(
     QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
 }
 
-fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -> Value {
+fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], assumptions: &Assumptions) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData> = study
         .sweeps()
@@ -220,16 +227,32 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course]) -
         "failed": results.iter().filter(|result| result.is_err()).count(),
         "axes": axes,
         "settings": settings(&study.settings(0), |parameter| {
-            study.sweeps().iter().any(|sweep| std::ptr::eq(sweep.parameter(), parameter))
+            study.varies(parameter)
         }),
         "quantities": quantities,
         "brush": study.has_brush(),
+        "warnings": study.unusual().iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
+        "assumptions": assumptions_data(assumptions),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
         "errors": errors,
         "courses": courses,
     })
+}
+
+/// The settings that have their defaults, and what a change of each does.
+fn assumptions_data(assumptions: &Assumptions) -> Value {
+    let entry = |assumption: &Assumption| {
+        let &Assumption { parameter, value, changed, force_change } = assumption;
+        let &Parameter { path, symbol, name, unit, .. } = parameter;
+        json!({
+            "path": path, "symbol": symbol, "name": name, "unit": unit,
+            "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
+        })
+    };
+    let Assumptions { row, place, list } = assumptions;
+    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>() })
 }
 
 /// The order of metrics on the page: the most prominent first, with all those of the tool together.
@@ -258,6 +281,8 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let value = match path {
                 _ if is_swept(parameter) => Value::Null,
+                // What follows from others is rounded.
+                _ if !parameter.instead_of.is_empty() => json!(rounded(parameter.get(base))),
                 // A number, or a word.
                 "process.turns" => json!(base.process.turns),
                 // A number, or nothing.

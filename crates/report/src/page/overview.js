@@ -1,6 +1,7 @@
 // The overview: a map over two swept settings, or a curve over one, and the values of the case under the pointer.
 
 const VELOCITY = "process.brushing_velocity_m_s";
+const SPEED = "process.rotational_speed_rpm";
 const DEPTH = "process.penetration_depth_m";
 const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
@@ -27,10 +28,11 @@ class Grid {
         label: setting.symbol,
       };
     };
-    // Velocity and depth belong to a case's name, swept or not.
+    // Velocity, or rotational speed, and depth belong to a case's name, swept or not.
     const paths = this.axes.map((axis) => axis.path);
-    const missing = [VELOCITY, DEPTH].filter((path) => !paths.includes(path)).map(fixed);
-    const rank = (axis) => [VELOCITY, DEPTH].indexOf(axis.path) >>> 0;
+    const named = [paths.includes(SPEED) ? SPEED : VELOCITY, DEPTH];
+    const missing = named.filter((path) => !paths.includes(path)).map(fixed);
+    const rank = (axis) => named.indexOf(axis.path) >>> 0;
     this.named = [...this.axes, ...missing].sort((a, b) => rank(a) - rank(b));
   }
 
@@ -116,7 +118,7 @@ function createOverview(study, grid, open) {
   if (long.length === 0) return { markOpen() {} };
   byId("overview").hidden = false;
 
-  const across = long.find((axis) => axis.path === VELOCITY) ?? long.at(-1);
+  const across = long.find((axis) => [VELOCITY, SPEED].includes(axis.path)) ?? long.at(-1);
   const rest = long.filter((axis) => axis !== across);
   const upward = rest.find((axis) => axis.path === DEPTH) ?? rest.at(-1) ?? null;
   const sliced = rest.filter((axis) => axis !== upward);
@@ -544,10 +546,10 @@ function createOverview(study, grid, open) {
   };
 }
 
-/** A metric of a case with its unit, and with its uncertainty if known. */
+/** A metric of a case with its unit, and with its uncertainty if it has one. */
 function valueText(study, quantity, index) {
   const value = quantity.values[index];
-  if (quantity.key !== FORCE || value === null) return withUnit(value, quantity.scale, quantity.digits);
+  if (quantity.key !== FORCE || !study.force_uncertainty[index]) return withUnit(value, quantity.scale, quantity.digits);
   // Two digits of the uncertainty, and the value to the same decimal.
   const { factor, unit } = quantity.scale;
   const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));

@@ -110,6 +110,8 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
+showWarnings(study.warnings);
+showAssumptions(study.assumptions);
 showSettings(study.settings, settingText);
 showOrigin();
 // Without an address: the middle of the study, or a case with a course.

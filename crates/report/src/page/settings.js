@@ -34,6 +34,38 @@ function showSettings(settings, text) {
   document.getElementById("settings").replaceChildren(...tables);
 }
 
+/** Shows what is unusual about the settings. */
+function showWarnings(warnings) {
+  const list = document.getElementById("warnings");
+  list.hidden = warnings.length === 0;
+  list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning.replaceAll("`", "")}`)));
+}
+
+/** Shows the settings that the input file leaves to their defaults, and what a change of each does to the tool force. */
+function showAssumptions({ row, place, list }) {
+  if (list.length === 0) return;
+  const section = document.getElementById("assumptions");
+  section.hidden = false;
+  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place} (row ${row}).`;
+  document.getElementById("assumptions-note").replaceChildren(...rich(note));
+  const cell = (...content) => element("td", { class: "number" }, ...content);
+  const percent = (change) => (change === null ? "–" : `${change < 0 ? "" : "+"}${number(100 * change, 3)}\u202f%`);
+  const rows = list.map(({ path, symbol: mark, name, unit, value, changed, force_change }) => {
+    const scale = scaleFor(unit, Math.abs(changed));
+    return element(
+      "tr",
+      {},
+      element("th", { scope: "row" }, name, " ", element("code", { class: "quiet" }, path)),
+      element("td", {}, mark ? symbol(mark) : []),
+      cell(...rich(withUnit(value, scale))),
+      cell(...rich(withUnit(changed, scale))),
+      cell(percent(force_change)),
+    );
+  });
+  section.querySelector("th:last-child").replaceChildren(...rich("F_n,w changes by"));
+  section.querySelector("tbody").replaceChildren(...rows);
+}
+
 /** Fills the list of where the numbers come from, with names and their texts. */
 function showEntries(entries) {
   document

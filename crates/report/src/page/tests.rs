@@ -9,6 +9,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::BrushSettings;
 use bristle::simulation::Statistics;
+use bristle_study::assumptions::Assumptions;
 use bristle_study::document::Document;
 use bristle_study::study::Sweep;
 use bristle_study::uncertainty::ForceScatter;
@@ -112,7 +113,7 @@ fn hostile_text_stays_text() {
     let error = "</SCRIPT> <!-- stopped \u{2028}";
     let study = grid(1, 1);
     let results = [Err(error.to_owned())];
-    let page = page(name, &study, &results, &[]);
+    let page = page(name, &study, &results, &[], &Assumptions::default());
     assert_eq!(page.matches("</script>").count(), 2, "the block of data and the program end, nothing else");
     assert!(!page.to_lowercase().contains("<!-- "));
     assert!(page.contains("<title>&lt;/script&gt;"));
@@ -128,7 +129,7 @@ fn texts_are_put_in_once() {
 
 #[test]
 fn a_page_holds_all_that_it_uses() {
-    let text = page("study.toml", &grid(2, 2), &made_up(4), &[]);
+    let text = page("study.toml", &grid(2, 2), &made_up(4), &[], &Assumptions::default());
     for outside in ["http://", "https://", "src=", "@import", "url("] {
         // The namespace of SVG is a name, not an address that anyone asks for.
         assert_eq!(text.replace("http://www.w3.org/2000/svg", "").matches(outside).count(), 0, "{outside}");
@@ -143,7 +144,7 @@ fn the_same_study_gives_the_same_bytes() {
     let pages = [1, 2].map(|threads| {
         let courses = Recorder::new(&study).finish(&results, NonZeroUsize::new(threads)).expect("the threads start");
         assert_eq!(courses.len(), 6);
-        page("study.toml", &study, &results, &courses)
+        page("study.toml", &study, &results, &courses, &Assumptions::default())
     });
     assert!(pages[0] == pages[1]);
 }
@@ -154,7 +155,7 @@ fn failed_cases_are_shown_as_such() {
     let mut results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
     results[4] = Err("it stopped".to_owned());
     let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &courses));
+    let data = data_in(&page("study.toml", &study, &results, &courses, &Assumptions::default()));
     assert_eq!(data["failed"], 1);
     assert_eq!(data["errors"], json!([[4, "it stopped"]]));
     for quantity in data["quantities"].as_array().expect("a list") {
@@ -179,7 +180,7 @@ fn large_studies_stay_small_pages() {
     let results = made_up(study.case_count());
     let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
     assert!((100..=MAX_COURSES).contains(&courses.len()));
-    let page = page("study.toml", &study, &results, &courses);
+    let page = page("study.toml", &study, &results, &courses, &Assumptions::default());
     assert!(page.len() < 10_000_000, "{} bytes", page.len());
     assert_eq!(data_in(&page)["quantities"][0]["values"].as_array().map(Vec::len), Some(10_000));
 }
@@ -240,7 +241,7 @@ fn has_every_setting(stated: &Settings) {
 fn the_uncertainty_is_that_of_the_number_of_filaments() {
     let study = grid(1, 1);
     let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &[]));
+    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default()));
     let force = results[0].as_ref().expect("the case is solved").metrics.tool_contact_normal_force_n;
     let uncertainty = data["force_uncertainty"][0].as_f64().expect("a number");
     // To the six digits that the page has.

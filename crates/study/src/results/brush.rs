@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use bristle::brush::{BrushResult, BrushStatistics, FilamentResult, PairResult, ToolSample};
 use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
 use serde::Serialize;
 
 use super::data::{AGAIN, DataError, Source};
@@ -132,10 +133,12 @@ impl From<Pair> for PairResult {
     }
 }
 
-/// Writes `metrics.json`: one flat object, the metrics of the tool first, then its [`Interaction`], then the work, then the impulses of all turns.
-pub fn write_brush_metrics(mut out: impl Write, result: &BrushResult) -> io::Result<()> {
+/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`], then the work, then the impulses of all turns.
+pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &BrushResult) -> io::Result<()> {
     #[derive(Serialize)]
     struct Flat<'a> {
+        brushing_velocity_m_s: f64,
+        rotational_speed_rpm: f64,
         #[serde(flatten)]
         metrics: &'a Metrics,
         #[serde(flatten)]
@@ -148,6 +151,8 @@ pub fn write_brush_metrics(mut out: impl Write, result: &BrushResult) -> io::Res
     let BrushStatistics { steps, halved_steps, effort } = result.statistics;
     let (metrics, interaction) = (&result.tool, Interaction::of(result));
     let flat = Flat {
+        brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+        rotational_speed_rpm: settings.rotational_speed_rpm(),
         metrics,
         interaction,
         steps,

@@ -43,6 +43,8 @@ struct StudyFile {
     measured: bool,
     settings: Settings,
     axes: Vec<SweepText>,
+    /// What is unusual about the settings, in sentences.
+    warnings: Vec<String>,
     /// Hash of all other keys: figures and advice would show results of other settings if one of these were changed.
     own_sha256: String,
 }
@@ -50,9 +52,18 @@ struct StudyFile {
 impl StudyFile {
     /// The hash of all keys but `own_sha256`.
     fn digest(&self) -> String {
-        let Self { format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, own_sha256: _ } =
-            self;
-        json_digest(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes))
+        let Self {
+            format,
+            bristle_version,
+            equations_sha256,
+            runs_sha256,
+            measured,
+            settings,
+            axes,
+            warnings,
+            own_sha256: _,
+        } = self;
+        json_digest(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, warnings))
     }
 }
 
@@ -120,6 +131,7 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
         measured,
         settings: study.base().clone(),
         axes: study.sweep_texts(),
+        warnings: study.unusual().iter().map(|unusual| unusual.statement.clone()).collect(),
         own_sha256: String::new(),
     };
     file.own_sha256 = file.digest();

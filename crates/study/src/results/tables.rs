@@ -7,6 +7,7 @@ use std::io::{self, Write};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::{Column, Record};
+use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle::simulation::{ProfileCell, Sample, Shape, Simulation};
 use bristle_text::shortened;
@@ -16,12 +17,16 @@ use super::data::{AGAIN, DataError, Source};
 use super::saved::SavedStudy;
 use crate::brush::Interaction;
 use crate::digest::digest;
-use crate::study::{CaseResult, CaseSummary, DEPTH, Study, Sweep, VELOCITY};
+use crate::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, Sweep, VELOCITY};
 use crate::uncertainty::ForceScatter;
 
 /// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
-pub const FIXED_COLUMNS: [(&str, &str); 3] =
-    [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH), ("segments", "filament.segments")];
+pub const FIXED_COLUMNS: [(&str, &str); 4] = [
+    ("brushing_velocity_m_s", VELOCITY),
+    ("penetration_depth_m", DEPTH),
+    ("segments", "filament.segments"),
+    ("rotational_speed_rpm", SPEED),
+];
 
 /// The key of the contact normal impulses of all turns. In a table they are one text, with spaces between them.
 const TURN_IMPULSES: &str = "turn_contact_normal_impulses_n_s";
@@ -109,9 +114,8 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
     results.iter().enumerate().map(move |(case, result)| {
-        let settings = study.settings(case);
         let mut row: Vec<Cell> =
-            columns.iter().map(|(_, parameter)| Cell::setting(parameter, parameter.get(&settings))).collect();
+            columns.iter().map(|(_, parameter)| Cell::setting(parameter, study.value(parameter, case))).collect();
         let summary = result.as_ref().ok();
         row.extend(cells::<Metrics>(summary.map(|summary| &summary.metrics)));
         if scatters {
@@ -137,10 +141,13 @@ fn further_parameters(study: &Study) -> impl Iterator<Item = &'static Parameter>
     swept.filter(|parameter| FIXED_COLUMNS.iter().all(|(_, path)| *path != parameter.path))
 }
 
-/// Writes `metrics.json`: one flat object, the metrics first, then the solver's statistics, then the impulses of all turns.
-pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result<()> {
+/// Writes `metrics.json`: one flat object, the speeds and the metrics first, then the solver's statistics, then the impulses of all
+/// turns.
+pub fn write_metrics(mut out: impl Write, settings: &Settings, simulation: &Simulation) -> io::Result<()> {
     #[derive(Serialize)]
     struct Flat<'a> {
+        brushing_velocity_m_s: f64,
+        rotational_speed_rpm: f64,
         #[serde(flatten)]
         metrics: &'a Metrics,
         #[serde(flatten)]
@@ -148,7 +155,14 @@ pub fn write_metrics(mut out: impl Write, simulation: &Simulation) -> io::Result
         turn_contact_normal_impulses_n_s: &'a [f64],
     }
     let Simulation { metrics, statistics, turn_contact_normal_impulses_n_s, .. } = simulation;
-    serde_json::to_writer_pretty(&mut out, &Flat { metrics, statistics, turn_contact_normal_impulses_n_s })?;
+    let flat = Flat {
+        brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+        rotational_speed_rpm: settings.rotational_speed_rpm(),
+        metrics,
+        statistics,
+        turn_contact_normal_impulses_n_s,
+    };
+    serde_json::to_writer_pretty(&mut out, &flat)?;
     out.write_all(b"\n")
 }
 

@@ -3,11 +3,12 @@
 //! Cases are numbered in the order of the grid and made from their numbers when needed. A large study therefore needs no
 //! memory beyond its results.
 
-use bristle::model::parameters::Violation;
+use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::Settings;
 use thiserror::Error;
 
-use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText, TURNS};
+use super::sweep::{MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
+use crate::plausibility::{Unusual, unusual_in_study};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
@@ -21,6 +22,14 @@ pub enum StudyError {
     SweptTwice {
         /// Dotted path of the setting.
         path: &'static str,
+    },
+    /// Two sweeps name settings that state the same.
+    #[error("`{path}` and `{other}` cannot both be given: each follows from the other")]
+    BothSwept {
+        /// Dotted path of the later one.
+        path: &'static str,
+        /// Dotted path of the other.
+        other: &'static str,
     },
     /// The grid has too many points.
     #[error("the study has more than {MAX_CASES} cases")]
@@ -45,6 +54,7 @@ pub struct Study {
     /// The sweeps from the slowest to the fastest.
     sweeps: Vec<Sweep>,
     case_count: usize,
+    unusual: Vec<Unusual>,
 }
 
 impl Study {
@@ -59,12 +69,16 @@ impl Study {
             if sweeps[..index].iter().any(|other| other.parameter().path == path) {
                 return Err(StudyError::SweptTwice { path });
             }
+            let twin = |other: &&Sweep| sweep.parameter().group().any(|same| same.path == other.parameter().path);
+            if let Some(other) = sweeps[..index].iter().find(twin) {
+                return Err(StudyError::BothSwept { path, other: other.parameter().path });
+            }
             case_count = case_count
                 .checked_mul(sweep.values().len())
                 .filter(|&count| count <= MAX_CASES)
                 .ok_or(StudyError::TooManyCases)?;
         }
-        let study = Self { base, sweeps, case_count };
+        let mut study = Self { base, sweeps, case_count, unusual: Vec::new() };
         if study.scatters() {
             let samples = |case| study.settings(case).uncertainty.samples;
             if (0..case_count).map(samples).sum::<usize>() > MAX_TOOLS {
@@ -74,7 +88,14 @@ impl Study {
         for case in 0..case_count {
             check(&study.settings(case)).map_err(|violation| StudyError::Case { case, violation })?;
         }
+        study.unusual = unusual_in_study(&study);
         Ok(study)
+    }
+
+    /// The settings that are unusual in some case.
+    #[must_use]
+    pub fn unusual(&self) -> &[Unusual] {
+        &self.unusual
     }
 
     /// The settings that all cases share. Swept settings have some value here, usually their first.
@@ -143,9 +164,44 @@ impl Study {
     #[must_use]
     pub fn settings(&self, case: usize) -> Settings {
         let mut settings = self.base.clone();
-        for (sweep, value) in self.sweeps.iter().zip(self.values(case)) {
-            sweep.parameter().set(&mut settings, value);
+        let values = || self.sweeps.iter().map(Sweep::parameter).zip(self.values(case));
+        let (others, own): (Vec<_>, Vec<_>) = values().partition(|(parameter, _)| !parameter.instead_of.is_empty());
+        // A setting that states another in its own way does so from those of this case.
+        for (parameter, value) in own.into_iter().chain(others) {
+            parameter.set(&mut settings, value);
         }
         settings
+    }
+
+    /// The setting by which the study states how fast the tool turns: its rotational speed, or the velocity of the tips.
+    #[must_use]
+    pub fn speed(&self) -> &'static Parameter {
+        let parameters = || self.sweeps.iter().map(Sweep::parameter);
+        let path = if parameters().any(|parameter| parameter.path == SPEED) { SPEED } else { VELOCITY };
+        Parameter::find(path).expect("the table has velocity and speed")
+    }
+
+    /// The value of a setting in a case: that of its sweep, or the one that follows from the others.
+    #[must_use]
+    pub fn value(&self, parameter: &Parameter, case: usize) -> f64 {
+        let swept = self.sweeps.iter().position(|sweep| std::ptr::eq(sweep.parameter(), parameter));
+        let stated = swept.and_then(|position| self.values(case).nth(position));
+        stated.unwrap_or_else(|| parameter.get(&self.settings(case)))
+    }
+
+    /// Whether a setting has different values in different cases, because it is swept or follows from one that is.
+    #[must_use]
+    pub fn varies(&self, parameter: &Parameter) -> bool {
+        let mut stride = self.case_count;
+        self.sweeps.iter().any(|sweep| {
+            let count = sweep.values().len();
+            stride /= count;
+            if std::ptr::eq(sweep.parameter(), parameter) {
+                return true;
+            }
+            let follows = parameter.group().count() > 1;
+            let value = |position: usize| parameter.get(&self.settings(position * stride));
+            follows && (1..count).any(|position| value(position) != value(0))
+        })
     }
 }

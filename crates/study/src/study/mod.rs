@@ -4,13 +4,15 @@
 
 mod grid;
 mod scheduler;
+mod shard;
 mod sweep;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
-pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, VELOCITY};
+pub use shard::{Shard, complete_shard};
+pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
 
-pub(crate) use sweep::{SweepText, TURNS};
+pub(crate) use sweep::{SweepText, TURNS, without_rounding_noise};
 
 #[cfg(test)]
 mod tests {

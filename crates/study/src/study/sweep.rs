@@ -6,6 +6,8 @@ use thiserror::Error;
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
+/// Path of the setting that states the velocity by the speed of the machine.
+pub const SPEED: &str = "process.rotational_speed_rpm";
 /// Path of the setting that changes next.
 pub const DEPTH: &str = "process.penetration_depth_m";
 /// Path of the setting that moves forces more than any other unknown.
@@ -15,7 +17,8 @@ pub const FRICTION: &str = "contact.friction_coefficient";
 pub(crate) const TURNS: &str = "process.turns";
 
 /// Short names in `[study]`, and the paths that they abbreviate.
-pub const SHORT_NAMES: [(&str, &str); 2] = [("brushing_velocity_m_s", VELOCITY), ("penetration_depth_m", DEPTH)];
+pub const SHORT_NAMES: [(&str, &str); 3] =
+    [("brushing_velocity_m_s", VELOCITY), ("rotational_speed_rpm", SPEED), ("penetration_depth_m", DEPTH)];
 
 /// The largest number of cases in a study.
 pub const MAX_CASES: usize = 1_000_000;
@@ -126,7 +129,7 @@ impl Sweep {
     /// Position in the order of sweeps: 0 is the outermost.
     pub(super) fn rank(&self) -> usize {
         match self.parameter.path {
-            VELOCITY => 2,
+            VELOCITY | SPEED => 2,
             DEPTH => 1,
             _ => 0,
         }
@@ -134,6 +137,6 @@ impl Sweep {
 }
 
 /// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not 0.30000000000000004.
-fn without_rounding_noise(value: f64) -> f64 {
+pub(crate) fn without_rounding_noise(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

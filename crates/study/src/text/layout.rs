@@ -18,7 +18,7 @@ pub fn wrap(text: &mut String, beginning: &str, words: &str) {
 }
 
 /// Like [`wrap`], in lines of `width` columns.
-fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
+pub(crate) fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
     let indent = beginning.chars().count();
     text.push_str(beginning);
     let mut column = indent;
@@ -38,7 +38,7 @@ fn wrap_at(width: usize, text: &mut String, beginning: &str, words: &str) {
 }
 
 /// Width of the terminal, in columns, for which warnings are made.
-const WARNING_WIDTH: usize = 80;
+pub(crate) const WARNING_WIDTH: usize = 80;
 
 /// A warning for a terminal 80 columns wide, without a line end.
 pub fn warning(statement: &str) -> String {

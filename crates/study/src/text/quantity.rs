@@ -1,7 +1,7 @@
 //! A quantity in all cases of a study, in a unit that makes its numbers readable.
 
 use bristle::model::metrics::Metrics;
-use bristle::model::record::{Column, Prominence, Record, Scale};
+use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 
 use crate::brush::Interaction;
 use crate::study::{CaseResult, CaseSummary};
@@ -62,6 +62,12 @@ impl Quantity {
     /// The metrics that tables of these results show, in the order used in files.
     pub fn headlines(results: &[CaseResult]) -> impl Iterator<Item = Self> {
         shown_metrics(Prominence::Headline, results).map(Self::metric)
+    }
+
+    /// What the drive and the workpiece feel next to the tool force: the other headlines of the tool.
+    pub fn machine(results: &[CaseResult]) -> impl Iterator<Item = Self> {
+        let of_tool = |column: &&Column<Metrics>| column.display.scope == Scope::Tool && column.key != TOOL_FORCE;
+        shown_metrics(Prominence::Headline, results).filter(of_tool).map(Self::metric)
     }
 
     /// The band of the tool force, where filaments scatter.

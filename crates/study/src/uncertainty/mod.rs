@@ -544,7 +544,7 @@ mod tests {
     fn impossible_tools_are_blamed_on_their_deviation() {
         let error_at = |depth: &str, uncertainty: &str| {
             let text = format!(
-                "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n[filament]\nlength_m = 0.040\ndiameter_m = 1.0e-3\n\
+                "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nlength_m = 0.040\ndiameter_m = 1.0e-3\n\
                  [process]\nbrushing_velocity_m_s = 18.0\npenetration_depth_m = {depth}\n[uncertainty]\n{uncertainty}"
             );
             let settings = Document::parse(&text, "case.toml").and_then(|document| document.settings());
@@ -553,7 +553,7 @@ mod tests {
         let error = |uncertainty: &str| error_at("1.0e-3", uncertainty);
         let damping = error("damping_ratio_std = 0.04");
         assert!(
-            damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:11:"),
+            damping.contains("`uncertainty.damping_ratio_std` is 0.04") && damping.contains("case.toml:13:"),
             "{damping}"
         );
         assert!(error("length_std_m = 0.02\ndiameter_std_m = 1e-9").contains("`uncertainty.length_std_m` is 0.02"));

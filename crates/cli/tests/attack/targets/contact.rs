@@ -28,7 +28,7 @@ pub struct Contact {
 
 /// The files of a contact that are read again: `case.json`, then the [`RESULTS`].
 pub fn saved(settings: &Settings) -> [String; 5] {
-    let [metrics, history, profile, shapes] = written(&simulated(settings));
+    let [metrics, history, profile, shapes] = written(settings, &simulated(settings));
     let results = RESULTS.iter().zip([&metrics, &history, &profile, &shapes]);
     let files: FileHashes = results.map(|(name, text)| ((*name).to_owned(), digest(text.as_bytes()))).collect();
     [case_text(settings, &files), metrics, history, profile, shapes]
@@ -40,7 +40,7 @@ fn simulated(settings: &Settings) -> Simulation {
 }
 
 /// The texts of the [`RESULTS`].
-fn written(simulation: &Simulation) -> [String; 4] {
+fn written(settings: &Settings, simulation: &Simulation) -> [String; 4] {
     let Simulation { history, profile, shapes, .. } = simulation;
     let text = |write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         let mut text = Vec::new();
@@ -48,7 +48,7 @@ fn written(simulation: &Simulation) -> [String; 4] {
         String::from_utf8(text).expect("results are text")
     };
     [
-        text(&|out| write_metrics(out, simulation)),
+        text(&|out| write_metrics(out, settings, simulation)),
         text(&|out| write_history(out, history)),
         text(&|out| write_profile(out, profile)),
         text(&|out| write_shapes(out, shapes)),

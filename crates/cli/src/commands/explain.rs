@@ -1,0 +1,29 @@
+//! `bristle explain`.
+
+use std::process::ExitCode;
+
+use bristle_study::explain::{all_keys, explain};
+use clap::Args;
+
+use crate::error::CliError;
+use crate::terminal::print;
+
+/// Say what a key of the input file means: unit, range, default, and where the default comes from
+///
+/// KEY is a path such as filament.length_m, its last part, or a section. Without KEY all keys are listed.
+#[derive(Args)]
+pub struct ExplainArgs {
+    /// The key
+    #[arg(value_name = "KEY")]
+    key: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &ExplainArgs) -> Result<ExitCode, CliError> {
+    let text = match &arguments.key {
+        Some(key) => explain(key)?,
+        None => all_keys(),
+    };
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}

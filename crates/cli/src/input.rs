@@ -1,0 +1,78 @@
+//! The input file of a command, and warnings of what is unusual in it.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use bristle_study::document::Document;
+use bristle_study::plausibility::{Unusual, warnings};
+use clap::Args;
+
+use crate::error::CliError;
+use crate::files::{FileError, read_document, read_input, read_stdin};
+use crate::terminal::say;
+
+/// What a file that was read from stdin is called.
+const STDIN: &str = "stdin";
+
+/// The input file of a command.
+#[derive(Args)]
+pub struct InputArgs {
+    /// Input file, see `bristle schema`; - reads it from stdin
+    #[arg(value_name = "FILE.toml")]
+    pub file: PathBuf,
+    /// State a key in place of the file, as in --set process.rotational_speed_rpm=1200; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Refuse settings that are unusual, instead of warning of them
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// The text of an input file.
+pub struct InputText<'a> {
+    arguments: &'a InputArgs,
+    name: String,
+    text: String,
+}
+
+impl InputArgs {
+    /// Reads the file.
+    pub fn read(&self) -> Result<InputText<'_>, FileError> {
+        if self.is_stdin() {
+            return Ok(InputText { arguments: self, name: STDIN.to_owned(), text: read_stdin()? });
+        }
+        let name = self.file.to_string_lossy().into_owned();
+        Ok(InputText { arguments: self, name, text: read_input(&self.file)? })
+    }
+
+    /// The name of the file without its directory, for titles.
+    pub fn short_name(&self) -> Cow<'_, str> {
+        if self.is_stdin() {
+            return Cow::Borrowed(STDIN);
+        }
+        self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy()
+    }
+
+    fn is_stdin(&self) -> bool {
+        self.file == Path::new("-")
+    }
+
+    /// Warns of what is unusual.
+    ///
+    /// # Errors
+    /// If it is to be refused.
+    pub fn warn_of(&self, unusual: &[Unusual]) -> Result<(), CliError> {
+        if self.strict && !unusual.is_empty() {
+            return Err(CliError::Unusual { path: self.file.clone(), warnings: warnings(unusual) });
+        }
+        warnings(unusual).iter().for_each(say);
+        Ok(())
+    }
+}
+
+impl InputText<'_> {
+    /// What the text states.
+    pub fn document(&self) -> Result<Document<'_>, CliError> {
+        read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)
+    }
+}

@@ -1,0 +1,109 @@
+//! The first steps: a file from a few answers, and what its keys mean.
+
+use std::fs;
+
+use bristle::model::parameters::PARAMETERS;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const ANSWERS: &str = "--body-radius-mm 140 --width-mm 20 --filaments 10500 --length-mm 40 --diameter-mm 1.18 --max-rpm 1200 \
+                       --max-depth-mm 4";
+
+/// What a command that is refused says.
+fn refused(directory: &TempDir, command: &str) -> String {
+    let output = bristle(directory.path(), command).assert().code(2);
+    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+}
+
+fn printed(directory: &TempDir, command: &str) -> String {
+    let output = bristle(directory.path(), command).assert().success();
+    String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
+}
+
+#[test]
+fn a_first_file_can_be_simulated() {
+    let directory = TempDir::new().expect("a temporary directory");
+    bristle(directory.path(), &format!("new brush.toml {ANSWERS} --friction 0.3")).assert().success();
+    let text = fs::read_to_string(directory.path().join("brush.toml")).expect("the file");
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    for part in ["friction_coefficient = 0.3", "# E: Young’s modulus, in Pa", "rotational_speed_rpm = [200.0, 400.0"]
+    {
+        assert!(text.contains(part), "no `{part}` in\n{text}");
+    }
+    bristle(directory.path(), "simulate brush.toml --out one --strict --no-figures --set filament.segments=4")
+        .assert()
+        .success();
+    // It is not replaced.
+    assert!(refused(&directory, &format!("new brush.toml {ANSWERS}")).contains("exists already"));
+    assert_eq!(text, fs::read_to_string(directory.path().join("brush.toml")).expect("the file"));
+}
+
+#[test]
+fn answers_that_are_missing_or_wrong_are_named() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let message = refused(&directory, "new brush.toml --width-mm 20 --max-rpm 1200");
+    assert!(message.contains("--body-radius-mm, --filaments, --length-mm, --diameter-mm, --max-depth-mm"), "{message}");
+    let message =
+        refused(&directory, &format!("new brush.toml {}", ANSWERS.replace("--length-mm 40", "--length-mm 1")));
+    assert!(message.contains("`filament.diameter_m`") && message.contains("brush.toml:"), "{message}");
+    refused(&directory, &format!("new absent/brush.toml {ANSWERS}"));
+    assert!(!directory.path().join("brush.toml").exists());
+}
+
+#[test]
+fn keys_are_explained() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let modulus = printed(&directory, "explain youngs_modulus_pa");
+    for part in [
+        "filament.youngs_modulus_pa\n",
+        "unit     Pa",
+        "from 1000 to 1000000",
+        "default  3e9",
+        "PA 6.12",
+        "from 1e7 to 1e12",
+    ] {
+        assert!(modulus.contains(part), "no `{part}` in\n{modulus}");
+    }
+    let count = printed(&directory, "explain tool.filament_count").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(count.contains("give this one or tool.filaments_per_m2 or tool.fill_factor"), "{count}");
+    let all = printed(&directory, "explain");
+    assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
+    let message = refused(&directory, "explain rpm");
+    assert!(message.contains("there is no key `rpm`") && message.contains("process.rotational_speed_rpm"), "{message}");
+}
+
+/// The rows of a section of docs/input.md, as cells.
+fn rows<'p>(page: &'p str, section: &str) -> Vec<Vec<&'p str>> {
+    let (_, text) = page.split_once(&format!("\n## `[{section}]`\n")).expect(section);
+    let text = text.split("\n## ").next().unwrap_or(text);
+    let rows = text.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(|cell| cell.trim().trim_matches('|').trim()).collect())
+        .collect()
+}
+
+#[test]
+fn the_documents_state_the_table_of_settings() {
+    let page = include_str!("../../../../docs/input.md");
+    let directory = TempDir::new().expect("a temporary directory");
+    let schema: Value = serde_json::from_str(&printed(&directory, "schema")).expect("the schema");
+    for parameter in PARAMETERS {
+        let rows = rows(page, parameter.section());
+        let key = format!("`{}`", parameter.key());
+        let row = rows.iter().find(|row| row[0] == key).unwrap_or_else(|| panic!("no row for {}", parameter.path));
+        let said = row.join(" | ");
+        let default = row.last().expect("a default");
+        if parameter.required && parameter.instead_of.is_empty() {
+            assert!(default.starts_with("required"), "{said}");
+        }
+        let in_schema = &schema["properties"][parameter.section()]["properties"][parameter.key()]["default"];
+        if let (Ok(told), Some(value)) = (default.parse::<f64>(), in_schema.as_f64()) {
+            assert_eq!(told, value, "{said}");
+        }
+        assert!(
+            parameter.symbol.is_empty() || parameter.section() == "uncertainty" || said.contains(parameter.symbol),
+            "{said}"
+        );
+    }
+}

@@ -1,0 +1,209 @@
+//! Natural mistakes in an input file: each message names the mistake, and says what to write.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+";
+
+/// A line of the file, what a user writes instead, and what the message says.
+const REFUSED: &[(&str, &str, &[&str])] = &[
+    // Other names.
+    ("brushing_velocity_m_s = 10.0", "rpm = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("brushing_velocity_m_s = 10.0", "speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("brushing_velocity_m_s = 10.0", "velocity = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    ("brushing_velocity_m_s = 10.0", "v_b = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    ("brushing_velocity_m_s = 10.0", "rotational_speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    ("penetration_depth_m = 1.0e-3", "depth = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    ("penetration_depth_m = 1.0e-3", "infeed = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    ("length_m = 0.040", "length = 0.04", &["did you mean `filament.length_m`?"]),
+    ("diameter_m = 1.18e-3", "diameter = 1.18e-3", &["did you mean `filament.diameter_m`?"]),
+    ("segments = 4", "E = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    ("segments = 4", "modulus = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    ("segments = 4", "mu = 0.3", &["did you mean `contact.friction_coefficient`?"]),
+    ("segments = 4", "density = 1110", &["did you mean `filament.density_kg_m3`?"]),
+    ("filament_count = 10500", "filaments = 10500", &["did you mean `tool.filament_count`?"]),
+    ("body_radius_m = 0.140", "radius_m = 0.14", &["did you mean `tool.body_radius_m`?"]),
+    // Other units in the key.
+    ("length_m = 0.040", "length_mm = 40", &["did you mean `filament.length_m`?", "1 mm is 0.001 m"]),
+    (
+        "penetration_depth_m = 1.0e-3",
+        "penetration_depth_mm = 1",
+        &["`process.penetration_depth_m`?", "1 mm is 0.001 m"],
+    ),
+    ("segments = 4", "youngs_modulus_gpa = 3", &["`filament.youngs_modulus_pa`?", "1 GPa is 1e9 Pa"]),
+    ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_min = 600", &["1 m/min is 0.01667 m/s"]),
+    ("segments = 4", "lateral_tilt_deg = 1", &["`filament.lateral_tilt_rad`?", "1° is 0.017453 rad"]),
+    // Numbers as people write them.
+    ("length_m = 0.040", "length_m = 0,03", &["write a decimal point instead of the comma: 0.03"]),
+    ("length_m = 0.040", "length_m = 30 mm", &["without a unit"]),
+    ("length_m = 0.040", "length_m = 30mm", &["without a unit"]),
+    ("length_m = 0.040", "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes"]),
+    ("length_m = 0.040", "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit"]),
+    ("length_m = 0.040", "length_m = \"0,03\"", &["`filament.length_m`", "decimal point"]),
+    ("length_m = 0.040", "length_m = .04", &["write a digit before the decimal point: 0.04"]),
+    ("filament_count = 10500", "filament_count = 10 500", &["write the number without gaps: 10500"]),
+    ("segments = 4", "segments = 4.5", &["`filament.segments` is 4.5", "a whole number"]),
+    // Both, neither, or impossible.
+    (
+        "filament_count = 10500",
+        "",
+        &[
+            "`tool.filament_count` is missing",
+            "filament_count = 10500.0        # number of filaments",
+            "Instead of `filament_count`: `filaments_per_m2` or `fill_factor`.",
+        ],
+    ),
+    ("filament_count = 10500", "fill_factor = 65", &["`tool.fill_factor` is 65.0", "greater than 0 and of at most 1"]),
+    ("filament_count = 10500", "filament_count = 10500\nfill_factor = 0.5", &["are both given", "give one of them"]),
+    ("filament_count = 10500", "filament_density = 5e5", &["did you mean `tool.filaments_per_m2`?"]),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "brushing_velocity_m_s = 10.0\nrotational_speed_rpm = 530",
+        &["`process.rotational_speed_rpm` and `process.brushing_velocity_m_s` are both given", "give one of them"],
+    ),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "",
+        &["`process.brushing_velocity_m_s` is missing", "Instead of `brushing_velocity_m_s`: `rotational_speed_rpm`."],
+    ),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "rotational_speed_rpm = \"1200 rpm\"",
+        &["rotational_speed_rpm", "without a unit"],
+    ),
+    ("brushing_velocity_m_s = 10.0", "rotational_speed_rpm = 0", &["from 0.001 to 10000000, in rpm"]),
+    (
+        "brushing_velocity_m_s = 10.0",
+        "rotational_speed_rpm = 5e6",
+        &["`process.rotational_speed_rpm` is 5000000.0", "`process.brushing_velocity_m_s`, which follows from it"],
+    ),
+];
+
+/// A line of the file, what a user types instead, and what the warning says: the key, its value, what is usual, the likely slip.
+const UNUSUAL: &[(&str, &str, &[&str])] = &[
+    (
+        "length_m = 0.040",
+        "length_m = 30.0",
+        &["`filament.length_m` is 30 m", "from 0.002 to 0.5 m", "millimetres typed as metres"],
+    ),
+    ("body_radius_m = 0.140", "body_radius_m = 140", &["`tool.body_radius_m` is 140 m", "millimetres typed as metres"]),
+    ("segments = 4", "segments = 1", &["`filament.segments` is 1;", "from 4 to 200"]),
+    (
+        "segments = 4",
+        "segments = 4\nyoungs_modulus_pa = 1e6",
+        &["`filament.youngs_modulus_pa` is 1e6 Pa", "MPa typed as Pa"],
+    ),
+    (
+        "segments = 4",
+        "segments = 4\ndamping_ratio = 5",
+        &["`filament.damping_ratio` is 5;", "per cent typed as a ratio"],
+    ),
+    ("filament_count = 10500", "filament_count = 0", &["`tool.filament_count` is 0;", "from 1 to 1e6"]),
+    ("filament_count = 10500", "filament_count = 1e7", &["`tool.filament_count` is 1e7;", "from 1 to 1e6"]),
+    ("filament_count = 10500", "filament_count = 16000", &["`tool.filament_count` is 16000;", "fit on the body"]),
+    ("diameter_m = 1.18e-3", "diameter_m = 8e-3", &["`filament.diameter_m` is 0.008 m", "from 2e-5 to 0.005 m"]),
+    (
+        "penetration_depth_m = 1.0e-3",
+        "penetration_depth_m = 0.03",
+        &["`process.penetration_depth_m` is 0.03 m", "far below filament.length_m = 0.04"],
+    ),
+    (
+        "[process]",
+        "[contact]\nfriction_coefficient = 30\n[process]",
+        &["`contact.friction_coefficient` is 30;", "per cent typed as a ratio"],
+    ),
+    (
+        "[process]",
+        "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.5\n[process]",
+        &["`workpiece.offset_m` is -0.5 m", "they never touch the workpiece"],
+    ),
+];
+
+/// What `bristle simulate` says about a file, and its exit status.
+fn told(text: &str, options: &str) -> (String, Option<i32>) {
+    let directory = TempDir::new().expect("a temporary directory");
+    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+    let output = bristle(directory.path(), &format!("simulate case.toml --out results{options}")).output();
+    let output = output.expect("the program starts");
+    (String::from_utf8(output.stderr).expect("UTF-8"), output.status.code())
+}
+
+/// The place of the first line that contains a text.
+fn place(file: &str, text: &str) -> String {
+    let line = file.lines().position(|line| line.contains(text)).expect("the text is in the file") + 1;
+    format!("case.toml:{line}:")
+}
+
+#[test]
+fn the_message_names_the_mistake() {
+    for (right, wrong, parts) in REFUSED {
+        assert!(FILE.contains(right), "{right}");
+        let file = FILE.replacen(right, wrong, 1);
+        let (message, status) = told(&file, "");
+        assert_eq!(status, Some(2), "{wrong}\n{message}");
+        assert!(message.starts_with("error: ") && !message.contains("panicked"), "{wrong}\n{message}");
+        for part in *parts {
+            assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
+        }
+        let section = if right.starts_with("filament_count") { "[tool]" } else { "[process]" };
+        let at = if wrong.is_empty() { section } else { wrong.lines().last().expect("a line") };
+        assert!(message.contains(&place(&file, at)), "{wrong}: no place in\n{message}");
+    }
+}
+
+#[test]
+fn what_is_unusual_is_told_and_refused_if_asked() {
+    let tables = FILE.to_owned() + "[solver]\nrelative_tolerance = 1e-3\n";
+    for (usual, unusual, parts) in UNUSUAL {
+        let file = tables.replacen(usual, unusual, 1);
+        let (message, status) = told(&file, " --strict");
+        assert_eq!(status, Some(2), "{unusual}\n{message}");
+        let refused = message.replace("\n         ", " ");
+        assert!(refused.starts_with("error: case.toml: --strict refuses"), "{unusual}\n{message}");
+        for part in *parts {
+            assert!(refused.contains(part), "{unusual}: no `{part}` in\n{message}");
+        }
+        assert!(message.lines().all(|line| line.chars().count() <= 80), "{message}");
+    }
+    // Without the option it is a warning.
+    let (message, status) = told(&tables.replacen("filament_count = 10500", "filament_count = 16000", 1), "");
+    assert!(status == Some(0) && message.starts_with("warning: `tool.filament_count` is 16000;"), "{message}");
+    let (message, status) = told(&tables, " --strict");
+    assert!(status == Some(0) && !message.contains("usually"), "{message}");
+}
+
+#[test]
+fn a_study_tells_in_which_cases_something_is_unusual() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let sweeps = "[study]\npenetration_depth_m = [1e-3, 0.018]\n[solver]\nrelative_tolerance = 1e-3\n";
+    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
+    let output = bristle(directory.path(), "study case.toml --out results").output().expect("the program starts");
+    let message = String::from_utf8(output.stderr).expect("UTF-8").replace("\n         ", " ");
+    assert!(message.starts_with("warning: `process.penetration_depth_m` is 0.018 m;"), "{message}");
+    let statement = "This is so in 1 of 2 cases, first in row 2.";
+    assert!(message.contains(statement), "{message}");
+    for name in ["results/study.json", "results/report.html"] {
+        let text = fs::read_to_string(directory.path().join(name)).expect(name);
+        assert!(text.contains(statement), "{name}");
+    }
+    bristle(directory.path(), "plot results").assert().success();
+    let refused = bristle(directory.path(), "study case.toml --out strict --strict").assert().code(2);
+    assert!(!directory.path().join("strict").exists(), "{refused}");
+}

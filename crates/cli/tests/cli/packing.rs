@@ -1,0 +1,87 @@
+//! The number of filaments: stated as such or by the packing, never assumed; and the defaults that decide the force are told.
+
+use std::f64::consts::{PI, TAU};
+use std::fs;
+
+use bristle::model::settings::Settings;
+use bristle_study::document::Document;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+/// A file with this line about the number of filaments.
+fn file(count: &str) -> String {
+    format!(
+        "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n{count}\n[filament]\nsegments = 4\nlength_m = 0.040\n\
+         diameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n"
+    )
+}
+
+fn settings(text: &str) -> Settings {
+    Document::parse(text, "case.toml").and_then(|document| document.settings()).expect("the file is right")
+}
+
+/// The numbers of filaments in the two cases of a study.
+fn counts(text: &str) -> [f64; 2] {
+    let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
+    assert_eq!(study.case_count(), 2);
+    [0, 1].map(|case| study.settings(case).tool.filament_count)
+}
+
+const SURFACE_M2: f64 = TAU * 0.140 * 0.020;
+const AREA_M2: f64 = PI / 4.0 * 1.18e-3 * 1.18e-3;
+
+#[test]
+fn the_packing_gives_the_number() {
+    let stated = settings(&file("filament_count = 6000"));
+    assert_eq!((stated.tool.filament_count, stated.tool.filament_count_uncertainty), (6000.0, 0.0));
+    let by_area = settings(&file("filaments_per_m2 = 6e5")).tool.filament_count;
+    assert!((by_area / (6e5 * SURFACE_M2) - 1.0).abs() < 1e-14);
+    let by_share = settings(&file("fill_factor = 0.5"));
+    assert!((by_share.tool.filament_count / (0.5 * SURFACE_M2 / AREA_M2) - 1.0).abs() < 1e-14);
+    assert!((by_share.fill_factor() - 0.5).abs() < 1e-15);
+}
+
+#[test]
+fn a_packing_gives_each_diameter_its_number() {
+    let sweeps = "[study]\n\"filament.diameter_m\" = [1e-3, 2e-3]\nrotational_speed_rpm = [600]\n";
+    let [thin, thick] = counts(&(file("fill_factor = 0.5") + sweeps));
+    assert!((thin / thick - 4.0).abs() < 1e-12);
+    // A sweep replaces the number in the file.
+    let [loose, dense] = counts(&(file("filament_count = 6000") + "[study]\n\"tool.fill_factor\" = [0.3, 0.6]\n"));
+    assert!((dense / loose - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn defaults_that_decide_the_force_are_told() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let stated = file("filament_count = 6000").replace("segments = 4", "segments = 4\nyoungs_modulus_pa = 3.3e9");
+    let said = |text: &str, command: &str| {
+        fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+        let output = bristle(directory.path(), command).assert().success();
+        String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+    };
+    // Sentences are wrapped.
+    let told = said(&stated, "simulate case.toml --out one");
+    let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "n_w in rpm",
+        "F_n,w in N",
+        "M_w in N m",
+        "P_w in W",
+        "not stated, by default",
+        "filament.damping_ratio",
+        "contact.stiffness_n_m",
+        "contact.friction_coefficient",
+        "at v_b = 10 m/s, a_e = 1 mm.",
+    ] {
+        assert!(words.contains(part), "no `{part}` in\n{told}");
+    }
+    assert!(!told.contains("filament.youngs_modulus_pa"), "{told}");
+    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+
+    let told = said(&(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"), "study case.toml --out results");
+    assert!(told.contains("not stated, by default") && told.contains("(row "), "{told}");
+    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
+    assert!(page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#));
+}

@@ -1,0 +1,198 @@
+//! Calls by scripts: options that state settings, stdin, figures on demand, and shards of a study.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const FILE: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-4
+
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 1.0e-3
+";
+
+const SWEEPS: &str = "\n[study]\nbrushing_velocity_m_s = [5.0, 10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]\n";
+
+const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleration": 0.0, "gravity": [0, 0, 0],
+ "q": [1.5, -1.5], "v": [0.1, 50.0]}"#;
+
+fn workspace(text: &str) -> TempDir {
+    let directory = TempDir::new().expect("a temporary directory");
+    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+    directory
+}
+
+/// What a successful command says.
+fn said(directory: &TempDir, command: &str) -> String {
+    let output = bristle(directory.path(), command).assert().success();
+    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+}
+
+/// What a command says that is refused.
+fn refused(directory: &TempDir, command: &str) -> String {
+    let output = bristle(directory.path(), command).assert().code(2);
+    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+}
+
+fn json(directory: &TempDir, name: &str) -> Value {
+    let text = fs::read_to_string(directory.path().join(name)).expect(name);
+    serde_json::from_str(&text).expect("JSON")
+}
+
+#[test]
+fn options_state_settings_as_the_file_would() {
+    let directory = workspace(FILE);
+    let options = "--set process.rotational_speed_rpm=1200 --set filament.segments=5 --set workpiece.kind=plane \
+                   --set workpiece.normal=[0,2,0]";
+    said(&directory, &format!("simulate case.toml --out by-options {options}"));
+    let settings = &json(&directory, "by-options/case.json")["settings"];
+    assert_eq!(settings["filament"]["segments"], 5);
+    assert_eq!(settings["workpiece"]["normal"][1], 2.0);
+    let speed = json(&directory, "by-options/metrics.json")["rotational_speed_rpm"].as_f64().expect("a number");
+    assert!((speed - 1200.0).abs() < 1e-9, "the option replaces the velocity in the file: {speed}");
+
+    fs::write(directory.path().join("state.json"), STATE).expect("the file can be written");
+    bristle(directory.path(), "evaluate case.toml --state state.json --set filament.density_kg_m3=900")
+        .assert()
+        .success();
+    said(&directory, "study case.toml --out swept --set study.rotational_speed_rpm=[600,1200] --no-figures");
+    let runs = fs::read_to_string(directory.path().join("swept/runs.csv")).expect("runs.csv");
+    assert_eq!(runs.lines().count(), 3);
+    // A file that is incomplete alone.
+    let directory = workspace(&FILE.replace("length_m = 0.040\n", ""));
+    said(&directory, "simulate case.toml --out whole --set filament.length_m=0.04 --no-figures");
+}
+
+#[test]
+fn errors_name_the_option_as_their_place() {
+    let directory = workspace(&format!("{FILE}{SWEEPS}"));
+    let cases = [
+        (
+            "simulate",
+            "process.rpm=1200",
+            &["unknown key `process.rpm`", "--> --set:1:1", "`process.rotational_speed_rpm`?"][..],
+        ),
+        ("simulate", "rpm=1200", &["unknown key `rpm`", "a section and a key", "`process.rotational_speed_rpm`?"]),
+        ("simulate", "filament.length_m", &["--> --set:1:1", "as in --set process.rotational_speed_rpm=1200"]),
+        ("simulate", "filament.length_m=0,03", &["--> --set:1:", "filament.length_m=0,03", "decimal point"]),
+        ("simulate", "filament.length_m=30mm", &["--> --set:1:", "without a unit"]),
+        ("simulate", "filament.length_m=-1", &["`filament.length_m` is -1.0", "--> --set:1:19", "^^"]),
+        ("simulate", "workpiece.kind=ball", &["`workpiece.kind`", "--> --set:1:16", "`plane`"]),
+        ("simulate", "workpiece.normal=[0,0,1]", &["`workpiece.normal`", "--> --set:1:18"]),
+        ("simulate", "proces.turns=2", &["did you mean `process`?", "--> --set:1:1"]),
+        (
+            "simulate",
+            "process.rotational_speed_rpm=9 --set process.brushing_velocity_m_s=9",
+            &["are both given", "--> --set:1:1", "give one of them"],
+        ),
+        (
+            "study",
+            "process.rotational_speed_rpm=9",
+            &["has no effect, because the study sweeps `process.brushing_velocity_m_s`", "--set 'study.process.rot"],
+        ),
+        ("study", "study.brushing_velocity_m_s=[5,-1]", &["`process.brushing_velocity_m_s` is -1.0", "--> --set:1:29"]),
+    ];
+    for (command, option, parts) in cases {
+        let message = refused(&directory, &format!("{command} case.toml --out results --set {option}"));
+        for part in parts {
+            assert!(message.contains(part), "{option}: no `{part}` in\n{message}");
+        }
+        assert!(!directory.path().join("results").exists());
+    }
+}
+
+#[test]
+fn stdin_is_a_file_too() {
+    let directory = workspace("");
+    let run = |text: &str, command: &str| {
+        let output = bristle(directory.path(), command).write_stdin(text).output().expect("the program starts");
+        (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
+    };
+    let (status, message) = run(FILE, "simulate - --out one --no-figures");
+    assert_eq!(status, Some(0), "{message}");
+    assert!(directory.path().join("one/metrics.json").is_file());
+    let (status, message) = run(&format!("{FILE}{SWEEPS}"), "study - --out results --no-figures");
+    assert_eq!(status, Some(0), "{message}");
+    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
+    assert!(page.contains("stdin: brushing study"));
+    let (status, message) = run(&FILE.replace("0.040", "0,04"), "simulate - --out two");
+    assert!(status == Some(2) && message.contains("--> stdin:8:"), "{message}");
+}
+
+/// Names of the files in a directory of figures, by their endings; none if there is no such directory.
+fn endings(directory: &Path) -> Vec<String> {
+    let files = fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut endings: Vec<String> =
+        files.map(|file| file.path().extension().expect("an ending").to_string_lossy().into_owned()).collect();
+    endings.sort();
+    endings.dedup();
+    endings
+}
+
+#[test]
+fn figures_are_drawn_as_asked() {
+    let directory = workspace(&format!("{FILE}{SWEEPS}"));
+    let figures = directory.path().join("results/figures");
+    for (options, expected, message) in [
+        ("", &["png", "svg"][..], "figures as SVG and PNG"),
+        ("--figures svg", &["svg"], "figures as SVG to"),
+        ("--figures png", &["png"], "figures as PNG to"),
+        ("--figures none", &[], "no figures"),
+        ("--figures all", &["png", "svg"], "figures as SVG and PNG"),
+        ("--no-figures", &[], "no figures"),
+    ] {
+        let said = said(&directory, &format!("study case.toml --out results {options}"));
+        assert!(said.contains(message), "{options}: {said}");
+        assert_eq!(endings(&figures), expected, "{options}");
+    }
+    said(&directory, "plot results --figures svg");
+    assert_eq!(endings(&figures), ["svg"]);
+    said(&directory, "simulate case.toml --out one --figures png");
+    assert_eq!(endings(&directory.path().join("one/figures")), ["png"]);
+    refused(&directory, "study case.toml --out results --figures svg --no-figures");
+}
+
+#[test]
+fn shards_make_the_results_of_one_call() {
+    let directory = workspace(&format!("{FILE}{SWEEPS}"));
+    said(&directory, "study case.toml --out whole");
+    for shard in 1..=3 {
+        let said = said(&directory, &format!("study case.toml --out part-{shard} --shard {shard}/3"));
+        assert!(said.contains(&format!("shard {shard}/3: its ")), "{said}");
+        assert!(!directory.path().join(format!("part-{shard}/runs.csv")).exists());
+    }
+    let message = refused(&directory, "merge case.toml part-1 part-3 --out merged");
+    assert!(message.contains("3 of 8 cases are in none of the shards") && message.contains("help:"), "{message}");
+    said(&directory, "merge case.toml part-1 part-2 part-3 --out merged");
+    for name in ["runs.csv", "study.json", "report.html", "figures/tool_force_map.svg"] {
+        let [whole, merged] =
+            ["whole", "merged"].map(|results| fs::read(directory.path().join(results).join(name)).expect(name));
+        assert!(whole == merged, "{name}");
+    }
+    // A shard resumes, and what is not a shard of the study is refused.
+    let again = said(&directory, "study case.toml --out part-1 --shard 1/3");
+    assert!(again.contains("3 of 8 cases are in"), "{again}");
+    let message = refused(&directory, "merge case.toml part-1 --out other --set filament.segments=5");
+    assert!(message.contains("is no shard of this study") && message.contains("filament.segments"), "{message}");
+    let message = refused(&directory, "merge case.toml absent --out other");
+    assert!(message.contains("cannot open") && message.contains("absent"), "{message}");
+    for shard in ["0/3", "4/3", "1", "a/b"] {
+        assert!(refused(&directory, &format!("study case.toml --out results --shard {shard}")).contains("I/N"));
+    }
+}

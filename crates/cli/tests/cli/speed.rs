@@ -1,0 +1,158 @@
+//! The speed of the machine: settings, results and figures by the rotational speed instead of the velocity of the tips.
+
+use std::f64::consts::TAU;
+use std::fs;
+
+use bristle_study::document::Document;
+use bristle_study::study::Study;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const HEAD: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+
+[solver]
+relative_tolerance = 1e-4
+";
+
+/// The undeformed radius of the tool in m.
+const RADIUS_M: f64 = 0.180;
+
+fn velocity(speed_rpm: f64) -> f64 {
+    TAU * speed_rpm / 60.0 * RADIUS_M
+}
+
+fn study(text: &str) -> Study {
+    Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
+}
+
+/// A directory in which a command with an input file has succeeded, and what it said.
+fn done(command: &str, text: &str) -> (TempDir, String) {
+    let directory = TempDir::new().expect("a temporary directory");
+    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+    let output = bristle(directory.path(), command).assert().success();
+    let said = String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8");
+    (directory, said)
+}
+
+#[test]
+fn speed_and_velocity_give_the_same_contact() {
+    let metrics = |speed: &str| -> Value {
+        let text = format!("{HEAD}[process]\n{speed}\npenetration_depth_m = 1e-3\n");
+        let (directory, _) = done("simulate case.toml --out one", &text);
+        let text = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let by_speed = metrics("rotational_speed_rpm = 600");
+    let by_velocity = metrics(&format!("brushing_velocity_m_s = {:?}", velocity(600.0)));
+    for (key, value) in by_speed.as_object().expect("an object") {
+        // The velocity that follows is rounded.
+        let [here, there] = [value, &by_velocity[key]].map(|value| value.as_f64().unwrap_or(0.0));
+        assert!((here - there).abs() <= 1e-9 * there.abs(), "{key}: {here} and {there}");
+    }
+    assert!((by_speed["rotational_speed_rpm"].as_f64().expect("a number") - 600.0).abs() < 1e-9);
+    assert!((by_speed["brushing_velocity_m_s"].as_f64().expect("a number") - velocity(600.0)).abs() < 1e-12);
+}
+
+#[test]
+fn a_study_of_the_speed_has_it_in_all_results() {
+    let sweeps = "[study]\nrotational_speed_rpm = [600, 1200]\npenetration_depth_m = [1e-3, 2e-3]\n";
+    let (directory, said) = done("study case.toml --out results", &format!("{HEAD}{sweeps}"));
+    assert!(said.contains(" a_e in mm │ n_w in rpm\n           │    600   1200\n"), "{said}");
+    let has_machine = ["F_n,w in N: ", "M_w in N m: ", "P_w in W: "].map(|title| said.find(title));
+    assert!(has_machine.is_sorted() && has_machine[0].is_some(), "{said}");
+
+    let runs = fs::read_to_string(directory.path().join("results/runs.csv")).expect("runs.csv");
+    let row = |row: usize| runs.lines().nth(row).expect("a row").split(',').take(4).collect::<Vec<_>>();
+    assert_eq!(row(0), ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"]);
+    assert_eq!(row(2)[1..], ["0.001", "4", "1200.0"]);
+    assert!((row(2)[0].parse::<f64>().expect("a number") - velocity(1200.0)).abs() < 1e-12);
+
+    let figures = directory.path().join("results/figures");
+    let drawn = fs::read_to_string(figures.join("tool_force_over_speed.svg")).expect("a figure");
+    assert!(drawn.contains("rotational speed"), "no label");
+    let map = fs::read(figures.join("tool_force_map.svg")).expect("a map");
+    bristle(directory.path(), "plot results").assert().success();
+    assert!(map == fs::read(figures.join("tool_force_map.svg")).expect("a map"), "another map from saved results");
+
+    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
+    let (_, data) = page.split_once("id=\"data\">").expect("the data");
+    let data: Value = serde_json::from_str(data.split_once("</script>").expect("its end").0).expect("JSON");
+    assert_eq!(data["axes"][1]["path"], "process.rotational_speed_rpm");
+    let settings = data["settings"].as_array().expect("settings");
+    let of = |path: &str| &settings.iter().find(|setting| setting["path"] == path).expect(path)["value"];
+    assert!(of("process.rotational_speed_rpm").is_null() && of("process.brushing_velocity_m_s").is_null());
+
+    let output = bristle(directory.path(), "advise results").assert().success();
+    let advice = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
+    assert!(advice.starts_with("  row   n_w   a_e") && advice.contains("lowest is 183.7 N at 600 rpm"), "{advice}");
+    let heading = advice.lines().next().expect("a heading");
+    assert!(["F_n,w", "M_w", "P_w"].map(|symbol| heading.find(symbol)).is_sorted(), "{advice}");
+    let output = bristle(directory.path(), "advise results --json --max-velocity 15").assert().success();
+    let advice: Value = serde_json::from_slice(&output.get_output().stdout).expect("JSON");
+    let within = &advice["sections"][0]["advice"][1];
+    assert_eq!((&within["topic"], &within["rotational_speed_rpm"]), (&"within_limits".into(), &600.0.into()));
+    assert!(within["tool_torque_n_m"].as_f64().is_some_and(|torque| torque > 0.0), "{within}");
+}
+
+#[test]
+fn a_speed_that_is_held_gives_each_length_its_velocity() {
+    let study = study(&format!(
+        "{HEAD}[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n[study]\n\
+         \"filament.length_m\" = [0.03, 0.04]\n"
+    ));
+    assert_eq!(study.case_count(), 2);
+    let velocities = [0, 1].map(|case| study.settings(case).process.brushing_velocity_m_s);
+    assert!((velocities[0] - velocity(600.0) * 0.17 / RADIUS_M).abs() < 1e-12);
+    assert!((velocities[1] - velocity(600.0)).abs() < 1e-12);
+    // A velocity that is held gives each length its speed.
+    let study = self::study(&format!(
+        "{HEAD}[process]\nbrushing_velocity_m_s = 10\npenetration_depth_m = 1e-3\n[study]\n\
+         \"filament.length_m\" = [0.03, 0.04]\n"
+    ));
+    assert_eq!([0, 1].map(|case| study.settings(case).process.brushing_velocity_m_s), [10.0, 10.0]);
+}
+
+#[test]
+fn a_sweep_replaces_what_states_the_same() {
+    for (process, sweep) in [
+        ("brushing_velocity_m_s = 10", "rotational_speed_rpm = [600, 900]"),
+        ("rotational_speed_rpm = 600", "brushing_velocity_m_s = [10, 20]"),
+    ] {
+        let text = format!("{HEAD}[process]\n{process}\npenetration_depth_m = 1e-3\n[study]\n{sweep}\n");
+        let study = study(&text);
+        assert_eq!((study.case_count(), study.sweeps().len()), (2, 1), "{text}");
+    }
+}
+
+#[test]
+fn measured_forces_are_compared_at_their_velocity() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let sweeps = "[study]\nrotational_speed_rpm = [600, 1200]\npenetration_depth_m = [1e-3]\n";
+    let measured = "[measured]\nfile = \"forces.csv\"\n";
+    fs::write(directory.path().join("case.toml"), format!("{HEAD}{sweeps}{measured}")).expect("a file");
+    let point = format!("{:?},0.001,150,10\n", velocity(600.0));
+    let table = format!("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n{point}");
+    fs::write(directory.path().join("forces.csv"), table).expect("a file");
+    bristle(directory.path(), "study case.toml --out results").assert().success();
+    let rows = |name: &str| {
+        let text = fs::read_to_string(directory.path().join(name)).expect(name);
+        let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let heading = rows.next().expect("a heading");
+        let first = rows.next().expect("a row");
+        heading.into_iter().zip(first).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let (runs, compared) = (rows("results/runs.csv"), rows("results/measured_comparison.csv"));
+    assert_eq!(runs["tool_contact_normal_force_n"], compared["simulated_force_n"]);
+    assert!(directory.path().join("results/figures/measured_over_speed.svg").is_file());
+}

@@ -1,0 +1,89 @@
+//! Options of a call, `KEY=VALUE`, that state a setting as if the input file did.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue, Error};
+
+use bristle::model::parameters::Parameter;
+
+/// The section of the sweeps, whose keys are paths themselves.
+const STUDY: &str = "study";
+
+/// The parts of an option, with their places in it.
+pub(crate) struct Assignment<'t> {
+    pub section: &'t str,
+    pub key: &'t str,
+    /// Place of the whole key.
+    pub key_span: Range<usize>,
+    pub value: &'t str,
+    pub value_span: Range<usize>,
+}
+
+impl<'t> Assignment<'t> {
+    /// Takes an option apart. `None` without an equals sign; without a dot in the key, the section is empty.
+    pub fn of(option: &'t str) -> Option<Self> {
+        let (path, value) = option.split_once('=')?;
+        let value_start = path.len() + 1;
+        let (section, key) = path.trim().split_once('.').unwrap_or(("", path.trim()));
+        // The path of a sweep may have quotes, as in a file.
+        let key = if section == STUDY { key.trim_matches('"') } else { key };
+        Some(Self { section, key, key_span: 0..path.len(), value, value_span: value_start..option.len() })
+    }
+
+    /// The value as TOML. A word needs no quotes.
+    ///
+    /// # Errors
+    /// If it is not TOML.
+    pub fn parsed(&self) -> Result<DeValue<'t>, Error> {
+        let value = self.value.trim();
+        let is_word = value.starts_with(|first: char| first.is_alphabetic() || "/_".contains(first))
+            && value.chars().all(|letter| letter.is_alphanumeric() || "._-/".contains(letter));
+        let is_constant = ["true", "false", "inf", "nan"].contains(&value);
+        match DeValue::parse(value) {
+            Ok(value) => Ok(value.into_inner()),
+            Err(_) if is_word && !is_constant => Ok(DeValue::String(Cow::Borrowed(value))),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// States a value in the tree, at the place of the option. What the tree states about the same in another way goes.
+pub(crate) fn state<'t>(
+    table: &mut DeTable<'t>,
+    [section, key]: [&'t str; 2],
+    value: DeValue<'t>,
+    [key_span, value_span]: [Range<usize>; 2],
+) {
+    let entry = Spanned::new(key_span.clone(), Cow::Borrowed(section));
+    let new = || Spanned::new(key_span.clone(), DeValue::Table(DeTable::new()));
+    let DeValue::Table(entries) = table.entry(entry).or_insert_with(new).get_mut() else { return };
+    let path = format!("{section}.{key}");
+    if let Some(parameter) = Parameter::find(&path) {
+        parameter.group().for_each(|same| drop(entries.remove(same.key())));
+    }
+    // The entry is removed first: an insertion alone would keep the old key's place.
+    entries.remove(key);
+    entries
+        .insert(Spanned::new(key_span, Cow::Borrowed(key)), Spanned::new(value_span.clone(), at(value, &value_span)));
+}
+
+/// A value all of whose parts are at one place.
+fn at<'t>(value: DeValue<'t>, span: &Range<usize>) -> DeValue<'t> {
+    let moved = |part: &Spanned<DeValue<'t>>| Spanned::new(span.clone(), at(part.get_ref().clone(), span));
+    match value {
+        DeValue::Array(items) => {
+            let mut array = DeArray::new();
+            items.iter().for_each(|item| array.push(moved(item)));
+            DeValue::Array(array)
+        }
+        DeValue::Table(entries) => {
+            let entry = |(key, value): (&Spanned<Cow<'t, str>>, &Spanned<DeValue<'t>>)| {
+                (Spanned::new(span.clone(), key.get_ref().clone()), moved(value))
+            };
+            DeValue::Table(entries.iter().map(entry).collect())
+        }
+        other => other,
+    }
+}

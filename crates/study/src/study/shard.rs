@@ -1,0 +1,83 @@
+//! Shards: parts of a study that are simulated by calls of their own, on different machines if need be.
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::str::FromStr;
+
+use super::grid::Study;
+use super::scheduler::{CaseResult, complete_study};
+
+/// One of several shards. Case `c`, counted from 0, belongs to shard `c mod N + 1` of `N`, so that shards of a grid take about as long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Its number, from 1.
+    number: usize,
+    /// The number of shards.
+    count: usize,
+}
+
+impl Shard {
+    /// Whether a case, counted from 0, belongs to it.
+    #[must_use]
+    pub fn has(self, case: usize) -> bool {
+        case % self.count == self.number - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let numbers =
+            text.split_once('/').and_then(|(number, count)| Some((number.parse().ok()?, count.parse().ok()?)));
+        match numbers {
+            Some((number, count)) if (1..=count).contains(&number) => Ok(Self { number, count }),
+            _ => Err("must be I/N, shard I of N, as in 2/3"),
+        }
+    }
+}
+
+impl Display for Shard {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}/{}", self.number, self.count)
+    }
+}
+
+/// [`complete_study`] for the cases of a shard. The others stay as they are.
+///
+/// # Errors
+/// As for [`complete_study`].
+///
+/// # Panics
+/// As for [`complete_study`].
+pub fn complete_shard(
+    study: &Study,
+    shard: Shard,
+    threads: Option<NonZeroUsize>,
+    results: &mut [Option<CaseResult>],
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    // Those of the others count as done meanwhile.
+    let others: Vec<usize> = (0..results.len()).filter(|&case| !shard.has(case) && results[case].is_none()).collect();
+    others.iter().for_each(|&case| results[case] = Some(Err(String::new())));
+    let done = complete_study(study, threads, results, on_case_done);
+    others.iter().for_each(|&case| results[case] = None);
+    done
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_case_is_in_one_shard() {
+        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].iter().map(|text| text.parse().expect("a shard")).collect();
+        assert!((0..20).all(|case| shards.iter().filter(|shard| shard.has(case)).count() == 1));
+        assert_eq!(shards[1].to_string(), "2/3");
+        for text in ["", "1", "0/3", "4/3", "1/0", "-1/3", "1/3/3", "a/b"] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
+        }
+    }
+}
