@@ -11,7 +11,7 @@ use super::presses::PressLaw;
 use super::result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, ToolSample};
 use super::sector::{Sector, Timetable, crossing};
 use super::stretch;
-use super::team::{self, Team};
+use super::team::Team;
 use super::words::{Reader, Writer};
 use crate::equations::lanes_are_compiled;
 use crate::equations::linear::{add, scale};
@@ -273,7 +273,7 @@ impl BrushRun {
         };
         let mut results: Vec<_> = self.sectors.iter().map(|_| Ok(Vec::new())).collect();
         let parts = self.sectors.iter_mut().zip(&mut results);
-        self.team.run(|| team::for_each(parts.enumerate(), |(sector, result)| *result = advance(sector)));
+        self.team.run(parts, |(sector, result)| *result = advance(sector));
         let mut sum: Vec<ToolSample> = Vec::new();
         for ((group, _), result) in self.sectors.iter().zip(results) {
             let samples = result.map_err(|failure| {

@@ -6,7 +6,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
-use std::{hint, mem};
+use std::{hint, iter, mem};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 
@@ -23,12 +23,21 @@ impl Team {
         pool.transpose().map(Self)
     }
 
-    /// Does `work`, in which all threads share the loops of [`for_each`].
-    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.0 {
-            Some(pool) => pool.install(|| awake(work)),
-            None => work(),
+    /// Does `work` on all items: on each with all threads, which share the loops of [`for_each`] in it, or, if there are enough items, on
+    /// each with a thread of its own.
+    pub fn run<T: Send>(&self, mut items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
+        let Some(pool) = &self.0 else { return items.for_each(work) };
+        let threads = pool.current_num_threads();
+        if items.len() < 2 * threads {
+            return pool.install(|| awake(|| items.for_each(&work)));
         }
+        let items = Mutex::new(&mut items);
+        let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+        thread::scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| iter::from_fn(next).for_each(&work));
+            }
+        });
     }
 }
 
