@@ -1,6 +1,6 @@
 //! Threads that share the work on a brush.
 //!
-//! A step consists of hundreds of loops over groups of filaments, each of which takes less time than it takes to wake up a thread.
+//! A step consists of about a hundred loops over groups of filaments, many of which take less time than it takes to wake up a thread.
 //! Therefore threads do not sleep in between: they look for work until the steps are done.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -111,4 +111,40 @@ pub fn for_each<T: Send>(items: impl Iterator<Item = (usize, T)>, work: impl Fn(
         take_parts();
         help_until_none(&left);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use super::*;
+
+    fn count(threads: usize, items: usize, of_each: usize) -> Vec<usize> {
+        let team = Team::new(threads).expect("threads");
+        let mut counts = vec![vec![0; of_each]; items];
+        team.run(counts.iter_mut(), |counts| {
+            for _ in 0..50 {
+                for_each(counts.iter_mut().enumerate(), |count| *count += 1);
+            }
+        });
+        counts.concat()
+    }
+
+    #[test]
+    fn every_item_is_done_once() {
+        for threads in 1..5 {
+            for items in [1, 2, 9] {
+                assert_eq!(count(threads, items, 13), vec![50; 13 * items]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_ends_the_work_of_all_threads() {
+        for items in [1, 9] {
+            let team = Team::new(2).expect("threads");
+            let work = |_| for_each((0..8).map(|k| (k, k)), |k| assert!(k != 5, "on purpose"));
+            assert!(catch_unwind(AssertUnwindSafe(|| team.run(0..items, work))).is_err());
+        }
+    }
 }
