@@ -117,9 +117,16 @@ impl Parameter {
         if self.word.is_empty() { numbers } else { format!("{numbers} or \"{}\"", self.word) }
     }
 
+    /// Its unit after a comma, as in ", in m"; nothing if it has none.
+    /// Its unit after a comma, as in ", in m"; nothing if it has none.
+    #[must_use]
+    pub fn in_unit(&self) -> String {
+        if self.unit.is_empty() { String::new() } else { format!(", in {}", self.unit) }
+    }
+
     /// The allowed numbers, in words and with their unit.
     fn numbers(&self) -> String {
-        if self.unit.is_empty() { self.range.to_string() } else { format!("{}, in {}", self.range, self.unit) }
+        format!("{}{}", self.range, self.in_unit())
     }
 
     /// Checks one value of the setting on its own.

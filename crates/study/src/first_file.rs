@@ -162,8 +162,7 @@ fn line(path: &str, value: f64) -> String {
     let parameter = Parameter::find(path).expect("the file has settings only");
     let setting = format!("{} = {}", parameter.key(), parameter.format(value));
     let about = [parameter.symbol, parameter.name].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>();
-    let unit = if parameter.unit.is_empty() { String::new() } else { format!(", in {}", parameter.unit) };
-    format!("{setting:34} # {}{unit}\n", about.join(": "))
+    format!("{setting:34} # {}{}\n", about.join(": "), parameter.in_unit())
 }
 
 /// Four significant digits.

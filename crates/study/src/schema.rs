@@ -31,9 +31,9 @@ pub(crate) fn file_schema() -> Value {
     for parameter in PARAMETERS {
         if !parameter.instead_of.is_empty() {
             let description = format!(
-                "{}, in {}, instead of `{}`.",
+                "{}{}, instead of `{}`.",
                 capitalised(parameter.name),
-                parameter.unit,
+                parameter.in_unit(),
                 parameter.instead_of
             );
             let property = json!({ "type": "number", "description": description });
