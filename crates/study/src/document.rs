@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
 use crate::mistakes::{other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
@@ -26,8 +27,12 @@ const MEASURED: &str = "measured";
 const PROCESS: &str = "process";
 /// How serde begins its message about a key without a default.
 const MISSING: &str = "missing field ";
-/// Its only key, and the values allowed.
+/// Its keys, and the values allowed.
 const FILE: &str = "file";
+const SEPARATOR: &str = "separator";
+const DECIMAL: &str = "decimal";
+const COLUMNS: &str = "columns";
+/// A path of a table.
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
 /// The path of the number of filaments.
@@ -50,8 +55,8 @@ pub struct Document<'t> {
     /// Place of the heading of `[study]`.
     study_span: Range<usize>,
     sweeps: Vec<LocatedSweep>,
-    /// The file of measured forces.
-    measured_file: Option<String>,
+    /// The file of measured forces, and how it is written.
+    measured: Option<(String, Format)>,
     /// The file of a profile's control points, with the place of its path.
     control_points_file: Option<(String, Range<usize>)>,
     /// The control points in it, once they have been read.
@@ -107,7 +112,7 @@ impl<'t> Document<'t> {
             table: DeTable::new(),
             study_span: 0..0,
             sweeps: Vec::new(),
-            measured_file: None,
+            measured: None,
             control_points_file: None,
             control_points: Vec::new(),
         };
@@ -135,7 +140,7 @@ impl<'t> Document<'t> {
         if let Some(measured) = document.table.remove(MEASURED)
             && let DeValue::Table(entries) = measured.get_ref()
         {
-            document.measured_file = Some(document.read_measured(entries, measured.span())?);
+            document.measured = Some(document.read_measured(entries, measured.span())?);
         }
         document.control_points_file = document.take_control_points_file()?;
         Ok(document)
@@ -256,10 +261,10 @@ impl<'t> Document<'t> {
         PARAMETERS.iter().filter(is_unstated).collect()
     }
 
-    /// The path of the measured forces as the file states it, relative to the file's directory.
+    /// The path of the measured forces as the file states it, relative to the file's directory, and how their table is written.
     #[must_use]
-    pub fn measured_file(&self) -> Option<&str> {
-        self.measured_file.as_deref()
+    pub fn measured(&self) -> Option<(&str, &Format)> {
+        self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
     }
 
     /// The study that the file states. All its cases are checked.
@@ -401,25 +406,91 @@ impl<'t> Document<'t> {
     }
 
     /// Reads the entries of `[measured]`, whose heading is at `span`.
-    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<String, InputError> {
-        if let Some((key, _)) = entries.iter().find(|(key, _)| key.get_ref() != FILE) {
-            let name = key.get_ref();
-            let problem = Problem::UnknownKey { key: format!("{MEASURED}.{name}"), expected: format!("`{FILE}`") };
-            return Err(self.error(problem, key.span(), &did_you_mean(name, std::iter::once(FILE))));
-        }
+    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<(String, Format), InputError> {
+        let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS];
+        self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
         let allowed = MEASURED_FILE.to_owned();
         let Some(value) = entries.get(FILE) else {
             let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
             return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
         };
-        match value.get_ref() {
-            DeValue::String(path) if !path.trim().is_empty() => Ok(path.to_string()),
-            _ => {
-                let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
-                Err(self.error(problem, value.span(), ""))
-            }
+        let file = value.get_ref().as_str().filter(|path| !path.trim().is_empty());
+        let file = file.ok_or_else(|| self.not_allowed(key, value, allowed))?.to_owned();
+        let letter = |key: &str, letters: &[char]| {
+            let Some(value) = entries.get(key) else { return Ok(None) };
+            let found = letters.iter().find(|letter| value.get_ref().as_str() == Some(&letter.to_string()));
+            let allowed = || letters.iter().map(|letter| format!("{:?}", letter.to_string())).collect::<Vec<_>>();
+            let refused = || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
+            found.copied().map(Some).ok_or_else(refused)
+        };
+        let format = Format {
+            separator: letter(SEPARATOR, &SEPARATORS)?,
+            decimal: letter(DECIMAL, &DECIMALS)?,
+            columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+        };
+        Ok((file, format))
+    }
+
+    /// Reads the names of columns of measured forces.
+    fn read_columns(&self, columns: &Spanned<DeValue<'_>>) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
+        let path = format!("{MEASURED}.{COLUMNS}");
+        let DeValue::Table(entries) = columns.get_ref() else {
+            let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
+            return Err(self.not_allowed(path, columns, allowed));
+        };
+        self.check_keys(&path, entries, &Quantity::ALL.map(Quantity::key))?;
+        if let (Some(_), Some(other)) =
+            (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
+        {
+            let key = "measured.columns.rotational_speed_rpm";
+            let problem = Problem::Both { key, other: "measured.columns.brushing_velocity_m_s" };
+            return Err(self.error(problem, other.span(), "give one of them: each follows from the other"));
         }
+        let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
+        named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+    }
+
+    /// Reads the name of a column, with its unit if it is stated.
+    fn read_column(&self, quantity: Quantity, value: &Spanned<DeValue<'_>>) -> Result<ColumnName, InputError> {
+        const COLUMN: &str = "column";
+        const UNIT: &str = "unit";
+        let path = format!("{MEASURED}.{COLUMNS}.{}", quantity.key());
+        let text = |value: &Spanned<DeValue<'_>>| {
+            value.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned)
+        };
+        let units = quantity.unit_names().collect::<Vec<_>>();
+        let allowed = || format!("the heading of a column, or {{ column = \"…\", unit = \"{}\" }}", units[0]);
+        let DeValue::Table(entries) = value.get_ref() else {
+            let heading = text(value).ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+            return Ok(ColumnName { heading, unit: None });
+        };
+        self.check_keys(&path, entries, &[COLUMN, UNIT])?;
+        let heading = entries.get(COLUMN).and_then(text);
+        let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
+        let unit = entries.get(UNIT).map(|unit| {
+            let known = text(unit).filter(|unit| units.contains(&unit.as_str()));
+            known
+                .ok_or_else(|| self.not_allowed(format!("{path}.{UNIT}"), unit, format!("one of {}", units.join(", "))))
+        });
+        Ok(ColumnName { heading, unit: unit.transpose()? })
+    }
+
+    /// Checks that a table of the file, which `path` names, has no other keys than these.
+    fn check_keys(&self, path: &str, entries: &DeTable<'_>, keys: &[&str]) -> Result<(), InputError> {
+        let Some((key, _)) = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
+            return Ok(());
+        };
+        let name = key.get_ref();
+        let expected = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let problem = Problem::UnknownKey { key: format!("{path}.{name}"), expected };
+        Err(self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied())))
+    }
+
+    /// The error about a value that is not allowed.
+    fn not_allowed(&self, key: String, value: &Spanned<DeValue<'_>>, allowed: String) -> InputError {
+        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        self.error(problem, value.span(), "")
     }
 
     fn read_sweep(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
