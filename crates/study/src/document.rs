@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
 use crate::mistakes::{other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
@@ -43,6 +44,11 @@ const WORKPIECE: &str = "workpiece";
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
 const CONTROL_POINTS: &str = "workpiece.control_points_m";
 
+/// The section of the filament, with its key for a material.
+const FILAMENT: &str = "filament";
+const MATERIAL_KEY: &str = "material";
+const MATERIAL: &str = "filament.material";
+
 /// The values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
 
@@ -61,6 +67,18 @@ pub struct Document<'t> {
     control_points_file: Option<(String, Range<usize>)>,
     /// The control points in it, once they have been read.
     control_points: Vec<[f64; 2]>,
+    /// The material of the filaments.
+    material: Option<LocatedMaterial>,
+}
+
+/// A material that the file names.
+#[derive(Debug)]
+struct LocatedMaterial {
+    material: &'static Material,
+    /// What it states, as TOML.
+    values: [(&'static Parameter, String); 2],
+    /// Place of its name.
+    span: Range<usize>,
 }
 
 /// One entry of `[study]`.
@@ -115,6 +133,7 @@ impl<'t> Document<'t> {
             measured: None,
             control_points_file: None,
             control_points: Vec::new(),
+            material: None,
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
@@ -143,6 +162,7 @@ impl<'t> Document<'t> {
             document.measured = Some(document.read_measured(entries, measured.span())?);
         }
         document.control_points_file = document.take_control_points_file()?;
+        document.material = document.take_material()?;
         Ok(document)
     }
 
@@ -230,6 +250,46 @@ impl<'t> Document<'t> {
         Err(self.error(problem, value.span(), ""))
     }
 
+    /// Takes the name of a material out of the tree.
+    fn take_material(&mut self) -> Result<Option<LocatedMaterial>, InputError> {
+        let Some(section) = self.table.get_mut(FILAMENT) else { return Ok(None) };
+        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
+        let Some(value) = entries.remove(MATERIAL_KEY) else { return Ok(None) };
+        let name = value.get_ref().as_str();
+        if let Some(material) = name.and_then(Material::find) {
+            let values =
+                [(DENSITY, material.density_kg_m3), (MODULUS, material.youngs_modulus_pa)].map(|(path, value)| {
+                    let parameter = Parameter::find(path).expect("the table has what a material states");
+                    (parameter, parameter.format(value))
+                });
+            return Ok(Some(LocatedMaterial { material, values, span: value.span() }));
+        }
+        let names = || MATERIALS.iter().map(|material| material.name);
+        let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
+        let meant = name.map_or_else(String::new, |name| did_you_mean(name, names()));
+        let advice =
+            if meant.is_empty() { format!("state `{DENSITY}` and `{MODULUS}` of another material") } else { meant };
+        let problem = Problem::NotAllowed { key: MATERIAL.to_owned(), value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), &advice))
+    }
+
+    /// The material of the filaments, which states what the file does not.
+    #[must_use]
+    pub fn material(&self) -> Option<&'static Material> {
+        self.material.as_ref().map(|located| located.material)
+    }
+
+    /// States what the material does and the tree does not, at the place of its name.
+    fn state_material<'a>(&'a self, table: &mut DeTable<'a>) {
+        let Some(LocatedMaterial { values, span, .. }) = &self.material else { return };
+        for (parameter, text) in values {
+            if find(table, parameter.path).is_none() {
+                let value = DeValue::parse(text).expect("a number is a value").into_inner();
+                options::state(table, [FILAMENT, parameter.key()], value, [span.clone(), span.clone()]);
+            }
+        }
+    }
+
     /// The settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
         self.build(&[]).map(|built| built.settings)
@@ -310,6 +370,7 @@ impl<'t> Document<'t> {
     /// Reads and checks the settings with some values replaced.
     fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<Built<'a>, InputError> {
         let mut table: DeTable<'a> = self.table.clone();
+        self.state_material(&mut table);
         for Override { parameter, text, span } in overrides {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
             let section = table
@@ -560,7 +621,8 @@ impl<'t> Document<'t> {
             // Keys that state others in their own way are no fields of the settings.
             let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
             let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
-            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>();
+            let material = if section == FILAMENT { format!(", `{MATERIAL_KEY}`") } else { String::new() };
+            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {

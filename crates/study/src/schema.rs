@@ -5,6 +5,7 @@ use std::ops::Bound;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
+use crate::materials::MATERIALS;
 use crate::measured::{DECIMALS, Quantity, SEPARATORS};
 use crate::study::SHORT_NAMES;
 use bristle::model::parameters::{PARAMETERS, Parameter};
@@ -54,6 +55,12 @@ pub(crate) fn file_schema() -> Value {
     }
     schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
+    schema["properties"]["filament"]["properties"]["material"] = json!({
+        "type": "string",
+        "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, as published for \
+                        dry material at room temperature. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
+        "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
+    });
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
         "type": "string",
         "minLength": 1,

@@ -226,7 +226,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
 
     let total = study.case_count();
-    let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
+    let assumptions = Assumptions::of_study(&study, &results, &document.unstated()).with_material(document.material());
     let comparisons = compare(&study, &results, &measured);
     let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
     let files = write_results(arguments, &study, &results, &page, &measured)?;

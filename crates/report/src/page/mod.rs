@@ -263,8 +263,9 @@ fn assumptions_data(assumptions: &Assumptions) -> Value {
             "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
         })
     };
-    let Assumptions { row, place, list } = assumptions;
-    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>() })
+    let Assumptions { row, place, list, material: _ } = assumptions;
+    let material = assumptions.material_note();
+    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>(), "material": material })
 }
 
 /// The order of metrics on the page: the most prominent first, with all those of the tool together.
