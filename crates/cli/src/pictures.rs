@@ -9,7 +9,9 @@ use std::{fs, thread};
 use bristle_report::figures::{
     Brush, Picture, brush_figures, contact_figures, is_of_brush, is_of_contact, is_of_study, study_figures,
 };
-use bristle_study::measured::{Comparison, Measurement, compare, comparison_table, read_measured, write_comparison};
+use bristle_study::measured::{
+    Comparison, Format, Measurement, compare, comparison_table, read_measured, write_comparison,
+};
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
 use bristle_text::shown_path;
@@ -93,20 +95,19 @@ pub struct Drawn {
     pub comparisons: Vec<Comparison>,
 }
 
-/// Reads measured forces. Returns the text of the file, too.
-pub fn measured_forces(path: &Path) -> Result<(String, Vec<Measurement>), PicturesError> {
-    let text = read_table(path)?;
-    let measured = read_measured(&text, &path.to_string_lossy())?;
-    Ok((text, measured))
+/// Reads measured forces from a table written in a `format`.
+pub fn measured_forces(path: &Path, format: &Format) -> Result<Vec<Measurement>, PicturesError> {
+    Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
 }
 
-/// Draws a study below `directory`, and compares it with measured forces if there are any. Removes pictures of an earlier
+/// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
 /// study that this one does not have.
 pub fn draw_study(
     directory: &Path,
     study: &Study,
     results: &[CaseResult],
     measured: &[Measurement],
+    comparisons: Vec<Comparison>,
     threads: Option<NonZeroUsize>,
     kinds: FigureArgs,
 ) -> Result<Drawn, PicturesError> {
@@ -116,7 +117,6 @@ pub fn draw_study(
     if !drawn.note.is_empty() && kinds.are_drawn() {
         message.push_str(&format!(" ({})", drawn.note));
     }
-    let comparisons = if measured.is_empty() { Vec::new() } else { compare(study, results, measured) };
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
     }
@@ -159,7 +159,8 @@ pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<V
     }
     let study = match study {
         Some((SavedStudy { study, measured, .. }, results)) => {
-            let measured = if measured { measured_forces(&saved.join(MEASURED))?.1 } else { Vec::new() };
+            let measured =
+                if measured { measured_forces(&saved.join(MEASURED), &Format::default())? } else { Vec::new() };
             Some((study, results, measured))
         }
         None => None,
@@ -169,7 +170,8 @@ pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<V
     let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_picture)])?;
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
-        drawn.push(draw_study(directory, &study, &results, &measured, None, kinds)?);
+        let comparisons = compare(&study, &results, &measured);
+        drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, kinds)?);
     }
     if let Some(contact) = case {
         drawn.push(draw_contact(directory, &contact, kinds)?);

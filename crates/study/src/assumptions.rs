@@ -6,6 +6,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 
+use crate::materials::Material;
 use crate::stability::place;
 use crate::study::{CaseResult, Study};
 use crate::text::layout::{WARNING_WIDTH, aligned, wrap_at};
@@ -21,7 +22,7 @@ const INSTEAD_OF_ZERO: f64 = 0.1;
 pub struct Assumption {
     /// The setting.
     pub parameter: &'static Parameter,
-    /// Its default.
+    /// Its default, or what the material states.
     pub value: f64,
     /// What it is changed to.
     pub changed: f64,
@@ -38,6 +39,8 @@ pub struct Assumptions {
     pub place: String,
     /// The settings, in the order of the table of settings.
     pub list: Vec<Assumption>,
+    /// The material that states some of them in place of their defaults.
+    pub material: Option<&'static Material>,
 }
 
 impl Assumptions {
@@ -57,7 +60,31 @@ impl Assumptions {
         };
         let whose = if settings.brush.is_some() { ", for one filament alone" } else { "" };
         let place = format!("{}{whose}", place(settings));
-        Self { row: None, place, list: unstated.iter().map(assumption).collect() }
+        Self { row: None, place, list: unstated.iter().map(assumption).collect(), material: None }
+    }
+
+    /// The same, where a `material` of the input file states some of them.
+    #[must_use]
+    pub fn with_material(self, material: Option<&'static Material>) -> Self {
+        Self { material, ..self }
+    }
+
+    /// Which of the settings come from a material, and what to know of it. `None` if there are none.
+    #[must_use]
+    pub fn material_note(&self) -> Option<String> {
+        let material = self.material?;
+        let paths = self.list.iter().map(|assumption| assumption.parameter.path);
+        let paths: Vec<&str> = paths.filter(|path| material.value(path).is_some()).collect();
+        let are = if paths.len() == 1 { "is that" } else { "are those" };
+        let name = material.name;
+        (!paths.is_empty()).then(|| {
+            let note = format!(
+                "{} {are} of filament.material = \"{name}\", as published for dry material. {}",
+                paths.join(" and "),
+                material.caution
+            );
+            note.trim_end().to_owned()
+        })
     }
 
     /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the study sweeps is not one of them.
@@ -81,7 +108,9 @@ impl Assumptions {
         if self.list.is_empty() {
             return String::new();
         }
-        let heading = ["not stated, by default", "", "with", "F_n,w"].map(str::to_owned).to_vec();
+        let first =
+            if self.material.is_some() { "not stated, by default or material" } else { "not stated, by default" };
+        let heading = [first, "", "with", "F_n,w"].map(str::to_owned).to_vec();
         let row = |assumption: &Assumption| {
             let Assumption { parameter, value, changed, force_change } = assumption;
             let change = match force_change {
@@ -102,6 +131,9 @@ impl Assumptions {
             "  ",
             &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place),
         );
+        if let Some(note) = self.material_note() {
+            wrap_at(WARNING_WIDTH, &mut text, "  ", &note);
+        }
         text.truncate(text.trim_end().len());
         text
     }
@@ -161,6 +193,29 @@ mod tests {
             let change = assumption.force_change.expect("a force");
             assert!((change - (expected / force(&|_| ()) - 1.0)).abs() < 1e-12, "{}", assumption.parameter.path);
         }
+    }
+
+    #[test]
+    fn what_a_material_states_is_told_as_such() {
+        let text = FILE.replace("youngs_modulus_pa = 3e9", "material = \"PA6.6\"");
+        let document = Document::parse(&text, "case.toml").expect("a document");
+        let settings = document.settings().expect("settings");
+        let assumptions = Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
+        let modulus = assumptions.list.iter().find(|each| each.parameter.key() == "youngs_modulus_pa");
+        assert_eq!(modulus.map(|modulus| modulus.value), Some(3.59e9));
+        let table = assumptions.text();
+        let note = table.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            note.contains("filament.youngs_modulus_pa are those of filament.material = \"PA6.6\", as published"),
+            "{table}"
+        );
+        assert!(
+            note.contains("Water uptake about halves the modulus")
+                && table.starts_with("  not stated, by default or material")
+        );
+        assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
+        let without = Assumptions { material: None, ..assumptions };
+        assert_eq!(without.material_note(), None);
     }
 
     #[test]

@@ -11,6 +11,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
+use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
 use crate::mistakes::{other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
@@ -26,8 +28,12 @@ const MEASURED: &str = "measured";
 const PROCESS: &str = "process";
 /// How serde begins its message about a key without a default.
 const MISSING: &str = "missing field ";
-/// Its only key, and the values allowed.
+/// Its keys, and the values allowed.
 const FILE: &str = "file";
+const SEPARATOR: &str = "separator";
+const DECIMAL: &str = "decimal";
+const COLUMNS: &str = "columns";
+/// A path of a table.
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
 /// The path of the number of filaments.
@@ -37,6 +43,11 @@ const FILAMENT_COUNT: &str = "tool.filament_count";
 const WORKPIECE: &str = "workpiece";
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
 const CONTROL_POINTS: &str = "workpiece.control_points_m";
+
+/// The section of the filament, with its key for a material.
+const FILAMENT: &str = "filament";
+const MATERIAL_KEY: &str = "material";
+const MATERIAL: &str = "filament.material";
 
 /// The values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
@@ -50,12 +61,24 @@ pub struct Document<'t> {
     /// Place of the heading of `[study]`.
     study_span: Range<usize>,
     sweeps: Vec<LocatedSweep>,
-    /// The file of measured forces.
-    measured_file: Option<String>,
+    /// The file of measured forces, and how it is written.
+    measured: Option<(String, Format)>,
     /// The file of a profile's control points, with the place of its path.
     control_points_file: Option<(String, Range<usize>)>,
     /// The control points in it, once they have been read.
     control_points: Vec<[f64; 2]>,
+    /// The material of the filaments.
+    material: Option<LocatedMaterial>,
+}
+
+/// A material that the file names.
+#[derive(Debug)]
+struct LocatedMaterial {
+    material: &'static Material,
+    /// What it states, as TOML.
+    values: [(&'static Parameter, String); 2],
+    /// Place of its name.
+    span: Range<usize>,
 }
 
 /// One entry of `[study]`.
@@ -107,9 +130,10 @@ impl<'t> Document<'t> {
             table: DeTable::new(),
             study_span: 0..0,
             sweeps: Vec::new(),
-            measured_file: None,
+            measured: None,
             control_points_file: None,
             control_points: Vec::new(),
+            material: None,
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
@@ -135,9 +159,10 @@ impl<'t> Document<'t> {
         if let Some(measured) = document.table.remove(MEASURED)
             && let DeValue::Table(entries) = measured.get_ref()
         {
-            document.measured_file = Some(document.read_measured(entries, measured.span())?);
+            document.measured = Some(document.read_measured(entries, measured.span())?);
         }
         document.control_points_file = document.take_control_points_file()?;
+        document.material = document.take_material()?;
         Ok(document)
     }
 
@@ -225,6 +250,46 @@ impl<'t> Document<'t> {
         Err(self.error(problem, value.span(), ""))
     }
 
+    /// Takes the name of a material out of the tree.
+    fn take_material(&mut self) -> Result<Option<LocatedMaterial>, InputError> {
+        let Some(section) = self.table.get_mut(FILAMENT) else { return Ok(None) };
+        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
+        let Some(value) = entries.remove(MATERIAL_KEY) else { return Ok(None) };
+        let name = value.get_ref().as_str();
+        if let Some(material) = name.and_then(Material::find) {
+            let values =
+                [(DENSITY, material.density_kg_m3), (MODULUS, material.youngs_modulus_pa)].map(|(path, value)| {
+                    let parameter = Parameter::find(path).expect("the table has what a material states");
+                    (parameter, parameter.format(value))
+                });
+            return Ok(Some(LocatedMaterial { material, values, span: value.span() }));
+        }
+        let names = || MATERIALS.iter().map(|material| material.name);
+        let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
+        let meant = name.map_or_else(String::new, |name| did_you_mean(name, names()));
+        let advice =
+            if meant.is_empty() { format!("state `{DENSITY}` and `{MODULUS}` of another material") } else { meant };
+        let problem = Problem::NotAllowed { key: MATERIAL.to_owned(), value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), &advice))
+    }
+
+    /// The material of the filaments, which states what the file does not.
+    #[must_use]
+    pub fn material(&self) -> Option<&'static Material> {
+        self.material.as_ref().map(|located| located.material)
+    }
+
+    /// States what the material does and the tree does not, at the place of its name.
+    fn state_material<'a>(&'a self, table: &mut DeTable<'a>) {
+        let Some(LocatedMaterial { values, span, .. }) = &self.material else { return };
+        for (parameter, text) in values {
+            if find(table, parameter.path).is_none() {
+                let value = DeValue::parse(text).expect("a number is a value").into_inner();
+                options::state(table, [FILAMENT, parameter.key()], value, [span.clone(), span.clone()]);
+            }
+        }
+    }
+
     /// The settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
         self.build(&[]).map(|built| built.settings)
@@ -256,10 +321,10 @@ impl<'t> Document<'t> {
         PARAMETERS.iter().filter(is_unstated).collect()
     }
 
-    /// The path of the measured forces as the file states it, relative to the file's directory.
+    /// The path of the measured forces as the file states it, relative to the file's directory, and how their table is written.
     #[must_use]
-    pub fn measured_file(&self) -> Option<&str> {
-        self.measured_file.as_deref()
+    pub fn measured(&self) -> Option<(&str, &Format)> {
+        self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
     }
 
     /// The study that the file states. All its cases are checked.
@@ -305,6 +370,7 @@ impl<'t> Document<'t> {
     /// Reads and checks the settings with some values replaced.
     fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<Built<'a>, InputError> {
         let mut table: DeTable<'a> = self.table.clone();
+        self.state_material(&mut table);
         for Override { parameter, text, span } in overrides {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
             let section = table
@@ -401,25 +467,91 @@ impl<'t> Document<'t> {
     }
 
     /// Reads the entries of `[measured]`, whose heading is at `span`.
-    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<String, InputError> {
-        if let Some((key, _)) = entries.iter().find(|(key, _)| key.get_ref() != FILE) {
-            let name = key.get_ref();
-            let problem = Problem::UnknownKey { key: format!("{MEASURED}.{name}"), expected: format!("`{FILE}`") };
-            return Err(self.error(problem, key.span(), &did_you_mean(name, std::iter::once(FILE))));
-        }
+    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<(String, Format), InputError> {
+        let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS];
+        self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
         let allowed = MEASURED_FILE.to_owned();
         let Some(value) = entries.get(FILE) else {
             let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
             return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
         };
-        match value.get_ref() {
-            DeValue::String(path) if !path.trim().is_empty() => Ok(path.to_string()),
-            _ => {
-                let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
-                Err(self.error(problem, value.span(), ""))
-            }
+        let file = value.get_ref().as_str().filter(|path| !path.trim().is_empty());
+        let file = file.ok_or_else(|| self.not_allowed(key, value, allowed))?.to_owned();
+        let letter = |key: &str, letters: &[char]| {
+            let Some(value) = entries.get(key) else { return Ok(None) };
+            let found = letters.iter().find(|letter| value.get_ref().as_str() == Some(&letter.to_string()));
+            let allowed = || letters.iter().map(|letter| format!("{:?}", letter.to_string())).collect::<Vec<_>>();
+            let refused = || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
+            found.copied().map(Some).ok_or_else(refused)
+        };
+        let format = Format {
+            separator: letter(SEPARATOR, &SEPARATORS)?,
+            decimal: letter(DECIMAL, &DECIMALS)?,
+            columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+        };
+        Ok((file, format))
+    }
+
+    /// Reads the names of columns of measured forces.
+    fn read_columns(&self, columns: &Spanned<DeValue<'_>>) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
+        let path = format!("{MEASURED}.{COLUMNS}");
+        let DeValue::Table(entries) = columns.get_ref() else {
+            let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
+            return Err(self.not_allowed(path, columns, allowed));
+        };
+        self.check_keys(&path, entries, &Quantity::ALL.map(Quantity::key))?;
+        if let (Some(_), Some(other)) =
+            (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
+        {
+            let key = "measured.columns.rotational_speed_rpm";
+            let problem = Problem::Both { key, other: "measured.columns.brushing_velocity_m_s" };
+            return Err(self.error(problem, other.span(), "give one of them: each follows from the other"));
         }
+        let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
+        named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+    }
+
+    /// Reads the name of a column, with its unit if it is stated.
+    fn read_column(&self, quantity: Quantity, value: &Spanned<DeValue<'_>>) -> Result<ColumnName, InputError> {
+        const COLUMN: &str = "column";
+        const UNIT: &str = "unit";
+        let path = format!("{MEASURED}.{COLUMNS}.{}", quantity.key());
+        let text = |value: &Spanned<DeValue<'_>>| {
+            value.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned)
+        };
+        let units = quantity.unit_names().collect::<Vec<_>>();
+        let allowed = || format!("the heading of a column, or {{ column = \"…\", unit = \"{}\" }}", units[0]);
+        let DeValue::Table(entries) = value.get_ref() else {
+            let heading = text(value).ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+            return Ok(ColumnName { heading, unit: None });
+        };
+        self.check_keys(&path, entries, &[COLUMN, UNIT])?;
+        let heading = entries.get(COLUMN).and_then(text);
+        let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
+        let unit = entries.get(UNIT).map(|unit| {
+            let known = text(unit).filter(|unit| units.contains(&unit.as_str()));
+            known
+                .ok_or_else(|| self.not_allowed(format!("{path}.{UNIT}"), unit, format!("one of {}", units.join(", "))))
+        });
+        Ok(ColumnName { heading, unit: unit.transpose()? })
+    }
+
+    /// Checks that a table of the file, which `path` names, has no other keys than these.
+    fn check_keys(&self, path: &str, entries: &DeTable<'_>, keys: &[&str]) -> Result<(), InputError> {
+        let Some((key, _)) = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
+            return Ok(());
+        };
+        let name = key.get_ref();
+        let expected = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let problem = Problem::UnknownKey { key: format!("{path}.{name}"), expected };
+        Err(self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied())))
+    }
+
+    /// The error about a value that is not allowed.
+    fn not_allowed(&self, key: String, value: &Spanned<DeValue<'_>>, allowed: String) -> InputError {
+        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        self.error(problem, value.span(), "")
     }
 
     fn read_sweep(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
@@ -489,7 +621,8 @@ impl<'t> Document<'t> {
             // Keys that state others in their own way are no fields of the settings.
             let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
             let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
-            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>();
+            let material = if section == FILAMENT { format!(", `{MATERIAL_KEY}`") } else { String::new() };
+            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {

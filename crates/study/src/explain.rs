@@ -7,9 +7,13 @@ use thiserror::Error;
 
 use crate::document::setting_meant;
 use crate::input_error::LONGEST_KEY;
+use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
 use crate::text::layout::{WARNING_WIDTH, wrap_at};
 use crate::text::number::short;
+
+/// The key that names a material.
+const MATERIAL: &str = "filament.material";
 
 /// A key that does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -113,6 +117,9 @@ fn entry(schema: &Value, path: &str) -> String {
         let kinds = property["oneOf"].as_array().into_iter().flatten().map(|kind| kind["const"].to_string());
         tell("one of", &words.into_iter().chain(kinds).collect::<Vec<_>>().join(", "));
         tell("default", &default_of(property, None));
+        if path == MATERIAL {
+            text.push_str(&format!("  materials, each with the sources of its values:\n{}", material_list()));
+        }
         return text;
     };
     tell("symbol", parameter.symbol);
@@ -180,6 +187,9 @@ mod tests {
         assert!(modulus.contains("default  3e9") && modulus.contains("source   chosen"), "{modulus}");
         let kind = explain("workpiece.kind").expect("a key");
         assert!(kind.contains("\"edge\"") && kind.contains("default  \"plane\""), "{kind}");
+        let material = explain("filament.material").expect("a key");
+        assert!(material.contains("\n  PA6.12 ") && material.contains("Ultramid A3K"), "{material}");
+        assert!(material.lines().all(|line| line.chars().count() <= WARNING_WIDTH), "{material}");
         let section = explain("filament").expect("a section");
         assert!(section.starts_with("[filament]: ") && section.contains("  filament.diameter_m "), "{section}");
         let unknown = explain("rpm").expect_err("no key").to_string();

@@ -24,6 +24,7 @@ pub mod first_file;
 pub mod input_error;
 pub mod journal;
 pub mod limited_work;
+pub mod materials;
 pub mod measured;
 mod mistakes;
 mod options;

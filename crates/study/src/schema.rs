@@ -5,7 +5,8 @@ use std::ops::Bound;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-use crate::measured::COLUMNS;
+use crate::materials::MATERIALS;
+use crate::measured::{DECIMALS, Quantity, SEPARATORS};
 use crate::study::SHORT_NAMES;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
@@ -54,6 +55,12 @@ pub(crate) fn file_schema() -> Value {
     }
     schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
+    schema["properties"]["filament"]["properties"]["material"] = json!({
+        "type": "string",
+        "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, as published for \
+                        dry material at room temperature. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
+        "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
+    });
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
         "type": "string",
         "minLength": 1,
@@ -147,6 +154,19 @@ fn study_schema() -> Value {
 }
 
 fn measured_schema() -> Value {
+    let column = |quantity: Quantity| {
+        let heading = json!({ "type": "string", "minLength": 1, "description": "Heading of the column." });
+        let units: Vec<&str> = quantity.unit_names().collect();
+        let with_unit = json!({
+            "type": "object",
+            "properties": { "column": heading, "unit": { "enum": units } },
+            "required": ["column"],
+            "additionalProperties": false,
+        });
+        (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
+    };
+    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).collect();
+    let keys = Quantity::ALL.map(Quantity::key);
     json!({
         "description": "Measured tool forces, which `bristle study` compares with simulated ones.",
         "type": "object",
@@ -155,9 +175,26 @@ fn measured_schema() -> Value {
                 "type": "string",
                 "minLength": 1,
                 "description": format!(
-                    "Path of a CSV file, relative to the directory of the input file, with the columns {}.",
-                    COLUMNS.join(", ")
+                    "Path of a CSV file, relative to the directory of the input file. Its columns are {}, or those that `columns` names; \
+                     one of the first two is enough, and the last may be missing.",
+                    keys.join(", ")
                 ),
+            },
+            "columns": {
+                "type": "object",
+                "description": "Headings of the columns in the file, as in { force_n = \"Fz [kN]\" }. Their units are those in brackets in \
+                                the headings, or stated, as in { force_n = { column = \"Fz\", unit = \"kN\" } }.",
+                "properties": columns,
+                "additionalProperties": false,
+                "not": { "required": keys[..2] },
+            },
+            "separator": {
+                "enum": SEPARATORS,
+                "description": "What separates the cells of a row. Recognised if it is not stated.",
+            },
+            "decimal": {
+                "enum": DECIMALS,
+                "description": "Decimal point or comma of the numbers. Recognised if it is not stated.",
             },
         },
         "required": ["file"],

@@ -2,6 +2,7 @@
 //!
 //! Figures and comparisons show a study slice by slice.
 
+use crate::measured::Speed;
 use crate::study::{DEPTH, SPEED, Study, VELOCITY};
 use crate::text::number::short;
 use bristle::model::parameters::Parameter;
@@ -124,14 +125,23 @@ pub fn equation(parameter: &'static Parameter, value: f64) -> String {
 }
 
 impl Slice {
-    /// Where a brushing velocity (m/s) lies along the horizontal side of a slice of [`process_slices`].
-    pub fn at_velocity(&self, study: &Study, velocity_m_s: f64) -> f64 {
-        if self.x.parameter.path != SPEED {
-            return velocity_m_s;
+    /// Where the speed of a tool lies along the horizontal side of a slice of [`process_slices`].
+    pub fn at_speed(&self, study: &Study, speed: Speed) -> f64 {
+        let is_rotational = self.x.parameter.path == SPEED;
+        let settings = || study.settings(self.case(0, 0));
+        match speed {
+            Speed::Velocity(velocity) if is_rotational => {
+                let mut settings = settings();
+                settings.process.brushing_velocity_m_s = velocity;
+                settings.rotational_speed_rpm()
+            }
+            Speed::Rotational(speed) if !is_rotational => {
+                let mut settings = settings();
+                settings.set_rotational_speed_rpm(speed);
+                settings.process.brushing_velocity_m_s
+            }
+            Speed::Velocity(value) | Speed::Rotational(value) => value,
         }
-        let mut settings = study.settings(self.case(0, 0));
-        settings.process.brushing_velocity_m_s = velocity_m_s;
-        settings.rotational_speed_rpm()
     }
 
     /// The number of the case at these positions along the sides.

@@ -131,7 +131,8 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     match simulate(arguments, &settings)? {
         Some((result, checkpoint)) => {
             write_results(arguments, settings.clone(), result)?;
-            let assumptions = Assumptions::of_contact(&settings, &document.unstated());
+            let assumptions =
+                Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
             if !assumptions.list.is_empty() {
                 say(assumptions.text());
             }

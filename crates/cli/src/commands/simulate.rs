@@ -79,7 +79,7 @@ pub struct SimulateArgs {
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
     let document = text.document()?;
-    let (settings, unstated) = (document.settings()?, document.unstated());
+    let (settings, unstated, material) = (document.settings()?, document.unstated(), document.material());
     arguments.input.warn_of(&unusual(&settings))?;
     if settings.brush.is_some() {
         say(ALONE);
@@ -148,7 +148,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_contact(&arguments.out, &contact, arguments.figures)?);
-    say(contact_table(&contact.settings, &simulation.metrics, &Assumptions::of_contact(&contact.settings, &unstated)));
+    let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
+    say(contact_table(&contact.settings, &simulation.metrics, &assumptions));
     case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
 use bristle::simulation::Simulation;
-use bristle_report::page::{Course, Recorder, page};
+use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::study_tables;
 use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
+use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
@@ -62,8 +63,10 @@ const LONGEST_FAILURE: usize = 400;
 ///
 ///   [measured]
 ///   file = "forces.csv"
+///   columns = { rotational_speed_rpm = "n [rpm]", penetration_depth_m = "ae [mm]", force_n = "Fz [kN]" }
 ///
-/// The columns of that file are brushing_velocity_m_s, penetration_depth_m, force_n and std_n.
+/// Without columns, those of that file are brushing_velocity_m_s, penetration_depth_m, force_n and,
+/// if there is one, std_n. Separator and decimal comma are recognised.
 ///
 /// If the properties of the filaments are not known exactly, state standard deviations. The study
 /// then repeats each case with sampled tools. It shows the band that contains 95 % of their forces,
@@ -204,8 +207,11 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let document = text.document()?;
     let study = document.study()?;
     arguments.check(&study)?;
-    let measured =
-        document.measured_file().map(|file| measured_forces(&relative_to(&arguments.input.file, file))).transpose()?;
+    let measured = match document.measured() {
+        Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,
+        None => Vec::new(),
+    };
+    arguments.input.warn_of(&unusual_points(&study, &measured))?;
     prepare_directory(&arguments.out)?;
     let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
@@ -220,11 +226,12 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
 
     let total = study.case_count();
-    let text = measured.as_ref().map(|(text, _)| text.as_str());
-    let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
-    let files = write_results(arguments, &study, &results, &courses, &assumptions, text)?;
-    let points = measured.map_or_else(Vec::new, |(_, points)| points);
-    let drawn = draw_study(&arguments.out, &study, &results, &points, arguments.threads(), arguments.figures)?;
+    let assumptions = Assumptions::of_study(&study, &results, &document.unstated()).with_material(document.material());
+    let comparisons = compare(&study, &results, &measured);
+    let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
+    let files = write_results(arguments, &study, &results, &page, &measured)?;
+    let (out, threads, kinds) = (&arguments.out, arguments.threads(), arguments.figures);
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, kinds)?;
 
     if !arguments.json {
         say(study_tables(&study, &results));
@@ -312,38 +319,34 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let _ = ctrlc::try_set_handler(stop);
 }
 
-/// Writes the results of a study and the `measured` forces that they are compared with. Returns the paths.
+/// Writes the results of a study, their page, and the `measured` forces that they are compared with. Returns the paths.
 fn write_results(
     arguments: &StudyArgs,
     study: &Study,
     results: &[CaseResult],
-    courses: &[Course],
-    assumptions: &Assumptions,
-    measured: Option<&str>,
+    page: &str,
+    measured: &[Measurement],
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
-    let name = arguments.input.short_name();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
     let directory = &arguments.out;
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
-    let settings = study_text(study, &runs, measured.is_some());
+    let settings = study_text(study, &runs, !measured.is_empty());
     #[cfg(feature = "parquet")]
     {
         let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
         staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
     }
-    if let Some(text) = measured {
-        staged.push(StagedFile::text(directory, MEASURED, text).map_err(unfinished)?);
+    if !measured.is_empty() {
+        staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured)).map_err(unfinished)?);
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
-    staged.push(
-        StagedFile::text(directory, REPORT, &page(&name, study, results, courses, assumptions)).map_err(unfinished)?,
-    );
+    staged.push(StagedFile::text(directory, REPORT, page).map_err(unfinished)?);
     let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
-    let has_measured = measured.is_some();
+    let has_measured = !measured.is_empty();
     let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
     for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
         remove(&directory.join(name)).map_err(unfinished)?;

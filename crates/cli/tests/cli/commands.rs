@@ -514,6 +514,33 @@ fn measured_forces_are_compared_and_drawn() {
     }
 }
 
+/// The same forces as a spreadsheet of a laboratory exports them.
+#[test]
+fn tables_of_laboratories_are_compared_like_those_in_si_units() {
+    let workspace = Workspace::new();
+    let columns = "columns = { brushing_velocity_m_s = \"vb [m/min]\", penetration_depth_m = \"ae [mm]\", \
+                   force_n = { column = \"Fz\", unit = \"kN\" } }\n";
+    workspace.write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n{columns}"));
+    let table = "\u{feff}Nr;vb [m/min];ae [mm];Fz\r\n1;600;1;0,1\r\n2;1200;1;0,15\r\n";
+    workspace.write("forces.csv", table);
+    let compared = contains("2 of 2 points compared: bias").and(contains("within ± std").not());
+    workspace.bristle("study case.toml --out results").assert().success().stderr(compared);
+    let kept = workspace.read("results/measured.csv");
+    assert_eq!(kept, "brushing_velocity_m_s,penetration_depth_m,force_n\n10.0,0.001,100.0\n20.0,0.001,150.0\n");
+    assert!(workspace.read("results/report.html").contains("\"comparisons\":[{\"condition\":"));
+    let comparison = workspace.read("results/measured_comparison.csv");
+    workspace.bristle("plot results --out again").assert().success();
+    assert_eq!(workspace.read("again/measured_comparison.csv"), comparison);
+
+    // Millimetres that pass for metres.
+    workspace.write("forces.csv", table.replace("ae [mm]", "ae"));
+    workspace
+        .write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n{}", columns.replace("ae [mm]", "ae")));
+    let hint = contains("warning: 2 of 2 measured values of").and(contains("unit = \"mm\""));
+    workspace.bristle("study case.toml --out results").assert().success().stderr(hint);
+    assert!(workspace.refuse("study case.toml --out strict --strict").contains("measured values"));
+}
+
 #[test]
 fn bad_measured_forces_are_refused_with_their_place() {
     let changes = [
@@ -545,6 +572,19 @@ fn bad_measured_forces_are_refused_with_their_place() {
         ("[measured]\nfile = \"\"\n", "`measured.file`"),
         ("[measured]\nfiles = \"a.csv\"\n", "did you mean `file`?"),
         ("[measured]\nfile = \"absent.csv\"\n", "absent.csv"),
+        ("[measured]\nfile = \"f.csv\"\nseparator = \"|\"\n", "must be \",\" or \";\" or \"\\t\""),
+        ("[measured]\nfile = \"f.csv\"\ndecimal = 1\n", "`measured.decimal` is 1"),
+        ("[measured]\nfile = \"f.csv\"\ncolumns = \"Fz\"\n", "a table such as { force_n = \"Fz [N]\" }"),
+        ("[measured]\nfile = \"f.csv\"\ncolumns = { force = \"Fz\" }\n", "did you mean `force_n`?"),
+        ("[measured]\nfile = \"f.csv\"\ncolumns = { force_n = 3 }\n", "the heading of a column, or { column = "),
+        (
+            "[measured]\nfile = \"f.csv\"\ncolumns = { force_n = { column = \"Fz\", unit = \"lbf\" } }\n",
+            "`measured.columns.force_n.unit` is \"lbf\"",
+        ),
+        (
+            "[measured]\nfile = \"f.csv\"\ncolumns = { rotational_speed_rpm = \"n\", brushing_velocity_m_s = \"v\" }\n",
+            "each follows from the other",
+        ),
     ] {
         workspace.write("case.toml", format!("{FILE}\n{section}"));
         let message = workspace.refuse("study case.toml --out results");

@@ -67,7 +67,7 @@ fn every_reader_shows_every_metric() {
     assert!(all.iter().all(|key| metrics.contains_key(*key)), "{text}");
 
     // The page, the most prominent metrics first.
-    let page = page("case.toml", &study, &results, &[], &Assumptions::default());
+    let page = page("case.toml", &study, &results, &[], &Assumptions::default(), &[]);
     let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     let data: Value = serde_json::from_str(data).expect("JSON");

@@ -135,7 +135,7 @@ impl View<'_> {
 
     /// Where a measured point lies along the horizontal side of the slice.
     fn across(&self, point: &Measurement) -> f64 {
-        self.slice.at_velocity(self.study, point.brushing_velocity_m_s)
+        self.slice.at_speed(self.study, point.speed)
     }
 
     /// The simulated tool force with measured points; none if the study has no curve for them.
@@ -172,10 +172,12 @@ impl View<'_> {
             let points = marks.iter().map(|mark| (mark.at, mark.force_n)).collect();
             curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
         }
-        let bars = if has_means {
-            format!("markers: means of {MAX_MARKS} intervals; bars: all points ± standard deviation")
-        } else {
-            "bars: ± standard deviation".to_owned()
+        let has_bars = measured.iter().any(|point| point.std_n.is_some());
+        let bars = match (has_means, has_bars) {
+            (true, true) => format!("markers: means of {MAX_MARKS} intervals; bars: all points ± standard deviation"),
+            (true, false) => format!("markers: means of {MAX_MARKS} intervals; bars: all points"),
+            (false, true) => "bars: ± standard deviation".to_owned(),
+            (false, false) => "measured without standard deviations".to_owned(),
         };
         let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
         let diagram = Diagram {
@@ -263,6 +265,7 @@ struct Marked {
 
 impl Marked {
     fn of(at: f64, &Measurement { force_n, std_n, .. }: &Measurement) -> Self {
+        let std_n = std_n.unwrap_or(0.0);
         Self { at, force_n, bar: [force_n - std_n, force_n + std_n] }
     }
 }

@@ -534,6 +534,7 @@ mod tests {
     use super::*;
     use bristle::simulation::simulate_with_history;
     use bristle_study::document::Document;
+    use bristle_study::measured::Speed;
     use bristle_study::study::run_study;
 
     fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
@@ -561,10 +562,10 @@ mod tests {
             "\"tool.filament_count\" = [0.0, 10.0]\n\"filament.segments\" = [1, 2]\n\"contact.exponent\" = [1.0, 1.5]",
         ];
         let point = |velocity: f64, depth: f64| Measurement {
-            brushing_velocity_m_s: velocity,
+            speed: Speed::Velocity(velocity),
             penetration_depth_m: depth,
             force_n: -1.0,
-            std_n: 0.0,
+            std_n: Some(0.0),
         };
         let measured = [point(10.0, 1e-3), point(10.5, 1.5e-3), point(1e9, 1e-9)];
         for sweeps in sweeps {
@@ -596,10 +597,10 @@ mod tests {
     fn figures_of_many_measured_points_stay_small() {
         let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let point = |index: u32| Measurement {
-            brushing_velocity_m_s: 5.0 + f64::from(index) * 1e-3,
+            speed: Speed::Velocity(5.0 + f64::from(index) * 1e-3),
             penetration_depth_m: 1e-3 * f64::from(1 + index % 3),
             force_n: 20.0 * f64::from(index).sin(),
-            std_n: 1.0,
+            std_n: Some(1.0),
         };
         let measured: Vec<Measurement> = (0..60_000).map(point).collect();
         for Picture { name, canvas } in study_figures(&study, &results, &measured).pictures {

@@ -15,12 +15,14 @@ use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::assumptions::{Assumption, Assumptions};
 use bristle_study::brush::Interaction;
+use bristle_study::measured::Comparison;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
 use bristle_text::shown;
 
 mod brush;
 mod course;
+mod measured;
 mod packed;
 
 pub use brush::brush_page;
@@ -34,6 +36,7 @@ const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = concat!(
     include_str!("format.js"),
     include_str!("settings.js"),
+    include_str!("measured.js"),
     include_str!("overview.js"),
     include_str!("course.js"),
     include_str!("script.js"),
@@ -46,7 +49,7 @@ pub const MAX_CASES_SHOWN: usize = 20_000;
 const LONGEST_NAME: usize = 100;
 
 /// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
-/// order; `assumptions` are the settings that the file leaves to their defaults.
+/// order; `assumptions` are the settings that the file leaves to their defaults, and `comparisons` those with measured forces.
 #[must_use]
 pub fn page(
     name: &str,
@@ -54,6 +57,7 @@ pub fn page(
     results: &[CaseResult],
     courses: &[Course],
     assumptions: &Assumptions,
+    comparisons: &[Comparison],
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
     let page = Page {
@@ -62,7 +66,7 @@ pub fn page(
         without_scripts: "This page draws its figures with JavaScript, which is switched off. The same numbers are in \
                           <code>runs.csv</code> in the same directory.",
         sections: SECTIONS,
-        data: data(name, study, results, courses, assumptions),
+        data: data(name, study, results, courses, assumptions, comparisons),
         script: SCRIPT,
     };
     page.framed()
@@ -167,7 +171,14 @@ fn quantity<R: Record>(
     QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
 }
 
-fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], assumptions: &Assumptions) -> Value {
+fn data(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    assumptions: &Assumptions,
+    comparisons: &[Comparison],
+) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData> = study
         .sweeps()
@@ -233,6 +244,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], a
         "brush": study.has_brush(),
         "warnings": study.unusual().iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
         "assumptions": assumptions_data(assumptions),
+        "measured": measured::measured_data(study, comparisons),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
@@ -251,8 +263,9 @@ fn assumptions_data(assumptions: &Assumptions) -> Value {
             "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
         })
     };
-    let Assumptions { row, place, list } = assumptions;
-    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>() })
+    let Assumptions { row, place, list, material: _ } = assumptions;
+    let material = assumptions.material_note();
+    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>(), "material": material })
 }
 
 /// The order of metrics on the page: the most prominent first, with all those of the tool together.

@@ -285,10 +285,19 @@ function createOverview(study, grid, open) {
     );
   }
 
+  /** The measured points that are shown; on a curve only those of its quantity. */
+  function measuredPoints() {
+    if (!upward && quantity.key !== FORCE) return [];
+    return measuredIn(study, places, [acrossAt, upwardAt]);
+  }
+
   /** The ends of the vertical axis of the curve, as coordinates: zero is one of them, or they are powers of ten. */
   function curveRange() {
     const { low, high, logarithmic, coordinate } = quantity;
-    if (!logarithmic) return [Math.min(0, low), Math.max(0, high)];
+    if (!logarithmic) {
+      const ends = measuredPoints().flatMap(({ force, std }) => [force - (std ?? 0), force + (std ?? 0)]);
+      return [Math.min(0, low, ...ends), Math.max(0, high, ...ends)];
+    }
     // Without a value above zero there is no range.
     if (!(high > 0)) return [0, 1];
     const first = Math.floor(coordinate(low));
@@ -297,13 +306,16 @@ function createOverview(study, grid, open) {
 
   /** Where a value of the only axis and one of the quantity lie in the curve; failed cases lie on the axis. */
   function curvePoint(i) {
+    return curvePlace(across.values[i], quantity.values[at(i, 0)]);
+  }
+
+  function curvePlace(x, value) {
     const [first, last] = [Math.min(...across.values), Math.max(...across.values)];
     const [low, high] = curveRange();
-    const value = quantity.values[at(i, 0)];
     const rise = value === null || high === low ? 0 : Math.max((quantity.coordinate(value) - low) / (high - low), 0);
     const pad = 12;
     return [
-      layout.left + pad + ((across.values[i] - first) / (last - first)) * (layout.inner - 2 * pad),
+      layout.left + pad + ((x - first) / (last - first)) * (layout.inner - 2 * pad),
       layout.top + layout.height - rise * (layout.height - pad),
     ];
   }
@@ -410,6 +422,28 @@ function createOverview(study, grid, open) {
     }
   }
 
+  /** A mark on each measured point: between the middles of the cells, or at its force with its standard deviation. */
+  function drawMeasured() {
+    for (const { at: values, force, std } of measuredPoints()) {
+      const [x, y] = upward
+        ? mapPlace(values[acrossAt], values[upwardAt])
+        : curvePlace(values[acrossAt], force);
+      if (!upward && std !== null) {
+        const [low, high] = [force - std, force + std].map((end) => curvePlace(values[acrossAt], end)[1]);
+        drawing.append(svgElement("line", { class: "measured", x1: x, x2: x, y1: low, y2: high }));
+      }
+      drawing.append(measuredMark(x, y));
+    }
+  }
+
+  /** Where a measured point lies on the map. */
+  function mapPlace(horizontal, vertical) {
+    const [i, j] = [placeBetween(across.values, horizontal), placeBetween(upward.values, vertical)];
+    return [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
+  }
+
+  const measuredMark = (x, y) => svgElement("path", { class: "measured", d: `M${x - 5} ${y}l5 -5l5 5l-5 5z` });
+
   const isSelection = () => kept.size > 0 && kept.size + errors.size < quantity.values.length;
 
   function frame(style, i, j) {
@@ -444,6 +478,7 @@ function createOverview(study, grid, open) {
     }
     if (upward && isSelection())
       items.push([key(svgElement("circle", { class: "kept", cx: 13, cy: 6, r: 3 })), ["with its course over time"]]);
+    if (measuredPoints().length > 0) items.push([key(measuredMark(13, 6)), ["measured"]]);
     if (errors.size > 0) {
       const square = svgElement("rect", { class: "failed-cell", x: 7, width: 12, height: 12 });
       const cross = svgElement("path", { class: "failed-cross", d: "M10 3l6 6m0-6l-6 6" });

@@ -111,6 +111,7 @@ addEventListener("hashchange", () => {
 
 showHead();
 showWarnings(study.warnings);
+showMeasured(study.measured);
 showAssumptions(study.assumptions);
 showSettings(study.settings, settingText);
 showOrigin();

@@ -41,12 +41,12 @@ function showWarnings(warnings) {
   list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning.replaceAll("`", "")}`)));
 }
 
-/** Shows the settings that the input file leaves to their defaults, and what a change of each does to the tool force. */
-function showAssumptions({ row, place, list }) {
+/** Shows the settings that the input file leaves to their defaults or to a material, and what a change of each does to the tool force. */
+function showAssumptions({ row, place, list, material }) {
   if (list.length === 0) return;
   const section = document.getElementById("assumptions");
   section.hidden = false;
-  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place} (row ${row}).`;
+  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place} (row ${row}).${material === null ? "" : ` ${material}`}`;
   document.getElementById("assumptions-note").replaceChildren(...rich(note));
   const cell = (...content) => element("td", { class: "number" }, ...content);
   const percent = (change) => (change === null ? "–" : `${change < 0 ? "" : "+"}${number(100 * change, 3)}\u202f%`);

@@ -91,14 +91,23 @@ impl Source<'_> {
     /// # Errors
     /// If it is not CSV, is empty, or is larger than any table of ours.
     pub fn table(&self, advice: &'static str) -> Result<Table<'_>, DataError> {
+        self.table_separated_by(',', advice)
+    }
+
+    /// The cells of the heading of a table with an ASCII `separator`; none if there is no such heading.
+    pub(crate) fn headings(&self, separator: char) -> Vec<String> {
+        let first = reader(self.text, separator).into_records().next();
+        first.and_then(Result::ok).map_or_else(Vec::new, |heading| heading.iter().map(str::to_owned).collect())
+    }
+
+    /// [`Source::table`] with another ASCII separator than a comma.
+    pub(crate) fn table_separated_by(&self, separator: char, advice: &'static str) -> Result<Table<'_>, DataError> {
         if let Some(line) = self.text.lines().position(|line| line.len() > MAX_LINE_BYTES) {
             let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
             return Err(self.error(line as u64 + 1, None, problem, advice));
         }
-        let mut builder = csv::ReaderBuilder::new();
-        let mut reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(self.text.as_bytes());
         let mut rows = Vec::new();
-        for record in reader.records() {
+        for record in reader(self.text, separator).into_records() {
             let record = record.map_err(|error| {
                 let line = error.position().map_or(1, csv::Position::line);
                 let problem = match error.kind() {
@@ -124,6 +133,13 @@ impl Source<'_> {
     }
 }
 
+/// A reader of all rows of a table, the heading included.
+fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
+    let mut builder = csv::ReaderBuilder::new();
+    let separator = u8::try_from(separator).expect("a separator is ASCII");
+    builder.has_headers(false).delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes())
+}
+
 /// A table as text.
 pub struct Table<'t> {
     source: &'t Source<'t>,
@@ -138,6 +154,11 @@ impl Table<'_> {
         &self.rows
     }
 
+    /// The cells of the heading.
+    pub(crate) fn headings(&self) -> Vec<String> {
+        self.heading.iter().map(str::to_owned).collect()
+    }
+
     /// The position of a column. Columns that nobody asks for may have equal names.
     pub(super) fn column(&self, name: &str) -> Result<usize, DataError> {
         let mut positions = (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
@@ -147,7 +168,10 @@ impl Table<'_> {
             (Some(first), Some(second)) => {
                 error(format!("columns {} and {} are both named `{name}`", first + 1, second + 1))
             }
-            (None, _) => error(format!("there is no column `{name}`")),
+            (None, _) => {
+                let headings: Vec<String> = self.heading.iter().map(|heading| format!("`{heading}`")).collect();
+                error(format!("there is no column `{name}`; there are {}", headings.join(", ")))
+            }
         }
     }
 

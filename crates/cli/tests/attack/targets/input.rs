@@ -94,7 +94,7 @@ impl Input {
         }
         let study = document.study();
         if let Ok(study) = &study {
-            study_reads_back(study, document.measured_file().is_some());
+            study_reads_back(study, document.measured().is_some());
             self.simulate(&study.settings(random.usize(..study.case_count())), random);
         }
         match (settings, study) {

@@ -1,6 +1,9 @@
 //! Tables of measured forces, read and compared in this process.
 
-use bristle_study::measured::{COLUMNS, Measurement, compare, comparison_table, read_measured, write_comparison};
+use bristle_study::measured::{
+    Format, Measurement, Quantity, compare, comparison_table, measured_text, read_measured, unusual_points,
+    write_comparison,
+};
 use bristle_study::study::{CaseResult, Study};
 use fastrand::Rng;
 
@@ -38,6 +41,7 @@ impl Measured {
         let table = comparison_table(&comparisons);
         assert!(table.len() < 20_000, "a table of {} bytes", table.len());
         let rows = String::from_utf8(written).expect("a table is text");
+        assert!(unusual_points(&self.study, points).len() <= 2);
         assert_eq!(rows.lines().count(), 1 + comparisons.len() * points.len());
         for report in [table, rows] {
             assert!(!report.contains("NaN") && !report.contains("inf"), "not finite: {report:.1000}");
@@ -48,16 +52,9 @@ impl Measured {
 /// A table so long that it must be read in linear time.
 fn many_rows() -> String {
     let row = |index: u32| format!("{:?},0.001,100.0,4.0\n", 5.0 + f64::from(index) * 1e-4);
-    COLUMNS.join(",") + "\n" + &(0..ROWS).map(row).collect::<String>()
-}
-
-/// The table of measured forces.
-fn text(points: &[Measurement]) -> String {
-    let row = |point: &Measurement| {
-        let Measurement { brushing_velocity_m_s, penetration_depth_m, force_n, std_n } = point;
-        format!("{brushing_velocity_m_s:?},{penetration_depth_m:?},{force_n:?},{std_n:?}\n")
-    };
-    COLUMNS.join(",") + "\n" + &points.iter().map(row).collect::<String>()
+    [Quantity::Velocity, Quantity::Depth, Quantity::Force, Quantity::Std].map(Quantity::key).join(",")
+        + "\n"
+        + &(0..ROWS).map(row).collect::<String>()
 }
 
 impl Target for Measured {
@@ -84,11 +81,11 @@ impl Target for Measured {
     }
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
-        let points = match read_measured(&mutant.text(0), "forces.csv") {
+        let points = match read_measured(&mutant.text(0), "forces.csv", &Format::default()) {
             Ok(points) => points,
             Err(error) => return Verdict::Refused(error.to_string()),
         };
-        assert_eq!(read_measured(&text(&points), "again.csv").as_ref(), Ok(&points));
+        assert_eq!(read_measured(&measured_text(&points), "again.csv", &Format::default()).as_ref(), Ok(&points));
         self.compare(&points);
         Verdict::Accepted
     }

@@ -1,0 +1,104 @@
+//! Hints at measured points that a study cannot be compared with, most of them by their unit.
+
+use super::{Measurement, Quantity, compared_slices, weights};
+use crate::plausibility::Unusual;
+use crate::slices::Side;
+use crate::study::Study;
+use crate::text::number::short;
+
+/// By which factor values are far outside of a study.
+const FAR: f64 = 10.0;
+
+/// What is unusual about measured points in view of a study: speeds or depths far outside of it, or no point within.
+#[must_use]
+pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
+    let slices = compared_slices(study, measured);
+    let Some(slice) = slices.first() else { return Vec::new() };
+    let depths: Vec<f64> = measured.iter().map(|point| point.penetration_depth_m).collect();
+    let speeds: Vec<f64> = measured.iter().map(|point| slice.at_speed(study, point.speed)).collect();
+    let speed = measured[0].speed.quantity();
+    let from_slice = speeds[0] / measured[0].speed.value();
+    let far = [far_values(Quantity::Depth, &depths, &slice.y, 1.0), far_values(speed, &speeds, &slice.x, from_slice)];
+    let far: Vec<Unusual> = far.into_iter().flatten().collect();
+    let is_within = |point: &Measurement| {
+        let inside = |side: &Side, at: f64| weights(side, at).is_some();
+        slices.iter().any(|slice| {
+            inside(&slice.y, point.penetration_depth_m) && inside(&slice.x, slice.at_speed(study, point.speed))
+        })
+    };
+    if far.is_empty() && !measured.iter().any(is_within) {
+        let statement = format!(
+            "None of the {} measured points lies within the study, so that none can be compared. The study has {} and {}; forces \
+             between its cases are interpolated, and never extrapolated.",
+            measured.len(),
+            range(&slice.x),
+            range(&slice.y)
+        );
+        return vec![Unusual { path: "measured.file", statement }];
+    }
+    far
+}
+
+/// What is unusual about a quantity whose `values` are far outside of the values of a side; `factor` leads from the unit of the
+/// quantity's key to that of the side.
+fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> Option<Unusual> {
+    let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
+    let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
+    let far: Vec<f64> = values.iter().copied().filter(is_far).collect();
+    let first = *far.first()?;
+    let unit = quantity.unit_between(first / factor, [least / factor / 2.0, 2.0 * largest / factor]);
+    let unit = unit.or_else(|| quantity.unit_names().nth(1)).unwrap_or_default();
+    let key = quantity.key();
+    let rotational = match quantity {
+        Quantity::Velocity => ", or a column of rotational speeds, which is `rotational_speed_rpm`",
+        _ => "",
+    };
+    let own = quantity.unit_names().next().unwrap_or_default();
+    let statement = format!(
+        "{} of {} measured values of `{key}` are far outside of the study, the first with {} {own}; the study has {}. A likely slip: the \
+         unit of the column{rotational}. State it, as in columns = {{ {key} = {{ column = \"…\", unit = \"{unit}\" }} }}.",
+        far.len(),
+        values.len(),
+        short(first / factor),
+        range(side)
+    );
+    Some(Unusual { path: "measured.file", statement })
+}
+
+/// The values of a side in words.
+fn range(side: &Side) -> String {
+    let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
+    let (symbol, unit) = (side.symbol(), side.parameter.unit);
+    if side.varies() { format!("{symbol} = {least} to {largest} {unit}") } else { format!("{symbol} = {least} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::measured::Speed;
+
+    #[test]
+    fn points_far_outside_of_a_study_are_told_with_their_unit() {
+        let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
+             [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
+             brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
+        let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
+        let point = |speed, penetration_depth_m| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n: None };
+        let told = |points: &[Measurement]| {
+            unusual_points(&study, points).into_iter().map(|unusual| unusual.statement).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&[]), [""; 0]);
+        assert_eq!(told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(30.0), 1e-3)]), [""; 0]);
+        let millimetres = told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(15.0), 2.0)]);
+        assert!(millimetres.len() == 1 && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`"));
+        assert!(millimetres[0].contains("first with 2 m; the study has a_e = 0.001 to 0.004 m"), "{millimetres:?}");
+        assert!(millimetres[0].contains("unit = \"mm\""), "{millimetres:?}");
+        let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
+        assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");
+        let revolutions = told(&[point(Speed::Rotational(12.0), 1e-3)]);
+        assert!(revolutions[0].contains("first with 12 rpm") && revolutions[0].contains("unit = \"1/s\""));
+        let outside = told(&[point(Speed::Velocity(30.0), 1e-3)]);
+        assert!(outside[0].starts_with("None of the 1 measured points") && outside[0].contains("v_b = 10 to 20 m/s"));
+    }
+}
