@@ -130,7 +130,7 @@ pub(super) fn suggestions(
         let mut settings = study.settings(a.row - 1);
         side.parameter.set(&mut settings, value);
         let (place, outcome) = (Place::of(&settings), Outcome::new(&settings, &summary));
-        limits.allow(&place, &outcome).then(|| Suggestion {
+        limits.allow(&place, &outcome).then_some(Suggestion {
             between_rows: [a.row, b.row],
             place,
             interpolated: outcome,
