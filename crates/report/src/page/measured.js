@@ -35,10 +35,13 @@ function showMeasured(measured) {
       element("thead", {}, element("tr", {}, ...names.map((name) => heading(name)))),
       element("tbody", {}, ...points.map(row)),
     );
-    const more = count > points.length ? ` ${number(count - points.length, 9)} more points are in measured_comparison.csv.` : "";
+    const rest = count - points.length;
+    const more = rest > 0 ? ` ${number(rest, 9)} more points are in measured_comparison.csv.` : "";
     return [table, element("p", { class: "quiet" }, deviationText(count, deviation, force) + more)];
   });
-  if (leftOut > 0) tables.push([element("p", { class: "quiet" }, `${leftOut} more comparisons are in measured_comparison.csv.`)]);
+  if (leftOut > 0) {
+    tables.push([element("p", { class: "quiet" }, `${leftOut} more comparisons are in measured_comparison.csv.`)]);
+  }
   document.getElementById("measured-tables").replaceChildren(...tables.flat());
 }
 
@@ -54,8 +57,8 @@ function deviationText(count, deviation, force) {
 function measuredIn(study, places, free) {
   if (study.measured === null) return [];
   const isNear = (a, b) => Math.abs(a - b) <= 1e-9 * Math.max(Math.abs(a), Math.abs(b));
-  const isInSlice = ({ at, outside }) =>
-    !outside && at.every((value, k) => value === null || free.includes(k) || isNear(value, study.axes[k].values[places[k]]));
+  const isAt = (value, k) => value === null || free.includes(k) || isNear(value, study.axes[k].values[places[k]]);
+  const isInSlice = ({ at, outside }) => !outside && at.every(isAt);
   return study.measured.comparisons.flatMap(({ points }) => points).filter(isInSlice);
 }
 

@@ -379,10 +379,12 @@ function createOverview(study, grid, open) {
         );
       }
       drawDots();
+      drawMeasured();
       drawOpened();
       drawMarks(path === "" ? null : line.text);
     } else {
       drawCurve();
+      drawMeasured();
       drawMarks(null);
     }
     point();
@@ -425,9 +427,7 @@ function createOverview(study, grid, open) {
   /** A mark on each measured point: between the middles of the cells, or at its force with its standard deviation. */
   function drawMeasured() {
     for (const { at: values, force, std } of measuredPoints()) {
-      const [x, y] = upward
-        ? mapPlace(values[acrossAt], values[upwardAt])
-        : curvePlace(values[acrossAt], force);
+      const [x, y] = upward ? mapPlace(values[acrossAt], values[upwardAt]) : curvePlace(values[acrossAt], force);
       if (!upward && std !== null) {
         const [low, high] = [force - std, force + std].map((end) => curvePlace(values[acrossAt], end)[1]);
         drawing.append(svgElement("line", { class: "measured", x1: x, x2: x, y1: low, y2: high }));
