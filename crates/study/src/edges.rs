@@ -5,9 +5,9 @@
 use bristle::model::metrics::Metrics;
 use serde::Serialize;
 
-use crate::advice::Limits;
+use crate::advice::{Limits, Outcome, Place};
 use crate::slices::equation;
-use crate::study::{CaseResult, Study, Sweep};
+use crate::study::{CaseResult, CaseSummary, Study, Sweep};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::spanning;
 
@@ -69,11 +69,13 @@ fn edge_force(metrics: &Metrics) -> f64 {
 /// counts.
 #[must_use]
 pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -> Option<EdgeAdvice> {
-    let known = results.iter().enumerate().filter_map(|(case, result)| Some((case, &result.as_ref().ok()?.metrics)));
-    let within = |(case, metrics): &(usize, &Metrics)| {
-        limits.allow(study.settings(*case).process.brushing_velocity_m_s, metrics.contact_time_ratio)
+    let known = results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().ok()?)));
+    let within = |(case, summary): &(usize, &CaseSummary)| {
+        let settings = study.settings(*case);
+        limits.allow(&Place::of(&settings), &Outcome::new(&settings, summary))
     };
-    let cases: Vec<(usize, &Metrics)> = known.filter(|(_, metrics)| metrics.edge_share > 0.0).filter(within).collect();
+    let on_edges = known.filter(|(_, summary)| summary.metrics.edge_share > 0.0).filter(within);
+    let cases: Vec<(usize, &Metrics)> = on_edges.map(|(case, summary)| (case, &summary.metrics)).collect();
     let best =
         |value: &dyn Fn(&Metrics) -> f64| cases.iter().rev().max_by(|a, b| value(a.1).total_cmp(&value(b.1))).copied();
     let force = best(&edge_force)?;

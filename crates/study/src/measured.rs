@@ -10,6 +10,7 @@ use crate::results::{DataError, MAX_ROWS, Source};
 use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, Study};
 use crate::text::number::short;
+use bristle::model::settings::Settings;
 use bristle_text::shortened;
 
 /// Columns of the table. Other columns are ignored.
@@ -247,8 +248,8 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
 }
 
 /// Relative uncertainty of the tool force: that of the number of filaments.
-pub fn relative_uncertainty(study: &Study, case: usize) -> f64 {
-    let tool = study.settings(case).tool;
+pub fn relative_uncertainty(settings: &Settings) -> f64 {
+    let tool = &settings.tool;
     let ratio = tool.filament_count_uncertainty / tool.filament_count;
     if ratio.is_finite() { ratio } else { 0.0 }
 }
@@ -266,7 +267,7 @@ pub fn tool_force(
     let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
     Ok(Simulated {
         force_n,
-        uncertainty_n: force_n.abs() * relative_uncertainty(study, slice.case(0, 0)),
+        uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(0, 0))),
         band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
     })
 }

@@ -13,39 +13,78 @@ use crate::error::CliError;
 use crate::saved::{SavedError, saved_study};
 use crate::terminal::print;
 
-/// Say where the tool force of a study is high, from saved results
+/// Say where the tool force of a study is high, or as wanted, from saved results
 ///
 /// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases,
 /// within the limits, at each brushing velocity, and at each penetration depth. It also shows the most force per velocity
 /// and per depth, and local maxima along the tier, the line between sweeping and striking. Each line identifies a case by
-/// its row in runs.csv and explains it in a sentence. Nothing is interpolated. If further settings are swept, each
-/// combination of their values has a table.
+/// its row in runs.csv and explains it in a sentence. If further settings are swept, each combination of their values has a table.
+///
+/// Cases within the limits are ranked: the highest force first, or the one nearest to --target-force. With --max-force those come
+/// first whose whole uncertainty is within the limit. With --max-force or --target-force there are also settings between simulated
+/// cases, at which interpolation expects that force. They are marked with ≈; --verify simulates them.
 #[derive(Args)]
 pub struct AdviseArgs {
     /// Directory with the results of a study
     #[arg(value_name = "DIR")]
     results: PathBuf,
-    /// Highest brushing velocity in m/s, for the highest force within the limits
+    /// Highest force F_n,w of the tool in N
+    #[arg(long, value_name = "N", value_parser = parse_positive)]
+    max_force: Option<f64>,
+    /// The force F_n,w that is wanted, in N: the nearest are ranked first
+    #[arg(long, value_name = "N", value_parser = parse_positive)]
+    target_force: Option<f64>,
+    /// Highest brushing velocity in m/s
     #[arg(long, value_name = "V_B", value_parser = parse_velocity)]
     max_velocity: Option<f64>,
+    /// Highest rotational speed in rpm
+    #[arg(long, value_name = "RPM", value_parser = parse_positive)]
+    max_rpm: Option<f64>,
+    /// Largest penetration depth in mm
+    #[arg(long, visible_alias = "max-depth-mm", value_name = "MM", value_parser = parse_positive)]
+    max_depth: Option<f64>,
+    /// Highest power of the drive in W
+    #[arg(long, value_name = "W", value_parser = parse_positive)]
+    max_power: Option<f64>,
     /// Lowest contact time ratio, from 0 (striking) to 1 (sweeping)
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     min_ratio: Option<f64>,
     /// Highest contact time ratio
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     max_ratio: Option<f64>,
+    /// Simulate the interpolated settings
+    #[arg(long)]
+    verify: bool,
     /// Print one JSON object, in SI units, instead of the table
     #[arg(long)]
     json: bool,
+}
+
+impl AdviseArgs {
+    /// The limits, in SI units.
+    fn limits(&self) -> Limits {
+        Limits {
+            max_velocity_m_s: self.max_velocity,
+            max_rotational_speed_rpm: self.max_rpm,
+            max_depth_m: self.max_depth.map(|millimetres| millimetres / 1e3),
+            max_force_n: self.max_force,
+            max_power_w: self.max_power,
+            min_ratio: self.min_ratio,
+            max_ratio: self.max_ratio,
+            target_force_n: self.target_force,
+        }
+    }
 }
 
 /// Runs the command.
 pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
     let path = &arguments.results;
     let (saved, results) = saved_study(path)?.ok_or_else(|| SavedError::NoStudy(path.clone()))?;
-    let AdviseArgs { max_velocity: max_velocity_m_s, min_ratio, max_ratio, .. } = *arguments;
-    let advice = advise(&saved.study, &results, Limits { max_velocity_m_s, min_ratio, max_ratio })
+    let mut advice = advise(&saved.study, &results, arguments.limits())
         .map_err(|error| CliError::Advice { path: path.clone(), error })?;
+    if arguments.verify {
+        advice.verify(None).map_err(CliError::Threads)?;
+    }
     if arguments.json {
         let json = serde_json::to_string(&advice).map_err(io::Error::from)?;
         print(&(json + "\n"))?;
@@ -60,6 +99,12 @@ fn parse_velocity(text: &str) -> Result<f64, String> {
     let parameter = Parameter::find(VELOCITY).ok_or("no such setting")?;
     let velocity = text.parse().ok().filter(|&velocity| parameter.check(velocity).is_ok());
     velocity.ok_or_else(|| format!("must be {}", parameter.allowed()))
+}
+
+/// Parses a limit that is a positive number.
+fn parse_positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "must be a positive number".to_owned())
 }
 
 /// Parses a contact time ratio.

@@ -99,6 +99,42 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
 }
 
 #[test]
+fn interpolated_settings_are_simulated() {
+    let directory = simulated(SWEEPS);
+    let text = printed(&directory, "advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400");
+    let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
+    assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(with), "{text}");
+    assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
+
+    let text = printed(&directory, "advise results --target-force 220 --verify");
+    assert!(text.contains("As interpolated.") && text.contains("As simulated: "), "{text}");
+    let advice: Value =
+        serde_json::from_str(&printed(&directory, "advise results --target-force 220 --verify --json")).expect("JSON");
+    let suggestions = advice["sections"][0]["interpolated"].as_array().expect("suggestions");
+    assert!(!suggestions.is_empty());
+    for suggestion in suggestions {
+        let force = |outcome: &str| suggestion[outcome]["tool_contact_normal_force_n"].as_f64().expect("a force");
+        // The depth is rounded to three digits.
+        assert!((force("interpolated") - 220.0).abs() < 1.0, "{suggestion}");
+        assert_eq!(
+            (&suggestion["simulated"]["status"], &suggestion["simulated"]["is_within_limits"]),
+            (&"ok".into(), &true.into())
+        );
+        let number = |key: &str| suggestion[key].as_f64().expect("a number");
+        let set = format!(
+            "--set process.brushing_velocity_m_s={:?} --set process.penetration_depth_m={:?}",
+            number("brushing_velocity_m_s"),
+            number("penetration_depth_m")
+        );
+        bristle(directory.path(), &format!("simulate case.toml --out one --no-figures {set}")).assert().success();
+        let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
+        let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
+        let alone = metrics["tool_contact_normal_force_n"].as_f64().expect("a force");
+        assert!((force("simulated") / alone - 1.0).abs() < 1e-9, "{alone} N, {suggestion}");
+    }
+}
+
+#[test]
 fn failed_cases_are_left_out() {
     let directory = simulated(&format!("{SWEEPS}\"contact.stiffness_n_m\" = [1e300, 1e5]\n"));
     let text = printed(&directory, "advise results");
@@ -137,6 +173,12 @@ fn bad_limits_are_refused() {
         ("--min-ratio 1.5", "from 0 to 1"),
         ("--max-ratio NaN", "from 0 to 1"),
         ("--max-ratio=-0.1", "from 0 to 1"),
+        ("--max-force 0", "positive number"),
+        ("--target-force=-200", "positive number"),
+        ("--max-rpm fast", "positive number"),
+        ("--max-depth NaN", "positive number"),
+        ("--max-power inf", "positive number"),
+        ("--max-force 200 --target-force 250", "the target of 250 N is above the highest force of 200 N"),
         ("--min-ratio 0.6 --max-ratio 0.5", "at least 0.6 and at most 0.5"),
     ] {
         let message = refusal(&directory, &format!("advise results {limits}"));

@@ -288,7 +288,7 @@ impl View<'_> {
     /// `N_f` with its uncertainty, if it applies to all values.
     fn uncertainty<R>(&self, metric: &Column<R>) -> String {
         let case = self.slice.case(0, 0);
-        let relative = relative_uncertainty(self.study, case);
+        let relative = relative_uncertainty(&self.study.settings(case));
         let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
         if metric.display.scope != Scope::Tool || relative == 0.0 || varies {
             return String::new();

@@ -37,6 +37,12 @@ pub fn spanning(value: f64) -> String {
     }
 }
 
+/// A number of cases, in words.
+#[must_use]
+pub fn counted(cases: usize) -> String {
+    if cases == 1 { "one case".to_owned() } else { format!("{cases} cases") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

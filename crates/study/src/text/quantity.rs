@@ -186,11 +186,24 @@ impl Readable {
 
     /// The parts of a case.
     pub fn texts(&self, case: usize) -> impl Iterator<Item = String> {
-        let text = |value: f64| match self.quantity.scale {
+        let text = move |values: &Vec<Option<f64>>| {
+            values[case].map_or_else(|| self.unknown[case].to_owned(), |value| self.scaled(value))
+        };
+        self.parts.iter().map(text)
+    }
+
+    /// A number in the unit of this quantity.
+    fn scaled(&self, value: f64) -> String {
+        match self.quantity.scale {
             Scale::Linear => format!("{value:.*}", self.decimals),
             Scale::Logarithmic => spanning(value),
-        };
-        self.parts.iter().map(move |values| values[case].map_or_else(|| self.unknown[case].to_owned(), text))
+        }
+    }
+
+    /// The number of a case that is not one of the results; the first if there are several.
+    #[must_use]
+    pub fn text_of(&self, summary: &CaseSummary) -> String {
+        self.quantity.parts.get(summary, 0).map_or_else(|| "–".to_owned(), |value| self.scaled(value * self.factor))
     }
 
     /// The parts of a case on one line, in ascending order.
@@ -209,17 +222,17 @@ impl Readable {
         self.texts(case).next().unwrap_or_default()
     }
 
-    /// The number of a case and a band around it. `band` is in SI units.
+    /// A number and a band around it, in SI units.
     #[must_use]
-    pub fn text_with_band(&self, case: usize, band: [f64; 2]) -> String {
+    pub fn text_with_band(&self, value: f64, band: [f64; 2]) -> String {
         let [lower, upper] = band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
-        format!("{} [{lower} … {upper}]", self.text(case))
+        format!("{} [{lower} … {upper}]", self.scaled(value * self.factor))
     }
 
-    /// The number of a case and its uncertainty, if it has one. `uncertainty` is in SI units.
+    /// A number and its uncertainty, if it has one, in SI units.
     #[must_use]
-    pub fn text_with_uncertainty(&self, case: usize, uncertainty: f64) -> String {
-        let text = self.text(case);
+    pub fn text_with_uncertainty(&self, value: f64, uncertainty: f64) -> String {
+        let text = self.scaled(value * self.factor);
         if uncertainty == 0.0 { text } else { format!("{text} ± {:.*}", self.decimals, uncertainty * self.factor) }
     }
 }

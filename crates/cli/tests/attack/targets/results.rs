@@ -81,7 +81,8 @@ impl Target for Results {
         assert_eq!(results, self.results);
         let states = |study: &Study| study_text(study, b"", false);
         assert_eq!(states(&saved.study), states(&self.study), "the settings are not those of the results");
-        match advise(&saved.study, &results, AdviceLimits::default()) {
+        let limits = AdviceLimits { target_force_n: Some(100.0), ..AdviceLimits::default() };
+        match advise(&saved.study, &results, limits) {
             Ok(advice) => {
                 let text = advice.text();
                 assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");

@@ -1,12 +1,19 @@
 //! What a study advises: where the tool force is high, and at what velocity, depth and contact time ratio.
 //!
 //! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by their rows in `runs.csv`,
-//! so that it can be checked. Nothing is interpolated: every case that advice cites has been simulated.
+//! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
+//! interpolated [`Suggestion`]s, marked as such, which can be simulated.
 
+mod limits;
+mod suggestion;
+
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use bristle::model::settings::Settings;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -15,9 +22,14 @@ use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
-use crate::text::number::{labels, short, spanning};
+use crate::text::number::{counted, labels, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
+
+pub use limits::{Limits, Place};
+pub use suggestion::{Simulated, Suggestion};
+
+use suggestion::suggestions;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
 const TIER: f64 = 0.5;
@@ -28,16 +40,11 @@ const ALONG_TIER: Range<f64> = 0.3..0.6;
 /// Smallest relative fall of the force after a local maximum. The number of segments alone can cause smaller falls.
 const LEAST_FALL: f64 = 0.005;
 
-/// Limits on the cases that advice considers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Limits {
-    /// Highest brushing velocity `v_b` in m/s.
-    pub max_velocity_m_s: Option<f64>,
-    /// Lowest contact time ratio `ε_tc`, for filaments that sweep.
-    pub min_ratio: Option<f64>,
-    /// Highest contact time ratio `ε_tc`, for filaments that strike.
-    pub max_ratio: Option<f64>,
-}
+/// Largest number of cases that are ranked.
+const MOST_RANKED: usize = 5;
+
+/// The note where no suggestion is interpolated.
+const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbouring cases within the limits does the force pass what is asked for.";
 
 /// Why there is no advice.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -55,6 +62,14 @@ pub enum AdviceError {
         min_ratio: f64,
         /// The upper limit.
         max_ratio: f64,
+    },
+    /// The wanted force is above its limit.
+    #[error("the target of {target_force_n} N is above the highest force of {max_force_n} N")]
+    Forces {
+        /// The limit in N.
+        max_force_n: f64,
+        /// The wanted force in N.
+        target_force_n: f64,
     },
 }
 
@@ -82,6 +97,9 @@ pub struct Section {
     pub settings: BTreeMap<&'static str, f64>,
     /// The advice, topic by topic.
     pub advice: Vec<Sentence>,
+    /// Settings between simulated cases, if a force is asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interpolated: Vec<Suggestion>,
     /// What the advice leaves out, and why.
     pub notes: Vec<String>,
     #[serde(skip)]
@@ -108,8 +126,10 @@ pub struct Sentence {
 pub enum Topic {
     /// The highest force of all.
     Highest,
-    /// The highest force within [`Limits`].
+    /// The highest forces within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first.
     WithinLimits,
+    /// The forces within the limits that are nearest to the target, ranked.
+    NearTarget,
     /// The highest force of a laterally stable case, within the limits if there are any. Only where those above are unstable.
     Stable,
     /// The highest force at each brushing velocity.
@@ -129,12 +149,23 @@ pub enum Topic {
 pub struct Cited {
     /// Row of `runs.csv`, counted from 1 below the heading.
     pub row: usize,
-    /// `v_b` in m/s.
-    pub brushing_velocity_m_s: f64,
-    /// `n_w` in revolutions per minute.
-    pub rotational_speed_rpm: f64,
-    /// `a_e` in m.
-    pub penetration_depth_m: f64,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: Place,
+    /// What came out.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// Velocity or rotational speed, as the study states it.
+    #[serde(skip)]
+    speed: String,
+    /// Positions of velocity and depth along the sides of the slice.
+    #[serde(skip)]
+    position: [usize; 2],
+}
+
+/// What advice considers of a result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
     /// `F_n,w` in N.
     pub tool_contact_normal_force_n: f64,
     /// `F_t,w` in N.
@@ -157,12 +188,40 @@ pub struct Cited {
     pub lateral_amplification: f64,
     /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
     pub laterally_unstable: bool,
-    /// Velocity or rotational speed, as the study states it.
-    #[serde(skip)]
-    speed: String,
-    /// Positions of velocity and depth along the sides of the slice.
-    #[serde(skip)]
-    position: [usize; 2],
+}
+
+impl Outcome {
+    /// From the summary of a case with these settings.
+    pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
+        let CaseSummary { metrics, scatter, .. } = summary;
+        Self {
+            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
+            tool_tangential_force_n: metrics.tool_tangential_force_n,
+            tool_torque_n_m: metrics.tool_torque_n_m,
+            tool_power_w: metrics.tool_power_w,
+            uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
+            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
+            contact_time_ratio: metrics.contact_time_ratio,
+            lateral_amplification: metrics.lateral_amplification,
+            laterally_unstable: metrics.laterally_unstable,
+        }
+    }
+
+    /// The band of the force, where filaments scatter.
+    fn band(&self) -> Option<[f64; 2]> {
+        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
+    }
+
+    /// The ends of the band, or else of the uncertainty from the number of filaments, in N.
+    fn ends(&self) -> [f64; 2] {
+        let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
+        self.band().unwrap_or([force - uncertainty, force + uncertainty])
+    }
+
+    fn motion(&self) -> &'static str {
+        if self.contact_time_ratio > TIER { "sweeps" } else { "strikes" }
+    }
 }
 
 /// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at the lowest velocity.
@@ -170,11 +229,7 @@ pub struct Cited {
 /// # Errors
 /// If the study has only one velocity and one depth, or the limits contradict each other.
 pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<Advice, AdviceError> {
-    if let (Some(min_ratio), Some(max_ratio)) = (limits.min_ratio, limits.max_ratio)
-        && min_ratio > max_ratio
-    {
-        return Err(AdviceError::Ratios { min_ratio, max_ratio });
-    }
+    limits.check()?;
     let mut slices = process_slices(study, usize::MAX).chosen;
     let edges = advise_on_edges(study, results, &limits);
     if slices.iter().all(|slice| !slice.x.varies() && !slice.y.varies()) {
@@ -187,12 +242,16 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let section = |slice: Slice| {
         let cells = cells(study, results, &slice);
         let (advice, mut notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
+        let interpolated = suggestions(study, results, &slice, &cells, &limits);
+        if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
+            notes.push(NOTHING_BETWEEN.to_owned());
+        }
         notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
-        let touching = cells.iter().flatten().flatten().filter(|cell| cell.tool_contact_normal_force_n > 0.0);
+        let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
         let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
-        Section { settings, advice, notes, slice }
+        Section { settings, advice, interpolated, notes, slice }
     };
     let sections = slices.into_iter().map(section).collect();
     let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
@@ -227,26 +286,14 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
 
 /// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
 fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
-    let relative = relative_uncertainty(study, slice.case(0, 0));
     let cell = |x: usize, y: usize| {
         let case = slice.case(x, y);
-        let CaseSummary { metrics, scatter, .. } = results[case].as_ref().ok()?;
+        let summary = results[case].as_ref().ok()?;
         let settings = study.settings(case);
         Some(Cited {
             row: case + 1,
-            brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
-            rotational_speed_rpm: settings.rotational_speed_rpm(),
-            penetration_depth_m: slice.y.values[y],
-            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
-            tool_tangential_force_n: metrics.tool_tangential_force_n,
-            tool_torque_n_m: metrics.tool_torque_n_m,
-            tool_power_w: metrics.tool_power_w,
-            uncertainty_n: relative * metrics.tool_contact_normal_force_n,
-            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
-            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
-            contact_time_ratio: metrics.contact_time_ratio,
-            lateral_amplification: metrics.lateral_amplification,
-            laterally_unstable: metrics.laterally_unstable,
+            place: Place::of(&settings),
+            outcome: Outcome::new(&settings, summary),
             speed: format!("{} {}", short(slice.x.values[x]), slice.x.parameter.unit),
             position: [x, y],
         })
@@ -279,25 +326,23 @@ impl Adviser<'_> {
             notes.push("No case has a contact normal force.".to_owned());
             return (advice, notes);
         };
-        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), motion(top));
+        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
         advice.push(about(Topic::Highest, top, sentence, &[]));
 
-        let within: Vec<&Cited> = cells.iter().copied().filter(|cell| limits.keep(cell)).collect();
+        let within: Vec<&Cited> =
+            cells.iter().copied().filter(|cell| limits.allow(&cell.place, &cell.outcome)).collect();
         if limits != Limits::default() {
-            match highest(&within, force) {
-                Some(top) => {
-                    let count = counted(within.len());
-                    let sentence = format!("The highest of {count} with {limits}; it {}.", motion(top));
-                    advice.push(about(Topic::WithinLimits, top, sentence, &[]));
-                }
-                None => notes.push(format!("No case has {limits}.")),
+            if within.is_empty() {
+                notes.push(format!("No case has {limits}."));
             }
+            advice.extend(self.ranked(&within, &limits));
         }
-        if !within.is_empty() && advice.last().is_some_and(|sentence| sentence.cell.laterally_unstable) {
-            let stable: Vec<&Cited> = within.iter().copied().filter(|cell| !cell.laterally_unstable).collect();
+        let best = advice.iter().find(|sentence| sentence.topic != Topic::Highest).or(advice.first());
+        if !within.is_empty() && best.is_some_and(|sentence| sentence.cell.outcome.laterally_unstable) {
+            let stable: Vec<&Cited> = within.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
             match highest(&stable, force) {
                 Some(top) => {
-                    let sentence = format!("The highest of {}; it {}.", counted(stable.len()), motion(top));
+                    let sentence = format!("The highest of {}; it {}.", counted(stable.len()), top.outcome.motion());
                     advice.push(about(Topic::Stable, top, sentence, &[]));
                 }
                 None => notes.push("None of these cases is laterally stable.".to_owned()),
@@ -311,13 +356,13 @@ impl Adviser<'_> {
             let rows = self.cells.iter().map(|row| row.iter().flatten().collect::<Vec<_>>());
             advice.extend(rows.filter_map(|cells| self.best(Topic::AtDepth, &cells)));
         }
-        if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.brushing_velocity_m_s) {
-            let share = self.share(top, top.brushing_velocity_m_s);
+        if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.brushing_velocity_m_s) {
+            let share = self.share(top, top.place.brushing_velocity_m_s);
             let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
             advice.push(about(Topic::PerVelocity, top, sentence, &[]));
         }
-        if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.penetration_depth_m) {
-            let share = self.share(top, 1e3 * top.penetration_depth_m);
+        if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.penetration_depth_m) {
+            let share = self.share(top, 1e3 * top.place.penetration_depth_m);
             let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
             advice.push(about(Topic::PerDepth, top, sentence, &[]));
         }
@@ -340,22 +385,66 @@ impl Adviser<'_> {
         (advice, notes)
     }
 
+    /// The best of the cases `within` the limits, ranked.
+    fn ranked(&self, within: &[&Cited], limits: &Limits) -> Vec<Sentence> {
+        let mut ranked = within.to_vec();
+        let count = counted(within.len());
+        let with = if limits.are_none() { String::new() } else { format!(" with {limits}") };
+        if let Some(target) = limits.target_force_n {
+            let deviation = |cell: &Cited| (force(cell) - target).abs();
+            ranked.sort_by(|a, b| deviation(a).total_cmp(&deviation(b)));
+            let sentence = |(rank, cell): (usize, &&Cited)| {
+                let what = if rank == 0 { format!("The nearest of {count}{with}. ") } else { String::new() };
+                let [lower, upper] = cell.outcome.ends();
+                let band = if lower < target && target < upper { " The target is within the uncertainty." } else { "" };
+                let sentence =
+                    format!("{what}{}; it {}.{band}", off_target(force(cell), target), cell.outcome.motion());
+                about(Topic::NearTarget, cell, sentence, &[])
+            };
+            return ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect();
+        }
+        let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
+        ranked.sort_by(|a, b| holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a))));
+        let sure = within.iter().filter(|cell| holds(cell)).count();
+        let sentence = |(rank, cell): (usize, &&Cited)| {
+            let what = match rank {
+                0 if sure > 0 && sure < within.len() => {
+                    format!("The highest of {sure} whose whole uncertainty is within the limit, of {count}{with}; it")
+                }
+                0 => format!("The highest of {count}{with}; it"),
+                _ => "It".to_owned(),
+            };
+            let beyond = if holds(cell) { String::new() } else { beyond(self.forces, &cell.outcome) };
+            about(Topic::WithinLimits, cell, format!("{what} {}.{beyond}", cell.outcome.motion()), &[])
+        };
+        ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect()
+    }
+
     /// Compares the highest force of some cases with the lowest. `None` if there is nothing to compare, or no force.
     fn best(&self, topic: Topic, cells: &[&Cited]) -> Option<Sentence> {
         let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
         let least = highest(cells, |cell| -force(cell))?;
         if force(least) == force(top) {
-            return Some(about(topic, top, format!("It {}; all others have the same force.", motion(top)), &[]));
+            return Some(about(
+                topic,
+                top,
+                format!("It {}; all others have the same force.", top.outcome.motion()),
+                &[],
+            ));
         }
         let place = if topic == Topic::AtVelocity { depth(least) } else { least.speed.clone() };
-        let sentence =
-            format!("It {}; the lowest is {} at {place} (row {}).", motion(top), self.newtons(least), least.row);
+        let sentence = format!(
+            "It {}; the lowest is {} at {place} (row {}).",
+            top.outcome.motion(),
+            self.newtons(least),
+            least.row
+        );
         Some(about(topic, top, sentence, &[least]))
     }
 
     /// The local maximum of the force over the velocity along the tier. If there are several, the one nearest to the tier.
     fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
-        let distance = |cell: &Cited| (cell.contact_time_ratio - TIER).abs();
+        let distance = |cell: &Cited| (cell.outcome.contact_time_ratio - TIER).abs();
         let peaks = row.windows(3).filter_map(|cells| match cells {
             [Some(before), Some(peak), Some(after)] => {
                 let falls = force(after) < (1.0 - LEAST_FALL) * force(peak);
@@ -363,7 +452,7 @@ impl Adviser<'_> {
             }
             _ => None,
         });
-        let along = peaks.filter(|peak| ALONG_TIER.contains(&peak.contact_time_ratio));
+        let along = peaks.filter(|peak| ALONG_TIER.contains(&peak.outcome.contact_time_ratio));
         let peak = along.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let faster = &row[peak.position[0] + 1..];
         let solved: Vec<&Cited> = faster.iter().flatten().collect();
@@ -397,27 +486,44 @@ impl Adviser<'_> {
     }
 }
 
-impl Cited {
-    /// The band of the force, where filaments scatter.
-    fn band(&self) -> Option<[f64; 2]> {
-        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
-    }
-}
-
 /// A sentence about a case. It ends with a warning if the case is laterally unstable.
 fn about(topic: Topic, cell: &Cited, mut sentence: String, others: &[&Cited]) -> Sentence {
-    if cell.laterally_unstable {
-        sentence.push_str(&format!(" Laterally unstable: {}-fold.", spanning(cell.lateral_amplification)));
-    }
+    warn_of_instability(&mut sentence, &cell.outcome);
     Sentence { topic, cell: cell.clone(), sentence, other_rows: others.iter().map(|cell| cell.row).collect() }
 }
 
+/// Adds a warning to a sentence about a laterally unstable case.
+fn warn_of_instability(sentence: &mut String, outcome: &Outcome) {
+    if outcome.laterally_unstable {
+        sentence.push_str(&format!(" Laterally unstable: {}-fold.", spanning(outcome.lateral_amplification)));
+    }
+}
+
+/// That the uncertainty of a force is beyond its limit.
+fn beyond(forces: &Readable, outcome: &Outcome) -> String {
+    format!(
+        " Its uncertainty reaches {} {}, beyond the limit.",
+        short(forces.factor() * outcome.ends()[1]),
+        forces.unit()
+    )
+}
+
+/// How far a force is from the target, in N.
+fn off_target(force_n: f64, target_n: f64) -> String {
+    let off = short((force_n - target_n).abs());
+    match force_n.total_cmp(&target_n) {
+        Ordering::Less => format!("{off} N below {target_n} N"),
+        Ordering::Equal => format!("exactly {target_n} N"),
+        Ordering::Greater => format!("{off} N above {target_n} N"),
+    }
+}
+
 fn force(cell: &Cited) -> f64 {
-    cell.tool_contact_normal_force_n
+    cell.outcome.tool_contact_normal_force_n
 }
 
 fn depth(cell: &Cited) -> String {
-    format!("{} mm", short(1e3 * cell.penetration_depth_m))
+    format!("{} mm", short(1e3 * cell.place.penetration_depth_m))
 }
 
 /// The first of the cells with the highest value.
@@ -425,43 +531,17 @@ fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a
     cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
 }
 
-fn motion(cell: &Cited) -> &'static str {
-    if cell.contact_time_ratio > TIER { "sweeps" } else { "strikes" }
-}
-
-fn counted(cases: usize) -> String {
-    if cases == 1 { "one case".to_owned() } else { format!("{cases} cases") }
-}
-
-impl Limits {
-    fn keep(&self, cell: &Cited) -> bool {
-        self.allow(cell.brushing_velocity_m_s, cell.contact_time_ratio)
-    }
-
-    /// Whether a case with this brushing velocity (m/s) and contact time ratio is within the limits.
-    pub(crate) fn allow(&self, brushing_velocity_m_s: f64, contact_time_ratio: f64) -> bool {
-        self.max_velocity_m_s.is_none_or(|limit| brushing_velocity_m_s <= limit)
-            && self.min_ratio.is_none_or(|limit| contact_time_ratio >= limit)
-            && self.max_ratio.is_none_or(|limit| contact_time_ratio <= limit)
-    }
-}
-
-impl Display for Limits {
-    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let parts = [
-            self.max_velocity_m_s.map(|limit| format!("v_b ≤ {limit} m/s")),
-            self.min_ratio.map(|limit| format!("ε_tc ≥ {limit}")),
-            self.max_ratio.map(|limit| format!("ε_tc ≤ {limit}")),
-        ];
-        formatter.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
-    }
-}
-
 impl Topic {
+    /// Whether its cases are the best of all, or within the limits.
+    fn is_ranking(self) -> bool {
+        matches!(self, Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable)
+    }
+
     fn heading(self) -> &'static str {
         match self {
             Self::Highest => "Highest force F_n,w of the tool",
             Self::WithinLimits => "Highest force within the limits",
+            Self::NearTarget => "Nearest to the target force",
             Self::Stable => "Highest force of a laterally stable case",
             Self::AtVelocity => "Highest force at each brushing velocity",
             Self::AtDepth => "Highest force at each penetration depth",
@@ -475,6 +555,15 @@ impl Topic {
 }
 
 impl Advice {
+    /// Simulates the interpolated suggestions.
+    ///
+    /// # Errors
+    /// If the threads cannot be started.
+    pub fn verify(&mut self, threads: Option<NonZeroUsize>) -> io::Result<()> {
+        let suggestions = self.sections.iter_mut().flat_map(|section| &mut section.interpolated);
+        suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
+    }
+
     /// The advice for a terminal 100 columns wide: a table with one sentence per row.
     #[must_use]
     pub fn text(&self) -> String {
@@ -488,17 +577,20 @@ impl Advice {
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
-        if cells().any(|cell| cell.band().is_none() && cell.uncertainty_n > 0.0) {
+        if cells().any(|cell| cell.outcome.band().is_none() && cell.outcome.uncertainty_n > 0.0) {
             legend.push_str(" ± is the uncertainty from the number of filaments, which scales all forces alike.");
         }
-        if cells().any(|cell| cell.band().is_some()) {
+        if cells().any(|cell| cell.outcome.band().is_some()) {
             legend.push_str(" Brackets give the band that contains 95 % of the sampled tools.");
         }
-        if cells().any(|cell| cell.laterally_unstable) {
+        if cells().any(|cell| cell.outcome.laterally_unstable) {
             legend.push_str(
                 " In a laterally unstable case, an imperfection of the filament grows by the factor given and can change \
                  the force: sweep filament.lateral_tilt_rad to see how much.",
             );
+        }
+        if self.sections.iter().any(|section| !section.interpolated.is_empty()) {
+            legend.push_str(" ≈ marks a force interpolated between the cases of two rows; --verify simulates it.");
         }
         legend.push_str(
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
@@ -509,56 +601,126 @@ impl Advice {
     }
 
     fn write_section(&self, text: &mut String, section: &Section) {
-        let Section { slice, advice, notes, .. } = section;
+        let Section { slice, advice, interpolated, notes, .. } = section;
         let condition = slice.condition();
         if !condition.is_empty() {
             wrap(text, "", &format!("With {condition}"));
         }
-        let sides = [&slice.x, &slice.y];
-        let labels = sides.map(|side| labels(side.shown().into_iter()));
         let [speed, unit] = [slice.x.symbol(), slice.x.parameter.unit].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
-        let mut rows = [
+        let headings = [
             [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
             [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
         ]
-        .map(|heading| heading.into_iter().map(str::to_owned).collect::<Vec<_>>())
-        .to_vec();
-        for Sentence { topic, cell, .. } in advice {
-            let [velocity, depth] = [0, 1].map(|side| {
-                let at = cell.position[side];
-                let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
-                let is_end = at == 0 || at + 1 == sides[side].values.len();
-                format!("{}{}", labels[side][at], if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
-            });
-            let force = match cell.band() {
-                Some(band) => self.forces.text_with_band(cell.row - 1, band),
-                None => self.forces.text_with_uncertainty(cell.row - 1, cell.uncertainty_n),
-            };
-            let machine = self.machine.iter().map(|each| each.text(cell.row - 1));
-            let ratio = format!("{:.3}", cell.contact_time_ratio);
-            rows.push(
-                [cell.row.to_string(), velocity, depth, force].into_iter().chain(machine).chain([ratio]).collect(),
-            );
+        .map(|heading| heading.into_iter().map(str::to_owned).collect());
+        // Suggestions follow what they are an alternative to.
+        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
+        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
+        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
+        let lines = [cited(ranking), suggested, cited(others)].concat();
+        let rows: Vec<Vec<String>> = headings.into_iter().chain(lines.iter().map(|line| line.cells.clone())).collect();
+        let mut aligned = aligned(&rows).into_iter();
+        if !lines.is_empty() {
+            aligned.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         }
-        let mut lines = aligned(&rows).into_iter();
-        if !advice.is_empty() {
-            lines.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
-        }
-        let mut topic = None;
-        for (line, sentence) in lines.zip(advice) {
-            if topic.replace(sentence.topic) != Some(sentence.topic) {
-                // The study states the velocity or the rotational speed.
-                let heading = sentence.topic.heading();
-                let heading = match sentence.topic {
-                    Topic::AtVelocity => heading.replace("brushing velocity", slice.x.parameter.name),
-                    _ => heading.to_owned(),
-                };
+        let mut heading = "";
+        for (cells, line) in aligned.zip(&lines) {
+            if heading != line.heading {
+                heading = &line.heading;
                 text.push_str(&format!("{heading}\n"));
             }
-            wrap(text, &format!("{line}  "), &sentence.sentence);
+            wrap(text, &format!("{cells}  "), &line.sentence);
         }
         notes.iter().for_each(|note| wrap(text, "", note));
+    }
+
+    /// The line of a sentence.
+    fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> Line {
+        let sides = [&slice.x, &slice.y];
+        let [velocity, depth] = [0, 1].map(|side| {
+            let at = cell.position[side];
+            let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
+            let is_end = at == 0 || at + 1 == sides[side].values.len();
+            let label = &labels(sides[side].shown().into_iter())[at];
+            format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
+        });
+        // The study states the velocity or the rotational speed.
+        let heading = match topic {
+            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.parameter.name),
+            _ => topic.heading().to_owned(),
+        };
+        let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
+        let place = [cell.row.to_string(), velocity, depth];
+        Line::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
+    }
+
+    /// The line of a suggestion, and that of its simulation.
+    fn lines_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> Vec<Line> {
+        let heading = "Interpolated, farthest from the line ε_tc = ½ first";
+        let machine = |summary: &CaseSummary| self.machine.iter().map(|each| each.text_of(summary)).collect();
+        let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
+        let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
+        let expected = &suggestion.interpolated;
+        let force = format!("≈ {}", self.force(expected));
+        let place = [rows, velocity.clone(), depth.clone()];
+        let mut sentence = format!("Not simulated; it {}.", expected.motion());
+        warn_of_instability(&mut sentence, expected);
+        let mut lines =
+            vec![Line::new(heading.to_owned(), place, force, machine(&suggestion.summary), expected, sentence)];
+        match &suggestion.simulated {
+            Some(Simulated::Ok { is_within_limits, outcome, summary }) => {
+                lines[0].sentence = "As interpolated.".to_owned();
+                let change = outcome.tool_contact_normal_force_n / expected.tool_contact_normal_force_n - 1.0;
+                let within = if *is_within_limits { "within" } else { "beyond" };
+                let mut sentence =
+                    format!("As simulated: {:+.1} %, {within} the limits; it {}.", 1e2 * change, outcome.motion());
+                if *is_within_limits && !self.limits.hold_with_band(outcome) {
+                    sentence.push_str(&beyond(&self.forces, outcome));
+                }
+                warn_of_instability(&mut sentence, outcome);
+                let place = [String::new(), velocity, depth];
+                let force = self.force(outcome);
+                lines.push(Line::new(heading.to_owned(), place, force, machine(summary), outcome, sentence));
+            }
+            Some(Simulated::Failed { error }) => {
+                lines[0].sentence = format!("As interpolated; the simulation failed: {error}")
+            }
+            None => {}
+        }
+        lines
+    }
+
+    /// The force with its band, or else with its uncertainty.
+    fn force(&self, outcome: &Outcome) -> String {
+        let force = outcome.tool_contact_normal_force_n;
+        match outcome.band() {
+            Some(band) => self.forces.text_with_band(force, band),
+            None => self.forces.text_with_uncertainty(force, outcome.uncertainty_n),
+        }
+    }
+}
+
+/// A line of the table.
+#[derive(Clone)]
+struct Line {
+    /// Stands above lines that share it.
+    heading: String,
+    cells: Vec<String>,
+    sentence: String,
+}
+
+impl Line {
+    fn new(
+        heading: String,
+        place: [String; 3],
+        force: String,
+        machine: Vec<String>,
+        outcome: &Outcome,
+        sentence: String,
+    ) -> Self {
+        let ratio = format!("{:.3}", outcome.contact_time_ratio);
+        let cells = place.into_iter().chain([force]).chain(machine).chain([ratio]).collect();
+        Self { heading, cells, sentence }
     }
 }
 
@@ -633,18 +795,19 @@ mod tests {
         ];
         assert_eq!(section.notes, notes);
         let cell = &section.advice[0].cell;
-        assert_eq!((cell.brushing_velocity_m_s, cell.penetration_depth_m), (20.0, 1e-3));
-        assert!((cell.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
+        assert_eq!((cell.place.brushing_velocity_m_s, cell.place.penetration_depth_m), (20.0, 1e-3));
+        assert!((cell.outcome.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
     }
 
     #[test]
     fn limits_are_kept_to() {
         let within = |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
-            let section = section(SWEEPS, &CASES, Limits { max_velocity_m_s, min_ratio, max_ratio });
+            let limits = Limits { max_velocity_m_s, min_ratio, max_ratio, ..Limits::default() };
+            let section = section(SWEEPS, &CASES, limits);
             (rows(&section, Topic::WithinLimits), section.notes)
         };
-        assert_eq!(within(Some(15.0), None, None).0, [2]);
-        assert_eq!(within(None, Some(0.7), None).0, [1], "the limit itself is within");
+        assert_eq!(within(Some(15.0), None, None).0, [2, 3, 4, 8, 7], "the highest first, and no more than five");
+        assert_eq!(within(None, Some(0.7), None).0, [1, 2, 3, 4, 6], "the limit itself is within");
         assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
         let unmet = within(Some(4.0), Some(0.5), Some(0.6));
         assert_eq!(unmet.0, [0; 0]);
@@ -654,6 +817,80 @@ mod tests {
         let limits = Limits { min_ratio: Some(0.6), max_ratio: Some(0.5), ..Limits::default() };
         let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
         assert_eq!(error, AdviceError::Ratios { min_ratio: 0.6, max_ratio: 0.5 });
+        let limits = Limits { max_force_n: Some(200.0), target_force_n: Some(201.0), ..Limits::default() };
+        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
+        assert_eq!(error, AdviceError::Forces { max_force_n: 200.0, target_force_n: 201.0 });
+    }
+
+    #[test]
+    fn limits_of_the_machine_are_kept_to() {
+        let within = |limits| rows(&section(SWEEPS, &CASES, limits), Topic::WithinLimits);
+        assert_eq!(within(Limits { max_depth_m: Some(1e-3), ..Limits::default() }), [5, 8, 7, 6]);
+        // 10 m/s at the tips are 530.5 rpm.
+        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(531.0), ..Limits::default() }), [2, 4, 8, 6]);
+        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(530.0), ..Limits::default() }), [2, 6]);
+    }
+
+    /// The rows between which suggestions lie, and their depths in m.
+    fn interpolated(section: &Section) -> Vec<([usize; 2], f64)> {
+        let suggestions = section.interpolated.iter();
+        suggestions.map(|each| (each.between_rows, each.place.penetration_depth_m)).collect()
+    }
+
+    #[test]
+    fn a_highest_force_ranks_first_what_is_within_it_with_its_uncertainty() {
+        let section = section(SWEEPS, &CASES, Limits { max_force_n: Some(250.0), ..Limits::default() });
+        assert_eq!(rows(&section, Topic::WithinLimits), [8, 7, 6, 2, 3]);
+        let ranked: Vec<&Sentence> =
+            section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits).collect();
+        assert_eq!(
+            ranked[0].sentence,
+            "The highest of 3 whose whole uncertainty is within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps."
+        );
+        assert_eq!(ranked[1].sentence, "It strikes.");
+        assert_eq!(ranked[3].sentence, "It sweeps. Its uncertainty reaches 264 N, beyond the limit.");
+        // The upper end of the uncertainty reaches 250 N a little deeper.
+        assert_eq!(interpolated(&section), [([6, 2], 1.85e-3), ([8, 4], 1.9e-3), ([7, 3], 1.89e-3)]);
+        let Outcome { tool_contact_normal_force_n, uncertainty_n, contact_time_ratio, .. } =
+            section.interpolated[0].interpolated;
+        let expected = [226.5, 22.65, 0.9425];
+        let values = [tool_contact_normal_force_n, uncertainty_n, contact_time_ratio];
+        assert!(values.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 1e-9), "{values:?}");
+    }
+
+    #[test]
+    fn a_target_ranks_the_nearest_first() {
+        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let near = section(SWEEPS, &CASES, limits);
+        assert_eq!(rows(&near, Topic::NearTarget), [4, 3, 8, 2, 7]);
+        assert_eq!(
+            near.advice[1].sentence,
+            "The nearest of 8 cases. 10 N above 220 N; it sweeps. The target is within the uncertainty."
+        );
+        assert_eq!(near.advice[5].sentence, "60 N below 220 N; it strikes.");
+        assert_eq!(interpolated(&near), [([6, 2], 1.78e-3), ([8, 4], 1.67e-3), ([7, 3], 1.8e-3)]);
+        // What is interpolated is within the other limits, too.
+        let shallow = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.7e-3), ..limits });
+        assert_eq!(interpolated(&shallow), [([8, 4], 1.67e-3)]);
+        let none = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.6e-3), ..limits });
+        assert!(none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN));
+
+        let velocities = "brushing_velocity_m_s = [5.0, 10.0]";
+        let one_depth = section(
+            velocities,
+            &[Some((100.0, 0.9)), Some((200.0, 0.6))],
+            Limits { target_force_n: Some(150.0), ..Limits::default() },
+        );
+        assert_eq!(one_depth.interpolated[0].place.brushing_velocity_m_s, 7.5);
+    }
+
+    #[test]
+    fn nothing_is_interpolated_next_to_cases_that_failed_or_have_no_force() {
+        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let mut cases = CASES;
+        cases[1] = None;
+        cases[3] = Some((0.0, 0.0));
+        assert_eq!(interpolated(&section(SWEEPS, &cases, limits)), [([7, 3], 1.8e-3)]);
     }
 
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
@@ -662,7 +899,7 @@ mod tests {
         let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
         let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
         assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("At a_e = ")));
-        about.map(|about| (about.cell.brushing_velocity_m_s, about.sentence, about.other_rows))
+        about.map(|about| (about.cell.place.brushing_velocity_m_s, about.sentence, about.other_rows))
     }
 
     #[test]
@@ -751,7 +988,7 @@ mod tests {
         let study = study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
         let cases = [Some((10.0, 0.9)), Some((20.0, 0.9)), Some((40.0, 0.9)), Some((20.0, 0.9))];
         let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
-        let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.uncertainty_n);
+        let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
         let settings = |section: &Section| section.settings["tool.filament_count"];
         assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [1000.0, 2000.0]);
