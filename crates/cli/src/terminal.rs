@@ -1,4 +1,5 @@
-//! Text for people, on stderr and above the progress bar if there is one, and the log requested by `RUST_LOG`.
+//! Text for people: results on stdout, all else on stderr and above the progress bar if there is one. And the log requested by
+//! `RUST_LOG`.
 
 use std::env::{self, VarError};
 use std::fmt::Display;
@@ -92,6 +93,11 @@ impl Write for Log {
 /// Writes data to stdout. A reader that stops early, such as `head`, is not an error.
 pub fn print(data: &str) -> io::Result<()> {
     print_by(|| io::stdout().write_all(data.as_bytes()))
+}
+
+/// Prints results that people read. As for [`say`], whatever they quote, they cannot drive the terminal.
+pub fn show(results: impl Display) -> io::Result<()> {
+    print(&format!("{}\n", Lines(results)))
 }
 
 /// Calls a function that writes to stdout, and flushes what it has written. All output to stdout passes through here.

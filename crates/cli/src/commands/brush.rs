@@ -31,7 +31,7 @@ use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
-use crate::terminal::{say, say_at_the_end, say_written};
+use crate::terminal::{say, say_at_the_end, say_written, show};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -130,13 +130,14 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     }
     match simulate(arguments, &settings)? {
         Some((result, checkpoint)) => {
-            write_results(arguments, settings.clone(), result)?;
+            let table = write_results(arguments, settings.clone(), result)?;
+            checkpoint.remove()?;
+            show(table)?;
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
             if !assumptions.list.is_empty() {
-                say(assumptions.text());
+                show(assumptions.text())?;
             }
-            checkpoint.remove()?;
             Ok(ExitCode::SUCCESS)
         }
         None => Ok(INTERRUPTED.into()),
@@ -218,8 +219,8 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// Writes all results and tells the user.
-fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<(), CliError> {
+/// Writes all results and tells the user. Returns the table of the results.
+fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<String, CliError> {
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
@@ -243,7 +244,6 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
     let name = arguments.input.short_name();
     let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
-    say(brush_table(&result));
     for file in staged.into_iter().chain([page]) {
         say_written(&file.commit()?);
     }
@@ -252,6 +252,6 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         remove(&arguments.out.join(name))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), arguments.figures)?);
-    Ok(())
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), arguments.figures)?)?;
+    Ok(brush_table(&result))
 }

@@ -30,7 +30,7 @@ pub struct PlotArgs {
 pub fn run(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.results);
     for drawn in draw_saved(&arguments.results, out, arguments.figures)? {
-        say_drawn(&drawn);
+        say_drawn(&drawn)?;
     }
     Ok(ExitCode::SUCCESS)
 }

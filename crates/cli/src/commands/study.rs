@@ -1,5 +1,6 @@
 //! `bristle study`.
 
+use std::io;
 #[cfg(feature = "parquet")]
 use std::io::Write;
 use std::num::NonZeroUsize;
@@ -18,6 +19,7 @@ use bristle_study::measured::{Measurement, compare, measured_text, unusual_point
 use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
+use bristle_study::text::number::counted;
 use bristle_study::touch::study_touch_warning;
 use bristle_study::turns::study_turns_warnings;
 use bristle_text::{shown, shown_path};
@@ -32,7 +34,7 @@ use crate::pictures::{
 };
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
-use crate::terminal::{say, say_at_the_end, say_written};
+use crate::terminal::{say, say_at_the_end, say_written, show};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
@@ -190,7 +192,8 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
-            "shard {shard}: its {total} cases are in `{path}`; `bristle merge` makes results of all shards"
+            "shard {shard}: its {} in `{path}`; `bristle merge` makes results of all shards",
+            if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
         ));
     }
     progress.summarise(seconds, &[path])?;
@@ -233,16 +236,14 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let (out, threads, kinds) = (&arguments.out, arguments.threads(), arguments.figures);
     let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, kinds)?;
 
-    if !arguments.json {
-        say(study_tables(&study, &results));
-        if !assumptions.list.is_empty() {
-            say(assumptions.text());
-        }
-        say(format_args!("{total} cases in {seconds:.2} s"));
+    let tables = if arguments.json {
+        Ok(())
+    } else {
+        say(format_args!("{} in {seconds:.2} s", counted(total)));
         files.iter().for_each(|path| say_written(path));
-        say_drawn(&drawn);
-    }
-    let told = progress.summarise(seconds, &files);
+        show_results(&study, &results, &assumptions).and_then(|()| say_drawn(&drawn))
+    };
+    let told = tables.and(progress.summarise(seconds, &files));
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
@@ -259,6 +260,12 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
+}
+
+/// Shows the tables of a study, and what was not stated.
+fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
+    show(study_tables(study, results))?;
+    if assumptions.list.is_empty() { Ok(()) } else { show(assumptions.text()) }
 }
 
 /// Tells the user what the journal held when the study started.

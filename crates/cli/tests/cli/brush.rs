@@ -76,10 +76,10 @@ impl Workspace {
         serde_json::from_str(&self.read("metrics.json")).expect("an object")
     }
 
-    /// Runs a command that succeeds, and returns what it says.
+    /// Runs a command that succeeds, and returns what it shows and says.
     fn run(&self, arguments: &str) -> String {
-        let output = bristle(self.path(), arguments).assert().success().get_output().stderr.clone();
-        String::from_utf8(output).expect("text")
+        let output = bristle(self.path(), arguments).assert().success().get_output().clone();
+        String::from_utf8([output.stdout, output.stderr].concat()).expect("text")
     }
 
     /// Runs a command that fails with a status, and returns what it says.

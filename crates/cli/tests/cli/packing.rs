@@ -59,7 +59,7 @@ fn defaults_that_decide_the_force_are_told() {
     let said = |text: &str, command: &str| {
         fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
         let output = bristle(directory.path(), command).assert().success();
-        String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+        String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
     };
     // Sentences are wrapped.
     let told = said(&stated, "simulate case.toml --out one");

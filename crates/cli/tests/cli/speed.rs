@@ -36,12 +36,12 @@ fn study(text: &str) -> Study {
     Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
 }
 
-/// A directory in which a command with an input file has succeeded, and what it said.
+/// A directory in which a command with an input file has succeeded, and what it showed.
 fn done(command: &str, text: &str) -> (TempDir, String) {
     let directory = TempDir::new().expect("a temporary directory");
     fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
     let output = bristle(directory.path(), command).assert().success();
-    let said = String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8");
+    let said = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
     (directory, said)
 }
 

@@ -32,10 +32,10 @@ fn write(directory: &Path, text: &str) {
     fs::write(directory.join("case.toml"), text).expect("the file can be written");
 }
 
-/// What a command writes to stderr. It succeeds.
+/// What a command writes to stdout, and then to stderr. It succeeds.
 fn told(directory: &Path, arguments: &str) -> String {
     let output = bristle(directory, arguments).assert().success().get_output().clone();
-    String::from_utf8(output.stderr).expect("UTF-8")
+    String::from_utf8([output.stdout, output.stderr].concat()).expect("UTF-8")
 }
 
 fn json(directory: &Path, file: &str) -> Value {

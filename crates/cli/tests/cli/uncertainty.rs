@@ -155,7 +155,7 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
     let run = |arguments: &str| {
         let output = bristle(directory.path(), arguments).output().expect("the program starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stderr).expect("messages are UTF-8")
+        String::from_utf8([output.stdout, output.stderr].concat()).expect("messages are UTF-8")
     };
     let read = |name: &str| fs::read(path(name)).expect(name);
     let told = run("study case.toml --out whole");
