@@ -533,7 +533,7 @@ fn tables_of_laboratories_are_compared_like_those_in_si_units() {
     let table = "\u{feff}Nr;vb [m/min];ae [mm];Fz\r\n1;600;1;0,1\r\n2;1200;1;0,15\r\n";
     workspace.write("forces.csv", table);
     let compared = contains("2 of 2 points compared: bias").and(contains("within ± std").not());
-    workspace.bristle("study case.toml --out results").assert().success().stderr(compared);
+    workspace.bristle("study case.toml --out results").assert().success().stdout(compared);
     let kept = workspace.read("results/measured.csv");
     assert_eq!(kept, "brushing_velocity_m_s,penetration_depth_m,force_n\n10.0,0.001,100.0\n20.0,0.001,150.0\n");
     assert!(workspace.read("results/report.html").contains("\"comparisons\":[{\"condition\":"));

@@ -551,11 +551,11 @@ mod unix {
         let workspace = Workspace::new();
         let script = "
             mount -t tmpfs -o size=40k none results
-            \"$0\" study case.toml --out results || echo status $?
+            \"$0\" study case.toml --out results > shown || echo status $?
             ls -A results
             cp results/journal.jsonl first.jsonl
             mount -o remount,size=64m results
-            \"$0\" study case.toml --out results || echo status $?
+            \"$0\" study case.toml --out results > shown || echo status $?
             ls -A results
             cp results/runs.csv runs.csv";
         let Some(output) = with_mounts(&workspace, script) else { return };

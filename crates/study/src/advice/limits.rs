@@ -11,24 +11,32 @@ use crate::text::number::short;
 /// Relative rounding noise of a setting that is at its limit.
 const NOISE: f64 = 1e-9;
 
-/// Limits on the cases that advice considers, and the force that is wanted of them.
+/// Limits on the cases that advice considers, and the force that is wanted of them. Those that are not given are not in JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Limits {
     /// Highest brushing velocity `v_b` in m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_velocity_m_s: Option<f64>,
     /// Highest rotational speed `n_w` in revolutions per minute.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_rotational_speed_rpm: Option<f64>,
     /// Largest penetration depth `a_e` in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_depth_m: Option<f64>,
     /// Highest force `F_n,w` in N.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_force_n: Option<f64>,
     /// Highest power `P_w` in W.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_power_w: Option<f64>,
     /// Lowest contact time ratio `ε_tc`, for filaments that sweep.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_ratio: Option<f64>,
     /// Highest contact time ratio `ε_tc`, for filaments that strike.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_ratio: Option<f64>,
     /// The force `F_n,w` in N that is wanted. It excludes no case, but the nearest are ranked first.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_force_n: Option<f64>,
 }
 
