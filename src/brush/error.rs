@@ -75,6 +75,8 @@ pub enum BrushError {
     },
     /// A filament alone cannot be simulated.
     Alone(SimulationError),
+    /// It was asked to stop ([`Stop`](crate::simulation::Stop)).
+    Stopped,
 }
 
 impl Error for BrushError {}
@@ -147,6 +149,7 @@ impl Display for BrushError {
                 write!(f, "`brush.steady` to false for the metrics of the sector as it is")
             }
             Self::Alone(error) => write!(f, "a filament alone: {error}"),
+            Self::Stopped => write!(f, "the simulation was asked to stop"),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::equations::lanes_are_compiled;
 use crate::equations::linear::{add, scale};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
-use crate::simulation::{Form, Pass, Sampling, is_steady};
+use crate::simulation::{Form, IntegrationError, Pass, Sampling, SimulationError, Stop, is_steady};
 use crate::tool::{ClampMotion, Tool, Turning};
 
 /// How a brush is simulated. Results do not depend on it, except for the frames and the energies that it requests.
@@ -87,6 +87,7 @@ pub struct BrushRun {
     frames: Vec<Frame>,
     /// Whether the turns have become steady.
     has_settled: bool,
+    stop: Stop,
 }
 
 /// A sector that can be simulated, before its filaments are made.
@@ -215,8 +216,16 @@ impl BrushRun {
             history: Vec::new(),
             frames: Vec::new(),
             has_settled: false,
+            stop: Stop::default(),
             pass,
         })
+    }
+
+    /// The same brush, which ends early with [`BrushError::Stopped`] once `stop` is requested. It cannot go on then, and has no state
+    /// to resume from.
+    #[must_use]
+    pub fn until(self, stop: &Stop) -> Self {
+        Self { stop: stop.clone(), pass: self.pass.until(stop), ..self }
     }
 
     /// Number of columns.
@@ -268,12 +277,17 @@ impl BrushRun {
     /// Goes on to a step.
     fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
         let (begin, length, from) = (self.begin, self.length, self.done);
+        let stop = &self.stop;
         let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
-            (from + 1..=to).map(|step| sector.advance(begin + step as f64 * length, length)).collect()
+            let steps = (from + 1..=to).take_while(|_| !stop.is_requested());
+            steps.map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
         let mut results: Vec<_> = self.sectors.iter().map(|_| Ok(Vec::new())).collect();
         let parts = self.sectors.iter_mut().zip(&mut results);
         self.team.run(parts, |(sector, result)| *result = advance(sector));
+        if self.stop.is_requested() {
+            return Err(BrushError::Stopped);
+        }
         let mut sum: Vec<ToolSample> = Vec::new();
         for ((group, _), result) in self.sectors.iter().zip(results) {
             let samples = result.map_err(|failure| {
@@ -299,7 +313,8 @@ impl BrushRun {
         }
         match stretch::find(&self.filaments(), &self.settings, &self.pass, &self.arrangement) {
             Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
-                *self = Self::of_columns(&self.settings, self.options, Some(needed.min(around)))?;
+                let again = Self::of_columns(&self.settings, self.options, Some(needed.min(around)))?;
+                *self = again.until(&self.stop.clone());
                 Ok(true)
             }
             _ => Ok(false),
@@ -426,7 +441,11 @@ impl BrushRun {
     /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
     pub fn finish(self) -> Result<BrushResult, BrushError> {
         let turn_impulses = self.turn_impulses();
-        let alone = self.pass.simulate(Sampling::default()).map_err(BrushError::Alone)?.metrics;
+        let alone = self.pass.simulate(Sampling::default()).map_err(|error| match error {
+            SimulationError::Integration(IntegrationError::Stopped) => BrushError::Stopped,
+            error => BrushError::Alone(error),
+        })?;
+        let alone = alone.metrics;
         let mut pairs = Vec::new();
         let mut statistics = BrushStatistics::default();
         for (group, sector) in &self.sectors {

@@ -44,6 +44,8 @@ pub enum IntegrationError {
         /// Step in s.
         step: f64,
     },
+    /// It was asked to stop ([`Stop`](super::Stop)).
+    Stopped,
 }
 
 impl fmt::Display for IntegrationError {
@@ -68,6 +70,7 @@ impl fmt::Display for IntegrationError {
                  regularisation",
                 100.0 * share
             ),
+            Self::Stopped => formatter.write_str("the simulation was asked to stop"),
         }
     }
 }

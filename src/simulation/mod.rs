@@ -24,6 +24,7 @@ mod observers;
 mod profile;
 mod search;
 mod side_by_side;
+mod stop;
 mod system;
 mod trajectory;
 mod turns;
@@ -35,6 +36,7 @@ pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub(crate) use profile::EdgeWork;
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
+pub use stop::Stop;
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 pub(crate) use turns::is_steady;
@@ -182,6 +184,7 @@ pub struct Pass<T = RoundTool, W = Part> {
     lead_angle: f64,
     tail_angle: f64,
     turns: Turns,
+    stop: Option<Stop>,
 }
 
 impl Pass {
@@ -247,6 +250,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             lead_angle,
             tail_angle,
             turns: process.turns,
+            stop: None,
         }
     }
 
@@ -256,6 +260,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     #[must_use]
     pub fn in_space(self) -> Self {
         Self { form: Form::Spatial, ..self }
+    }
+
+    /// The same pass, which ends early with [`IntegrationError::Stopped`] once `stop` is requested.
+    #[must_use]
+    pub fn until(self, stop: &Stop) -> Self {
+        Self { stop: Some(stop.clone()), ..self }
     }
 
     /// The form of the equations: planar if the motion is planar by symmetry.
@@ -372,7 +382,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         start: FilamentState,
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(Trajectory, Itinerary), IntegrationError> {
-        let mut trajectory = Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances);
+        let mut trajectory = self.trajectory_from(system, start);
         let mut stepper = Stepper::new(METHOD, self.filament.stage_solution(), self.filament.chain.segments());
         stepper.set_tolerances(0, self.tolerances);
         let mut itinerary = self.itinerary();
@@ -459,7 +469,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first turn.
     pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
-        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances)
+        self.trajectory_from(system, start)
+    }
+
+    /// The same from another `start`.
+    fn trajectory_from(&self, system: &mut FilamentSystem<Turning<T>, W>, start: FilamentState) -> Trajectory {
+        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances).until(self.stop.clone())
     }
 
     /// The results of a pass whose last turn has ended.

@@ -3,6 +3,7 @@
 use super::Statistics;
 use super::error::IntegrationError;
 use super::search::{maximise, root as root_of};
+use super::stop::Stop;
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
 use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, Touch};
 use crate::equations::linear::{add, dot, scale};
@@ -170,6 +171,7 @@ pub struct Trajectory {
     /// The energy that each closed contact stored when it closed, in J.
     stored: Vec<f64>,
     phase: Phase,
+    stop: Option<Stop>,
 }
 
 /// The nodes at one time.
@@ -258,9 +260,16 @@ impl Trajectory {
             closed: (0..contacts).map(|contact| system.is_closed(0, contact)).collect(),
             starts: vec![0; contacts - n],
             stored: vec![0.0; contacts],
+            stop: None,
         };
         trajectory.locate(system.filament(0));
         trajectory
+    }
+
+    /// The same, which ends with [`IntegrationError::Stopped`] once `stop` is requested.
+    #[must_use]
+    pub fn until(self, stop: Option<Stop>) -> Self {
+        Self { stop, ..self }
     }
 
     /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is limited anew.
@@ -337,6 +346,9 @@ impl Trajectory {
     ) -> Result<Option<f64>, IntegrationError> {
         if let Phase::Land(landing) = &self.phase {
             return Ok(Some(landing.length));
+        }
+        if self.stop.as_ref().is_some_and(Stop::is_requested) {
+            return Err(IntegrationError::Stopped);
         }
         let time = self.start.time;
         if time >= self.end_time || (self.while_touching && !self.is_touching()) {

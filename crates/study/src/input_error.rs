@@ -103,6 +103,27 @@ pub enum Problem {
     Study(#[from] StudyError),
 }
 
+impl Problem {
+    /// The dotted path of the key that is to blame, or the name of a section. `None` if the text as a whole is.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Self::Unreadable { .. } => None,
+            Self::UnknownKey { key, .. }
+            | Self::Missing { key, .. }
+            | Self::NotAllowed { key, .. }
+            | Self::Sweep { key, .. } => Some(key),
+            Self::MissingSections { sections } => sections.first().copied(),
+            Self::Both { key, .. } | Self::Swept { key, .. } => Some(key),
+            Self::Study(error) => match error {
+                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => Some(path),
+                StudyError::Case { violation, .. } => Some(violation.path),
+                StudyError::TooManyCases | StudyError::TooManyTools => None,
+            },
+        }
+    }
+}
+
 fn missing_sections(sections: &[&str]) -> String {
     let names: Vec<String> = sections.iter().map(|section| format!("[{section}]")).collect();
     match names.split_last() {

@@ -24,6 +24,7 @@ mod touching;
 mod trial;
 mod vibration;
 
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::thread;
 
@@ -121,8 +122,8 @@ pub fn trial_count() -> usize {
     GROUPS.iter().map(|group| group.trials.len()).sum()
 }
 
-/// Computes all trials, on all cores, and calls `done` after each.
-pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
+/// Computes all trials, on all cores, and calls `done` after each. If it breaks, no further trial is started.
+pub fn run(extent: Extent, done: impl Fn() -> ControlFlow<()> + Sync) -> Vec<Outcome> {
     let all: Vec<(usize, usize)> = GROUPS
         .iter()
         .enumerate()
@@ -136,7 +137,9 @@ pub fn run(extent: Extent, done: impl Fn() + Sync) -> Vec<Outcome> {
             let Some(&(group, trial)) = next else { return };
             let result = compute(GROUPS[group].trials[trial], extent);
             finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(((group, trial), result));
-            done();
+            if done().is_break() {
+                return;
+            }
         }
     };
     let threads = bristle_study::study::thread_count(None);

@@ -7,7 +7,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
-use bristle::simulation::Simulation;
+use bristle::simulation::{Simulation, Stop};
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
@@ -305,7 +305,8 @@ fn simulate_cases(
         }
         flow
     };
-    let simulated = complete_study_sampled(study, arguments.threads(), &mut results, recorder.sampling(), record, done);
+    let (threads, sampling) = (arguments.threads(), recorder.sampling());
+    let simulated = complete_study_sampled(study, threads, &mut results, &Stop::default(), sampling, record, done);
     let seconds = progress.end();
     journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
     simulated.map_err(CliError::Threads)?;

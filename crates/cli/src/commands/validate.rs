@@ -1,5 +1,6 @@
 //! `bristle validate`.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -41,7 +42,10 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
 
     let start = Instant::now();
     let bar = ProgressBar::new(validation::trial_count() as u64).with_style(progress_style());
-    let outcomes = validation::run(extent, || bar.inc(1));
+    let outcomes = validation::run(extent, || {
+        bar.inc(1);
+        ControlFlow::Continue(())
+    });
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
 

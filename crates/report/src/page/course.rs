@@ -13,7 +13,9 @@ use serde::Serialize;
 use super::Selection;
 use super::packed::Packed;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, sample_side_by_side};
+use bristle::simulation::{
+    Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side,
+};
 use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
 use bristle_study::study::{CaseResult, Study, thread_count};
 
@@ -231,13 +233,20 @@ fn mean_forces(history: &[Sample]) -> Vec<f64> {
 pub struct Recorder<'a> {
     study: &'a Study,
     courses: Mutex<Vec<Course>>,
+    stop: Stop,
 }
 
 impl<'a> Recorder<'a> {
     /// A recorder without a course.
     #[must_use]
     pub fn new(study: &'a Study) -> Self {
-        Self { study, courses: Mutex::default() }
+        Self { study, courses: Mutex::default(), stop: Stop::default() }
+    }
+
+    /// The same recorder, which simulates no further case once `stop` is requested.
+    #[must_use]
+    pub fn until(self, stop: &Stop) -> Self {
+        Self { stop: stop.clone(), ..self }
     }
 
     /// How the passes of the study have to be sampled for [`Recorder::take`]. Not at all if the study has more passes than the
@@ -271,7 +280,7 @@ impl<'a> Recorder<'a> {
 
     /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes have none.
     ///
-    /// A case that failed, in `results` or now, has no course. The default number of threads is the number of cores. Neither
+    /// A case that failed, in `results` or now, has no course, nor do those that were under way or waiting when it was asked to stop. The default number of threads is the number of cores. Neither
     /// the number of threads nor the time of recording changes a course.
     ///
     /// # Errors
@@ -298,9 +307,12 @@ impl<'a> Recorder<'a> {
         let queue = Mutex::new(queue);
         let work = || {
             let take = |kind: Option<Kind>| {
+                if self.stop.is_requested() {
+                    return None;
+                }
                 let mut queue = queue.lock().expect("nothing panics with the queue in hand");
                 let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-                Some(Job::new(number, &study.settings(number)))
+                Some(Job { number, pass: Pass::new(&study.settings(number)).until(&self.stop) })
             };
             sample_side_by_side(self.sampling_of_courses(), take, |number, result| {
                 if let Ok(simulation) = result {
@@ -409,7 +421,7 @@ mod tests {
         results[0] = Some(alone[0].clone());
         let take = |case, pass: &Simulation| recorder.take(case, pass);
         let go_on = |_, _: &CaseResult| ControlFlow::Continue(());
-        complete_study_sampled(&study, None, &mut results, recorder.sampling(), take, go_on)
+        complete_study_sampled(&study, None, &mut results, &Stop::default(), recorder.sampling(), take, go_on)
             .expect("the threads start");
         assert_eq!(recorder.courses().len(), 2);
         let results: Vec<CaseResult> = results.into_iter().map(|result| result.expect("every case is done")).collect();

@@ -13,8 +13,8 @@ use crate::brush::{Interaction, turn_impulses};
 
 bristle::record! {
     /// The first columns of `filaments.csv`.
-    #[derive(Default)]
-    struct Place {
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct Place {
         column: usize = ["", "", "column", "0 meets the workpiece first"],
         row: usize = ["", "", "row", "from 0 at the least z"],
     }
@@ -22,8 +22,8 @@ bristle::record! {
 
 bristle::record! {
     /// The columns of `filaments.csv` after the metrics.
-    #[derive(Default)]
-    struct Rest {
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct Rest {
         root_angle_rad: f64 = ["", "rad", "angle of the root about the tool axis", "behind that of column 0"],
         root_z_m: f64 = ["", "m", "z of the root", ""],
         is_counted: bool = ["", "", "whether the metrics of the tool count it", "1 or 0"],
@@ -33,8 +33,8 @@ bristle::record! {
 
 bristle::record! {
     /// One row of `history.csv`: the tool at one time.
-    #[derive(Default)]
-    struct Moment {
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct Moment {
         time_s: f64 = ["t", "s", "time", "zero at the start"],
         contact_normal_force_n: f64 = ["", "N", "contact normal force", "sum over all filaments of the sector"],
         contact_force_x_n: f64 = ["", "N", "force of the workpiece along x", ""],
@@ -49,8 +49,8 @@ bristle::record! {
 
 bristle::record! {
     /// One row of `contacts.csv`: a pair of filaments that touched.
-    #[derive(Default)]
-    struct Pair {
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct Pair {
         column: usize = ["", "", "column of one filament", ""],
         row: usize = ["", "", "its row", ""],
         other_column: usize = ["", "", "column of the other", ""],
@@ -63,6 +63,23 @@ bristle::record! {
         contact_time_s: f64 = ["", "s", "time in which they touch", ""],
         arc_length_m: f64 = ["", "m", "mean distance of the contact from the roots", "weighted by the force"],
         dissipated_j: f64 = ["", "J", "work of friction and damping between them", ""],
+    }
+}
+
+impl From<&FilamentResult> for Place {
+    fn from(filament: &FilamentResult) -> Self {
+        Self { column: filament.column, row: filament.row }
+    }
+}
+
+impl From<&FilamentResult> for Rest {
+    fn from(filament: &FilamentResult) -> Self {
+        Self {
+            root_angle_rad: filament.root_angle_rad,
+            root_z_m: filament.root_z_m,
+            is_counted: filament.is_counted,
+            press_impulse_n_s: filament.press_impulse_n_s,
+        }
     }
 }
 
@@ -177,13 +194,7 @@ pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Res
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record([keys::<Place>(), keys::<Metrics>(), keys::<Rest>()].concat())?;
     for filament in filaments {
-        let place = Place { column: filament.column, row: filament.row };
-        let rest = Rest {
-            root_angle_rad: filament.root_angle_rad,
-            root_z_m: filament.root_z_m,
-            is_counted: filament.is_counted,
-            press_impulse_n_s: filament.press_impulse_n_s,
-        };
+        let (place, rest) = (Place::from(filament), Rest::from(filament));
         let row = [cells(Some(&place)), cells(Some(&filament.metrics)), cells(Some(&rest))].concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }

@@ -9,8 +9,8 @@ mod saved;
 mod tables;
 
 pub use brush::{
-    read_brush_history, read_contacts, read_filaments, read_interaction, write_brush_history, write_brush_metrics,
-    write_contacts, write_filaments,
+    Moment, Pair, Place, Rest, read_brush_history, read_contacts, read_filaments, read_interaction,
+    write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
 pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};

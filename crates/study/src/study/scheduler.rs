@@ -8,12 +8,14 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::brush::simulate_brush;
+use bristle::brush::{BrushError, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
-use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, SimulationError, sample_side_by_side};
+use bristle::simulation::{
+    IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, sample_side_by_side,
+};
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
@@ -76,10 +78,12 @@ pub fn complete_study(
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    complete_study_sampled(study, threads, results, Sampling::default(), |_, _| {}, on_case_done)
+    complete_study_sampled(study, threads, results, &Stop::default(), Sampling::default(), |_, _| {}, on_case_done)
 }
 
-/// [`complete_study`], with the samples that `sampling` requests of each pass.
+/// [`complete_study`], with the samples that `sampling` requests of each pass, until `stop` is requested.
+///
+/// Cases under way when it is requested end at their next step, and remain without a result.
 ///
 /// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
 /// neither the passes of sampled tools, nor those of a brush, nor passes that failed. Results are those of [`complete_study`] to the bit if
@@ -94,44 +98,58 @@ pub fn complete_study_sampled(
     study: &Study,
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
+    stop: &Stop,
     sampling: Sampling,
     on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
     if study.has_brush() {
-        return complete_brushes(study, threads, results, on_case_done, simulate_case);
+        return complete_brushes(study, threads, results, on_case_done, |settings| simulate_case(settings, stop));
     }
     complete_cases(study, threads, results, on_case_done, |take, done| {
-        sample_taken(sampling, take, &|number, result| {
-            if let Ok(simulation) = &result
-                && number < study.case_count()
-            {
-                on_pass(number, simulation);
+        let take = |kind| {
+            let Job { number, pass } = if stop.is_requested() { None } else { take(kind) }?;
+            Some(Job { number, pass: pass.until(stop) })
+        };
+        sample_taken(sampling, &take, &|number, result| {
+            match &result {
+                Err(SimulationError::Integration(IntegrationError::Stopped)) => return,
+                Ok(simulation) if number < study.case_count() => on_pass(number, simulation),
+                _ => {}
             }
             done(number, result);
         });
     })
 }
 
-/// Simulates the brush of one case.
-fn simulate_case(settings: &Settings) -> CaseResult {
-    let result = simulate_brush(settings, 1).map_err(|error| error.to_string())?;
-    Ok(CaseSummary {
-        turn_contact_normal_impulses_n_s: turn_impulses(&result),
-        statistics: statistics(&result.statistics),
-        scatter: None,
-        brush: Some(Interaction::of(&result)),
-        metrics: result.tool,
+/// Simulates the brush of one case. `None` if it was asked to stop.
+fn simulate_case(settings: &Settings, stop: &Stop) -> Option<CaseResult> {
+    let simulated = BrushRun::new(settings, RunOptions::default()).and_then(|run| {
+        let mut run = run.until(stop);
+        while run.advance()? {}
+        run.finish()
+    });
+    Some(match simulated {
+        Err(BrushError::Stopped) => return None,
+        Err(error) => Err(error.to_string()),
+        Ok(result) => Ok(CaseSummary {
+            turn_contact_normal_impulses_n_s: turn_impulses(&result),
+            statistics: statistics(&result.statistics),
+            scatter: None,
+            brush: Some(Interaction::of(&result)),
+            metrics: result.tool,
+        }),
     })
 }
 
-/// [`complete_study`] for a study of brushes. Each thread simulates one case at a time, those with the most work first.
+/// [`complete_study`] for a study of brushes. Each thread simulates one case at a time, those with the most work first, until `simulate`
+/// returns none.
 pub(super) fn complete_brushes(
     study: &Study,
     threads: Option<NonZeroUsize>,
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&Settings) -> CaseResult + Sync,
+    simulate: impl Fn(&Settings) -> Option<CaseResult> + Sync,
 ) -> io::Result<()> {
     assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
     // Steps are ways of the tips.
@@ -156,7 +174,7 @@ pub(super) fn complete_brushes(
             let next = queued().pop();
             let Some((_, case)) = next else { return };
             let begun = Instant::now();
-            let result = simulate(&study.settings(case));
+            let Some(result) = simulate(&study.settings(case)) else { return };
             trace_case(case, &result, begun);
             let flow = on_case_done(case, &result);
             results.lock().expect("nothing panics with the results in hand")[case] = Some(result);

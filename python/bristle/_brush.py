@@ -1,0 +1,92 @@
+"""Filaments that touch each other."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from typing import Any
+
+from bristle import _bristle
+from bristle._contact import Shapes
+from bristle._html import framed
+from bristle._metrics import BrushMetrics
+from bristle._settings import Settings, checked
+from bristle._table import Table
+
+
+class Brush:
+    """A simulated sector of a brush."""
+
+    def __init__(self, settings: Settings, simulated: _bristle.SimulatedBrush) -> None:
+        self._settings = settings
+        self._simulated = simulated
+
+    @property
+    def settings(self) -> Settings:
+        """What was simulated."""
+        return self._settings
+
+    @cached_property
+    def metrics(self) -> BrushMetrics:
+        """Everything that ``metrics.json`` has, with the same keys, in SI units."""
+        metrics: BrushMetrics = json.loads(self._simulated.metrics())
+        return metrics
+
+    @cached_property
+    def filaments(self) -> Table:
+        """Each filament with its metrics: ``filaments.csv``."""
+        return Table(*self._simulated.filaments())
+
+    @cached_property
+    def history(self) -> Table:
+        """The forces of the sector over time: ``history.csv``."""
+        return Table(*self._simulated.history())
+
+    @cached_property
+    def contacts(self) -> Table:
+        """Where filaments press on each other: ``contacts.csv``."""
+        return Table(*self._simulated.contacts())
+
+    @cached_property
+    def frames(self) -> Shapes:
+        """All filaments at equally spaced times: nodes of the shape (t, k, n + 1, 3)."""
+        return Shapes(*self._simulated.frames())
+
+    def _repr_html_(self) -> str:
+        return framed(self._simulated.page(self._settings.name), 900)
+
+    def __repr__(self) -> str:
+        force = self.metrics["tool_contact_normal_force_n"]
+        return f"<Brush: F_n,w = {force:.4g} N>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restored, (self._settings, self._simulated.state()))
+
+
+def _restored(settings: Settings, state: tuple[int, bytes]) -> Brush:
+    return Brush(settings, _bristle.SimulatedBrush.of_state(settings._input, state))
+
+
+def brush(
+    settings: Settings,
+    *,
+    threads: int | None = None,
+    frames: int = 120,
+    memory_bytes: int | None = None,
+) -> Brush:
+    """Simulates the filaments of the section ``[brush]``, as ``bristle brush`` does.
+
+    It can take minutes. Other threads of Python go on meanwhile; Ctrl-C stops it.
+
+    Args:
+        settings: What to simulate, with the section ``brush``.
+        threads: Number of threads, by default one per core; changes no result.
+        frames: Number of times of :attr:`Brush.frames`, at most.
+        memory_bytes: Refuses a brush that needs more memory than this.
+
+    Raises:
+        SettingsError: If there is no such brush, or no steady stretch of columns.
+        SimulationError: If a step is not possible.
+    """
+    simulated = _bristle.brush(checked(settings), threads, frames, memory_bytes)
+    return Brush(settings, simulated)

@@ -1,0 +1,137 @@
+"""One contact of one filament."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bristle import _bristle
+from bristle._html import framed
+from bristle._metrics import Metrics, Statistics
+from bristle._settings import Settings, checked
+from bristle._table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The filament at equally spaced times."""
+
+    times_s: npt.NDArray[np.float64]
+    """Times in s, of the shape (t,)."""
+
+    nodes_m: npt.NDArray[np.float64]
+    """Nodes from the root to the tip, in m, of the shape (t, n + 1, 3)."""
+
+
+class Contact:
+    """A simulated contact. Its arrays are made when they are first asked for."""
+
+    def __init__(self, settings: Settings, simulated: _bristle.Simulated) -> None:
+        self._settings = settings
+        self._simulated = simulated
+
+    @property
+    def settings(self) -> Settings:
+        """What was simulated."""
+        return self._settings
+
+    @cached_property
+    def metrics(self) -> Metrics:
+        """Everything that ``metrics.json`` has, with the same keys, in SI units."""
+        metrics: Metrics = json.loads(self._simulated.metrics())
+        return metrics
+
+    @cached_property
+    def statistics(self) -> Statistics:
+        """The work of the solver."""
+        return self._simulated.statistics()
+
+    @cached_property
+    def history(self) -> Table:
+        """Forces, deflection, tip and energies over time: ``history.csv``."""
+        return Table(*self._simulated.history())
+
+    @cached_property
+    def profile(self) -> Table:
+        """Where on the workpiece the work is done: ``profile.csv``."""
+        return Table(*self._simulated.profile())
+
+    @cached_property
+    def shapes(self) -> Shapes:
+        """The filament at equally spaced times."""
+        return Shapes(*self._simulated.shapes())
+
+    def plot(self) -> Figure:
+        """Force and deflection over time, and the filament while it touches.
+
+        Returns:
+            A figure of matplotlib, which must be installed.
+        """
+        from matplotlib import pyplot
+
+        figure, (force, deflection, scene) = pyplot.subplots(
+            3, 1, figsize=(7.0, 8.0), constrained_layout=True
+        )
+        history = self.history
+        time_ms = 1e3 * history["time_s"]
+        force.plot(time_ms, history["contact_normal_force_n"])
+        force.set(xlabel="time in ms", ylabel="contact normal force in N")
+        deflection.plot(time_ms, 1e3 * history["tip_deflection_m"])
+        deflection.set(xlabel="time in ms", ylabel="tip deflection in mm")
+        touching = history["time_s"][history["contact_normal_force_n"] > 0.0]
+        times = self.shapes.times_s
+        drawn = np.arange(times.size)
+        if touching.size > 1:
+            drawn = drawn[(times >= touching[0]) & (times <= touching[-1])]
+        for nodes in self.shapes.nodes_m[drawn[:: max(1, drawn.size // 12)]]:
+            scene.plot(1e3 * nodes[:, 0], 1e3 * nodes[:, 1], color="0.4", linewidth=0.8)
+        scene.set(xlabel="x in mm", ylabel="y in mm", aspect="equal")
+        return figure
+
+    def _repr_html_(self) -> str:
+        return framed(self._simulated.page(self._settings.name), 900)
+
+    def __repr__(self) -> str:
+        impulse = self.metrics["contact_normal_impulse_n_s"]
+        return f"<Contact: p_n = {impulse:.4g} N s>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restored, (self._settings, self._simulated.state()))
+
+
+def _restored(settings: Settings, state: dict[str, Any]) -> Contact:
+    return Contact(settings, _bristle.Simulated.of_state(settings._input, state))
+
+
+def simulate(
+    settings: Settings, *, samples: int | None = None, shapes: int = 301
+) -> Contact:
+    """Simulates the contact of one filament, as ``bristle simulate`` does.
+
+    Other threads of Python go on meanwhile; Ctrl-C stops it.
+
+    >>> import bristle
+    >>> contact = bristle.simulate(bristle.Settings.paper(10.0, 1e-3))
+    >>> round(contact.metrics["contact_time_ratio"], 2)
+    0.49
+
+    Args:
+        settings: What to simulate.
+        samples: Number of equally spaced times of :attr:`Contact.history`, including
+            the first and the last instant; by default that of the settings.
+        shapes: Number of equally spaced times of :attr:`Contact.shapes`.
+
+    Raises:
+        SettingsError: If the settings leave velocity or depth to a study.
+        SimulationError: If the integration cannot continue.
+    """
+    samples = settings.solver["samples"] if samples is None else samples
+    return Contact(settings, _bristle.simulate(checked(settings), samples, shapes))

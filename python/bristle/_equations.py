@@ -1,0 +1,179 @@
+"""The equations of motion: accelerations, all terms at one state, and their text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from bristle import _bristle
+from bristle._settings import Settings, checked
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Format: TypeAlias = Literal["math", "latex", "markdown", "rust", "json"]
+Floats: TypeAlias = npt.NDArray[np.float64]
+
+
+def accelerations(
+    settings: Settings,
+    q: npt.ArrayLike,
+    v: npt.ArrayLike,
+    *,
+    base_angle_rad: npt.ArrayLike = 0.0,
+    base_rate_rad_s: npt.ArrayLike = 0.0,
+    base_acceleration_rad_s2: npt.ArrayLike = 0.0,
+    gravity_m_s2: Sequence[float] | None = None,
+) -> Floats:
+    """Accelerations of many states, without contact, in the lanes of vector units.
+
+    They are those of the O(n) recursion that the integrator uses (``docs/MODEL.md``).
+
+    >>> import bristle, numpy as np
+    >>> settings = bristle.Settings.paper(10.0, 1e-3)
+    >>> q = np.full((1000, 25, 2), [np.pi / 2, 0.0])
+    >>> bristle.accelerations(settings, q, np.zeros_like(q)).shape
+    (1000, 25, 2)
+
+    Args:
+        settings: State tool and filament; the number of segments is that of ``q``.
+        q: Polar angles φ and azimuths θ of k states with n segments, in rad, of the
+            shape (k, n, 2).
+        v: Their rates, in rad/s, of the same shape.
+        base_angle_rad: Angle β of the brush body, in rad: one, or one per state.
+        base_rate_rad_s: Its rate ω, in rad/s.
+        base_acceleration_rad_s2: Its acceleration, in rad/s².
+        gravity_m_s2: Acceleration of free fall, in m/s²; by default that of the
+            settings.
+
+    Returns:
+        Accelerations of ``q``, in rad/s², of the shape (k, n, 2).
+
+    Raises:
+        ValueError: If a shape does not fit, or a segment is at a pole (sin φ = 0).
+    """
+    angles = np.ascontiguousarray(q, dtype=np.float64)
+    rates = np.ascontiguousarray(v, dtype=np.float64)
+    if angles.ndim != 3 or angles.shape[2] != 2 or angles.shape != rates.shape:
+        raise ValueError(
+            f"q and v need one shape (k, n, 2), but have {angles.shape} and "
+            f"{rates.shape}"
+        )
+    base = [
+        np.ascontiguousarray(
+            np.broadcast_to(np.asarray(values, dtype=np.float64), angles.shape[:1])
+        )
+        for values in (base_angle_rad, base_rate_rad_s, base_acceleration_rad_s2)
+    ]
+    gravity = settings.process["gravity_m_s2"] if gravity_m_s2 is None else gravity_m_s2
+    return _bristle.accelerations(
+        checked(settings), angles, rates, base, [float(value) for value in gravity]
+    )
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The equations at one state, without contact."""
+
+    mass_matrix: Floats
+    """M, in kg m², of the shape (2 n, 2 n)."""
+
+    accelerations: Floats
+    """Accelerations of q, in rad/s², of the shape (2 n,)."""
+
+    kinetic_energy_j: float
+    """Kinetic energy, in J."""
+
+    potential_energy_j: float
+    """Energy of springs and gravity, in J."""
+
+    dissipation_w: float
+    """The dissipation function, in W."""
+
+    tip_position_m: Floats
+    """The tip, in m, of the shape (3,)."""
+
+
+def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
+    """Mass matrix, accelerations and energies at one state: ``bristle evaluate``.
+
+    Args:
+        settings: State tool and filament.
+        state: ``base_angle`` (rad), ``base_rate`` (rad/s), ``base_acceleration``
+            (rad/s²), ``gravity`` (m/s², 3 numbers), ``q`` (φ1, θ1, φ2, … in rad) and
+            ``v`` (rad/s), as in the state file of the program.
+
+    Raises:
+        ValueError: If the state is not right, or the equations are singular there.
+    """
+    plain = {
+        key: np.asarray(value, dtype=np.float64).tolist()
+        for key, value in state.items()
+    }
+    values = json.loads(_bristle.evaluate(checked(settings), json.dumps(plain)))
+    arrays = ("mass_matrix", "accelerations", "tip_position_m")
+    return Evaluation(**{**values, **{key: np.array(values[key]) for key in arrays}})
+
+
+def derive(
+    segments: int | None = 2, *, planar: bool = False, format: Format = "math"
+) -> str:
+    """The equations of motion in some form: ``bristle derive``.
+
+    Args:
+        segments: Number of segments; ``None`` for the kernels of one segment and one
+            joint that the solver loops over.
+        planar: Whether the filament moves in the plane of rotation.
+        format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``, or ``"json"``, the
+            graph (``docs/graph-format.md``).
+
+    Raises:
+        ValueError: If there is no such format or number of segments.
+    """
+    return _bristle.derive(segments, planar, format)
+
+
+class Validation:
+    """A comparison of the simulator with exact solutions, other codes and the paper."""
+
+    def __init__(self, agrees: bool, table: str, rows: str) -> None:
+        self._agrees = agrees
+        self._table = table
+        self._rows = rows
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every number is within its tolerance."""
+        return self._agrees
+
+    def to_csv(self) -> str:
+        """What ``validation.csv`` has."""
+        return self._rows
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The comparisons as a table of pandas, which must be installed."""
+        from io import StringIO
+
+        import pandas as pd
+
+        return pd.read_csv(StringIO(self._rows))
+
+    def __str__(self) -> str:
+        return self._table
+
+    def __repr__(self) -> str:
+        return f"<Validation: {'all agree' if self._agrees else 'NOT all agree'}>"
+
+
+def validate(*, full: bool = False) -> Validation:
+    """Compares the simulator with exact solutions, other codes and the paper.
+
+    Args:
+        full: Whether to include convergence studies, which take minutes.
+    """
+    return Validation(*_bristle.validate(full))

@@ -1,0 +1,271 @@
+"""Settings: what an input file states, checked by the program's own reader."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import warnings
+from collections.abc import Mapping
+from os import PathLike, fspath
+from types import MappingProxyType
+from typing import Any, Final, TypeAlias
+
+import tomli_w
+
+from bristle import _bristle
+from bristle._errors import SettingsWarning
+
+Section: TypeAlias = Mapping[str, Any]
+"""A section of an input file: its keys, with values as in the file."""
+
+_NAME: Final = "settings"
+_SECTIONS: Final = (
+    "tool",
+    "filament",
+    "contact",
+    "workpiece",
+    "process",
+    "solver",
+    "uncertainty",
+    "brush",
+    "study",
+)
+
+
+def _plain(value: Any) -> Any:
+    """A value as TOML knows it: NumPy arrays and numbers become lists and numbers."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {
+            str(key): _plain(item) for key, item in value.items() if item is not None
+        }
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _fixed(value: Any) -> Any:
+    """A value that cannot be changed."""
+    if isinstance(value, dict):
+        return MappingProxyType({key: _fixed(item) for key, item in value.items()})
+    if isinstance(value, list):
+        return tuple(_fixed(item) for item in value)
+    return value
+
+
+class Settings:
+    """Everything that a simulation depends on; cannot be changed.
+
+    Each argument is a section of an input file, with its keys, in SI units
+    (``docs/input.md``). What is left out has its default. Values may be NumPy
+    arrays, for example ``workpiece={"kind": "profile", "control_points_m":
+    points}`` with points of the shape (k, 2), in m.
+
+    Two settings are equal if they simulate the same, regardless of what they leave
+    to their defaults.
+
+    >>> settings = Settings(
+    ...     tool={"body_radius_m": 0.14, "width_m": 0.02, "filament_count": 10_500},
+    ...     filament={"length_m": 0.04, "diameter_m": 1.18e-3},
+    ...     process={"brushing_velocity_m_s": 10.0, "penetration_depth_m": 1e-3},
+    ... )
+    >>> deeper = settings.replace(process={"penetration_depth_m": 2e-3})
+    >>> deeper.process["penetration_depth_m"]
+    0.002
+    >>> deeper == settings
+    False
+
+    Raises:
+        SettingsError: If a key or a value is not allowed, or one is missing.
+    """
+
+    __slots__ = ("_input", "_name", "_stated", "_values")
+
+    _stated: dict[str, dict[str, Any]]
+    _name: str
+    _input: _bristle.Input
+    _values: str
+
+    def __init__(
+        self,
+        *,
+        tool: Section,
+        filament: Section,
+        contact: Section | None = None,
+        workpiece: Section | None = None,
+        process: Section | None = None,
+        solver: Section | None = None,
+        uncertainty: Section | None = None,
+        brush: Section | None = None,
+        study: Section | None = None,
+    ) -> None:
+        sections = (
+            tool,
+            filament,
+            contact,
+            workpiece,
+            process,
+            solver,
+            uncertainty,
+            brush,
+            study,
+        )
+        self._state(dict(zip(_SECTIONS, sections, strict=True)), _NAME)
+
+    def _state(self, sections: Mapping[str, Section | None], name: str) -> None:
+        stated = _plain(sections)
+        checked = _bristle.Input(tomli_w.dumps(stated), name)
+        object.__setattr__(self, "_stated", stated)
+        object.__setattr__(self, "_name", name)
+        object.__setattr__(self, "_input", checked)
+        object.__setattr__(self, "_values", checked.values())
+
+    @classmethod
+    def _of(cls, sections: Mapping[str, Section | None], name: str) -> Settings:
+        settings = cls.__new__(cls)
+        settings._state(sections, name)
+        return settings
+
+    @classmethod
+    def paper(cls, brushing_velocity_m_s: float, penetration_depth_m: float) -> Settings:
+        """The brush of Uhlmann and Hoyer (2021) on a plane.
+
+        Args:
+            brushing_velocity_m_s: Speed of the undeformed tips, in m/s.
+            penetration_depth_m: Depth of the undeformed tool in the workpiece, in m.
+        """
+        values = _bristle.paper(brushing_velocity_m_s, penetration_depth_m)
+        return cls._of(json.loads(values), _NAME)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("settings cannot be changed: use `replace`")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError("settings cannot be changed: use `replace`")
+
+    def _section(self, name: str) -> Section:
+        section: Section = _fixed(json.loads(self._values)[name])
+        return section
+
+    @property
+    def tool(self) -> Section:
+        """All values of the section ``[tool]``, defaults included."""
+        return self._section("tool")
+
+    @property
+    def filament(self) -> Section:
+        """All values of the section ``[filament]``, defaults included."""
+        return self._section("filament")
+
+    @property
+    def contact(self) -> Section:
+        """All values of the section ``[contact]``, defaults included."""
+        return self._section("contact")
+
+    @property
+    def workpiece(self) -> Section:
+        """All values of the section ``[workpiece]``, defaults included."""
+        return self._section("workpiece")
+
+    @property
+    def process(self) -> Section:
+        """All values of the section ``[process]``, defaults included."""
+        return self._section("process")
+
+    @property
+    def solver(self) -> Section:
+        """All values of the section ``[solver]``, defaults included."""
+        return self._section("solver")
+
+    @property
+    def uncertainty(self) -> Section:
+        """All values of the section ``[uncertainty]``, defaults included."""
+        return self._section("uncertainty")
+
+    @property
+    def brush(self) -> Section | None:
+        """All values of the section ``[brush]``; ``None`` without it."""
+        return self._section("brush") if "brush" in self._stated else None
+
+    @property
+    def sweep(self) -> Section | None:
+        """The sweeps of the section ``[study]``; ``None`` without it."""
+        return _fixed(self._stated["study"]) if "study" in self._stated else None
+
+    @property
+    def name(self) -> str:
+        """Name of the file that they were loaded from, for titles and messages."""
+        return self._name
+
+    def replace(self, **sections: Section | None) -> Settings:
+        """The same settings with other values of some keys.
+
+        A key whose value is ``None`` gets its default again, and so do all keys of
+        a section that is ``None``.
+
+        Raises:
+            SettingsError: If a key or a value is not allowed.
+            TypeError: If there is no such section.
+        """
+        stated: dict[str, Section | None] = dict(self._stated)
+        for name, section in sections.items():
+            if name not in _SECTIONS:
+                raise TypeError(f"there is no section {name!r}")
+            stated[name] = None if section is None else stated.get(name) or {}
+            if section is not None:
+                stated[name] = {**(stated[name] or {}), **section}
+        ordered = {name: stated[name] for name in _SECTIONS if name in stated}
+        return type(self)._of(ordered, self._name)
+
+    def to_toml(self) -> str:
+        """What is stated, as the text of an input file for the program."""
+        return tomli_w.dumps(self._stated)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Settings):
+            return NotImplemented
+        return self._values == other._values and self.sweep == other.sweep
+
+    def __hash__(self) -> int:
+        return hash(self._values)
+
+    def __repr__(self) -> str:
+        sections = (f"    {name}={keys!r},\n" for name, keys in self._stated.items())
+        return f"Settings(\n{''.join(sections)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (type(self)._of, (self._stated, self._name))
+
+
+def checked(settings: Settings) -> _bristle.Input:
+    """Settings for a simulation, with a warning of what is unusual in them."""
+    if not isinstance(settings, Settings):
+        raise TypeError(
+            f"settings are a bristle.Settings, not a {type(settings).__name__}: "
+            "use bristle.load for a file"
+        )
+    for warning in settings._input.unusual():
+        warnings.warn(warning, SettingsWarning, stacklevel=3)
+    return settings._input
+
+
+def load(path: str | PathLike[str]) -> Settings:
+    """The settings that an input file of the program states.
+
+    The section ``[measured]`` is left out. A table of control points is read.
+
+    Args:
+        path: A TOML file; ``docs/input.md`` describes it.
+
+    Raises:
+        SettingsError: If the file is not right; with key and line.
+        OSError: If it cannot be read.
+    """
+    text, points = _bristle.read_input(fspath(path))
+    stated = tomllib.loads(text)
+    if points is not None:
+        del stated["workpiece"]["control_points_csv"]
+        stated["workpiece"]["control_points_m"] = points
+    ordered = {name: stated[name] for name in _SECTIONS if name in stated}
+    return Settings._of(ordered, fspath(path))

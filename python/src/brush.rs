@@ -1,0 +1,141 @@
+//! Filaments that touch each other.
+
+use std::num::NonZeroUsize;
+
+use bristle::brush::{BrushResult, BrushRun, FilamentResult, RunOptions};
+use bristle::model::record::Record;
+use bristle::model::settings::Settings;
+use bristle::simulation::Stop;
+use bristle_report::figures::Brush;
+use bristle_report::page::brush_page;
+use bristle_study::brush::Interaction;
+use bristle_study::results::{Moment, Pair, Place, Rest, write_brush_metrics};
+use bristle_study::study::thread_count;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::arrays::{add_columns, columns, frozen, units};
+use crate::error::{of_brush, of_settings, of_value};
+use crate::input::Input;
+use crate::interrupt::on_a_thread;
+
+/// A brush that has been simulated.
+#[pyclass(frozen, module = "bristle._bristle")]
+pub struct SimulatedBrush {
+    settings: Settings,
+    result: BrushResult,
+    frames: usize,
+    /// The state at its end, from which the result follows.
+    state: Vec<u8>,
+}
+
+/// Simulates the brush of `input` on so many threads, with at most so many frames, in at most so much memory (bytes).
+#[pyfunction]
+pub fn brush(
+    py: Python<'_>,
+    input: &Input,
+    threads: Option<NonZeroUsize>,
+    frames: usize,
+    memory: Option<u64>,
+) -> PyResult<SimulatedBrush> {
+    let settings = input.settings()?.clone();
+    if settings.brush.is_none() {
+        return Err(of_settings(
+            "there is no section [brush]; add it, empty if all its defaults are right: `settings.replace(brush={})`"
+                .to_owned(),
+        ));
+    }
+    let options = RunOptions { threads: thread_count(threads), frames, memory, ..RunOptions::default() };
+    let stop = Stop::default();
+    let simulated = on_a_thread(py, &stop, || {
+        let mut run = BrushRun::new(&settings, options)?.until(&stop);
+        while run.advance()? {}
+        let state = run.checkpoint();
+        Ok((run.finish()?, state))
+    })?;
+    let (result, state) = simulated.map_err(|error| of_brush(&error))?;
+    Ok(SimulatedBrush { settings, result, frames, state })
+}
+
+#[pymethods]
+impl SimulatedBrush {
+    /// What `metrics.json` has.
+    fn metrics(&self) -> PyResult<String> {
+        let mut text = Vec::new();
+        write_brush_metrics(&mut text, &self.settings, &self.result)?;
+        String::from_utf8(text).map_err(of_value)
+    }
+
+    /// The columns of `filaments.csv`, and their units.
+    fn filaments<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let filaments = &self.result.filaments;
+        let (table, all_units) = (PyDict::new(py), PyDict::new(py));
+        add_part(&table, &all_units, filaments, |filament| Place::from(filament))?;
+        add_part(&table, &all_units, filaments, |filament| filament.metrics.clone())?;
+        add_part(&table, &all_units, filaments, |filament| Rest::from(filament))?;
+        Ok((table, all_units))
+    }
+
+    /// The columns of `history.csv`, and their units.
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let moments: Vec<Moment> = self.result.history.iter().map(Moment::from).collect();
+        Ok((columns(py, &moments)?, units::<Moment>(py)?))
+    }
+
+    /// The columns of `contacts.csv`, and their units.
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let pairs: Vec<Pair> = self.result.pairs.iter().map(Pair::from).collect();
+        Ok((columns(py, &pairs)?, units::<Pair>(py)?))
+    }
+
+    /// Times of the frames in s, and the nodes of all filaments in m.
+    fn frames<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let frames = &self.result.frames;
+        let times = frames.iter().map(|frame| frame.time_s).collect();
+        let nodes = frames.iter().flat_map(|frame| &frame.nodes_m).flat_map(|nodes| nodes.as_flattened());
+        let shape = [frames.len(), self.result.filaments.len(), self.settings.filament.segments + 1, 3];
+        let nodes = PyArray1::from_vec(py, nodes.copied().collect::<Vec<f32>>()).reshape(shape)?;
+        Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
+    }
+
+    /// Everything but the settings, for [`SimulatedBrush::of_state`].
+    fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>) {
+        (self.frames, PyBytes::new(py, &self.state))
+    }
+
+    /// The brush of which [`SimulatedBrush::state`] has told.
+    #[staticmethod]
+    fn of_state(py: Python<'_>, input: &Input, state: (usize, Vec<u8>)) -> PyResult<Self> {
+        let (frames, state) = state;
+        let settings = input.settings()?.clone();
+        let options = RunOptions { frames, ..RunOptions::default() };
+        let result = py.detach(|| BrushRun::resume(&settings, options, &state)?.finish());
+        let result = result.map_err(|error| of_brush(&error))?;
+        Ok(Self { settings, result, frames, state })
+    }
+
+    /// The page that `bristle brush` writes.
+    fn page(&self, py: Python<'_>, name: &str) -> String {
+        let BrushResult { filaments, history, pairs, .. } = self.result.clone();
+        let brush = Brush {
+            settings: self.settings.clone(),
+            interaction: Interaction::of(&self.result),
+            filaments,
+            history,
+            pairs,
+        };
+        py.detach(|| brush_page(name, &brush, &self.result))
+    }
+}
+
+/// Adds the columns of a part of each filament to a table, and their units to its units.
+fn add_part<R: Record>(
+    table: &Bound<'_, PyDict>,
+    all_units: &Bound<'_, PyDict>,
+    filaments: &[FilamentResult],
+    part: impl Fn(&FilamentResult) -> R,
+) -> PyResult<()> {
+    add_columns(table, &filaments.iter().map(part).collect::<Vec<R>>())?;
+    all_units.update(units::<R>(table.py())?.as_mapping())
+}

@@ -1,0 +1,166 @@
+//! One contact of one filament.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::Parameter;
+use bristle::model::record::Record;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop};
+use bristle_report::page::{Recorder, page};
+use bristle_study::assumptions::Assumptions;
+use bristle_study::results::write_metrics;
+use bristle_study::study::{CaseSummary, Study, Sweep, VELOCITY};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{columns, frozen, records, units};
+use crate::error::{of_settings, of_simulation, of_value};
+use crate::input::Input;
+use crate::interrupt::{Watch, on_a_thread};
+
+/// A pass that has been simulated.
+#[pyclass(frozen, module = "bristle._bristle")]
+pub struct Simulated {
+    settings: Settings,
+    simulation: Simulation,
+}
+
+/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes` times.
+#[pyfunction]
+pub fn simulate(py: Python<'_>, input: &Input, samples: usize, shapes: usize) -> PyResult<Simulated> {
+    let settings = input.settings()?.clone();
+    let sampling = Sampling { samples, shapes, profile: true, ..Sampling::default() };
+    let stop = Stop::default();
+    let mut watch = Watch::new(&stop);
+    let result = py.detach(|| Pass::new(&settings).until(&stop).simulate_telling(sampling, |_| watch.look()));
+    watch.end()?;
+    let simulation = result.map_err(|error| of_simulation(&error))?;
+    Ok(Simulated { settings, simulation })
+}
+
+/// The numbers of a record, by key.
+fn numbers<'py, R: Record>(py: Python<'py>, record: &R) -> PyResult<Bound<'py, PyDict>> {
+    let numbers = PyDict::new(py);
+    for column in R::COLUMNS {
+        let value = column.get(record);
+        if column.whole {
+            numbers.set_item(column.key, value as i64)?;
+        } else {
+            numbers.set_item(column.key, value)?;
+        }
+    }
+    Ok(numbers)
+}
+
+#[pymethods]
+impl Simulated {
+    /// What `metrics.json` has.
+    fn metrics(&self) -> PyResult<String> {
+        let mut text = Vec::new();
+        write_metrics(&mut text, &self.settings, &self.simulation)?;
+        String::from_utf8(text).map_err(of_value)
+    }
+
+    /// The work of the solver.
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        numbers(py, &self.simulation.statistics)
+    }
+
+    /// The columns of `history.csv`, and their units.
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        Ok((columns(py, &self.simulation.history)?, units::<Sample>(py)?))
+    }
+
+    /// The columns of `profile.csv`, and their units.
+    fn profile<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        Ok((columns(py, &self.simulation.profile)?, units::<ProfileCell>(py)?))
+    }
+
+    /// Times in s of the shapes, and their nodes in m.
+    fn shapes<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let shapes = &self.simulation.shapes;
+        let times = shapes.iter().map(|shape| shape.time_s).collect();
+        let nodes: Vec<f64> = shapes.iter().flat_map(|shape| shape.nodes_m.as_flattened()).copied().collect();
+        let nodes = PyArray1::from_vec(py, nodes);
+        let nodes = nodes.reshape([shapes.len(), self.settings.filament.segments + 1, 3])?;
+        Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
+    }
+
+    /// The page of the program for a study of this case alone.
+    fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
+        // A filament alone, as it was simulated.
+        let settings = Settings { brush: None, ..self.settings.clone() };
+        let velocity = Parameter::find(VELOCITY).ok_or_else(|| of_value("no velocity"))?;
+        let sweep = Sweep::list(velocity, vec![settings.process.brushing_velocity_m_s]).map_err(of_value)?;
+        let study = Study::new(settings, vec![sweep]).map_err(|error| of_settings(error.to_string()))?;
+        let Simulation { metrics, turn_contact_normal_impulses_n_s, statistics, .. } = &self.simulation;
+        let summary = CaseSummary {
+            metrics: metrics.clone(),
+            turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
+            statistics: *statistics,
+            ..CaseSummary::default()
+        };
+        let (results, stop) = ([Ok(summary)], Stop::default());
+        on_a_thread(py, &stop, || {
+            let recorder = Recorder::new(&study).until(&stop);
+            // Without samples the recorder simulates the case again.
+            if self.simulation.shapes.len() > 1 {
+                recorder.take(0, &self.simulation);
+            }
+            let courses = recorder.finish(&results, None)?;
+            Ok(page(name, &study, &results, &courses, &Assumptions::default(), &[]))
+        })?
+    }
+
+    /// Everything but the settings, for [`Simulated::of_state`].
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let Simulation {
+            metrics,
+            turn_contact_normal_impulses_n_s,
+            end_time_s,
+            statistics,
+            history,
+            shapes: _,
+            profile,
+        } = &self.simulation;
+        let (times, nodes) = self.shapes(py)?;
+        let state = PyDict::new(py);
+        state.set_item("metrics", columns(py, std::slice::from_ref(metrics))?)?;
+        state.set_item("turns", turn_contact_normal_impulses_n_s)?;
+        state.set_item("end_time_s", end_time_s)?;
+        state.set_item("statistics", columns(py, std::slice::from_ref(statistics))?)?;
+        state.set_item("history", columns(py, history)?)?;
+        state.set_item("times", times)?;
+        state.set_item("nodes", nodes)?;
+        state.set_item("profile", columns(py, profile)?)?;
+        Ok(state)
+    }
+
+    /// The pass of which [`Simulated::state`] has told.
+    #[staticmethod]
+    fn of_state(input: &Input, state: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let part = |key: &str| state.get_item(key)?.ok_or_else(|| of_value(format!("no `{key}`")));
+        let table = |key: &str| Ok::<_, PyErr>(part(key)?.cast_into::<PyDict>()?);
+        let nodes = part("nodes")?.extract::<PyReadonlyArray3<'_, f64>>()?;
+        let count = nodes.shape()[1];
+        let nodes: Vec<[f64; 3]> = nodes.as_slice().map_err(of_value)?.as_chunks().0.to_vec();
+        let times = part("times")?.extract::<PyReadonlyArray1<'_, f64>>()?;
+        let shape = |(&time_s, nodes): (&f64, &[[f64; 3]])| Shape {
+            time_s,
+            nodes_m: nodes.to_vec(),
+            velocities_m_s: Vec::new(),
+            forces: Vec::new(),
+        };
+        let shapes = times.as_slice().map_err(of_value)?.iter().zip(nodes.chunks(count)).map(shape).collect();
+        let simulation = Simulation {
+            metrics: records::<Metrics>(&table("metrics")?)?.pop().unwrap_or_default(),
+            turn_contact_normal_impulses_n_s: part("turns")?.extract()?,
+            end_time_s: part("end_time_s")?.extract()?,
+            statistics: records::<Statistics>(&table("statistics")?)?.pop().unwrap_or_default(),
+            history: records(&table("history")?)?,
+            shapes,
+            profile: records(&table("profile")?)?,
+        };
+        Ok(Self { settings: input.settings()?.clone(), simulation })
+    }
+}

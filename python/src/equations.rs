@@ -1,0 +1,105 @@
+//! The equations of motion: accelerations of many states, all terms at one state, and their text.
+
+use bristle::equations::{Batch, Member};
+use bristle::model::filament;
+use bristle::model::settings::FilamentSettings;
+use bristle::simulation::Stop;
+use bristle::tool::radial_clamp;
+use bristle_inspect::derive::{DeriveFormat, Equations, Motion, derive as derived};
+use bristle_inspect::evaluation;
+use bristle_inspect::state::parse_state;
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::error::of_value;
+use crate::input::Input;
+use crate::interrupt::{Watch, unseen};
+
+/// States that are computed at a time: so many that their clamps stay in a cache.
+const CHUNK: usize = 256;
+
+/// `q̈` in rad/s² of the states `q` (rad) and `v` (rad/s), both `(k, n, 2)`, each with its own angle (rad), rate (rad/s) and acceleration
+/// (rad/s²) of the base.
+#[pyfunction]
+pub fn accelerations<'py>(
+    py: Python<'py>,
+    input: &Input,
+    q: PyReadonlyArray3<'py, f64>,
+    v: PyReadonlyArray3<'py, f64>,
+    base: [PyReadonlyArray1<'py, f64>; 3],
+    gravity: [f64; 3],
+) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let settings = input.settings()?;
+    let &[count, segments, blocks] = q.shape() else { return Err(of_value("q has three dimensions")) };
+    if blocks != 2 || segments == 0 || v.shape() != q.shape() || base.iter().any(|values| values.len() != count) {
+        return Err(of_value("q and v need the shape (k, n, 2), with at least one segment"));
+    }
+    let filament = FilamentSettings { segments, ..settings.filament.clone() };
+    let (chain, radius) = (filament::chain(&filament, gravity), settings.tool.body_radius_m);
+    let (q, v) = (q.as_slice().map_err(of_value)?, v.as_slice().map_err(of_value)?);
+    let (q, v) = (q.as_chunks::<2>().0, v.as_chunks::<2>().0);
+    let [angle, rate, acceleration] = [base[0].as_slice(), base[1].as_slice(), base[2].as_slice()];
+    let (angle, rate, acceleration) =
+        (angle.map_err(of_value)?, rate.map_err(of_value)?, acceleration.map_err(of_value)?);
+    let stop = Stop::default();
+    let mut watch = Watch::new(&stop);
+    let result = py.detach(|| {
+        let mut batch = Batch::new(segments);
+        let mut result = vec![[0.0; 2]; q.len()];
+        for (chunk, results) in result.chunks_mut(CHUNK * segments).enumerate() {
+            let first = chunk * CHUNK;
+            let states = first..first + results.len() / segments;
+            let clamps: Vec<_> = states
+                .clone()
+                .map(|state| radial_clamp(radius, angle[state], rate[state], acceleration[state]))
+                .collect();
+            let member = |(state, clamp)| {
+                let blocks = state * segments..(state + 1) * segments;
+                Member { chain: &chain, clamp, q: &q[blocks.clone()], v: &v[blocks] }
+            };
+            let members: Vec<Member<'_>> = states.zip(&clamps).map(member).collect();
+            batch.accelerations(&members, results).map_err(|mut error| {
+                error.member += first;
+                error
+            })?;
+            watch.look();
+            if stop.is_requested() {
+                break;
+            }
+        }
+        Ok(result.into_flattened())
+    });
+    watch.end()?;
+    let result: Vec<f64> = result.map_err(|error: bristle::equations::BatchError| of_value(error))?;
+    PyArray1::from_vec(py, result).reshape([count, segments, 2])
+}
+
+/// What `bristle evaluate` prints for the `state`, both as JSON.
+#[pyfunction]
+pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String> {
+    let settings = input.settings()?.clone();
+    let state = parse_state(&state).map_err(of_value)?;
+    let body_radius = settings.tool.body_radius_m;
+    let evaluation = unseen(py, move || evaluation::evaluate(&settings.filament, body_radius, &state))?;
+    serde_json::to_string(&evaluation.map_err(of_value)?).map_err(of_value)
+}
+
+/// What `bristle derive` writes: the equations of so many segments, or the kernels without them.
+#[pyfunction]
+pub fn derive(py: Python<'_>, segments: Option<usize>, planar: bool, format: &str) -> PyResult<String> {
+    let motion = if planar { Motion::Planar } else { Motion::Spatial };
+    let equations = match segments {
+        Some(segments) => Equations::Whole { segments, motion },
+        None if planar => Equations::PlanarKernels,
+        None => Equations::Kernels,
+    };
+    let format = match format {
+        "math" => DeriveFormat::Math,
+        "latex" => DeriveFormat::Latex,
+        "markdown" => DeriveFormat::Markdown,
+        "rust" => DeriveFormat::Rust,
+        "json" => DeriveFormat::Json,
+        other => return Err(of_value(format!("there is no format {other:?}"))),
+    };
+    unseen(py, move || derived(equations, format))?.map_err(of_value)
+}

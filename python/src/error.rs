@@ -1,0 +1,61 @@
+//! The errors of the libraries as exceptions, with the same texts.
+
+use bristle::brush::BrushError;
+use bristle::integrate::IntegrationError as StepError;
+use bristle::simulation::{IntegrationError, SimulationError};
+use bristle_study::input_error::InputError;
+use pyo3::PyErr;
+use pyo3::exceptions::PyValueError;
+
+/// The exceptions, which are defined in Python.
+mod exceptions {
+    pyo3::import_exception!(bristle._errors, SettingsError);
+    pyo3::import_exception!(bristle._errors, SimulationError);
+}
+
+/// That of settings which cannot be used, with key and line.
+pub fn of_input(error: &InputError) -> PyErr {
+    let key = error.problem.key().map(str::to_owned);
+    exceptions::SettingsError::new_err((error.to_string(), key, error.location.line))
+}
+
+/// That of settings which cannot be used for a reason that concerns no single key.
+pub fn of_settings(message: String) -> PyErr {
+    exceptions::SettingsError::new_err((message, None::<String>, None::<usize>))
+}
+
+/// That of a simulation, with time and step in s.
+pub fn of_simulation(error: &SimulationError) -> PyErr {
+    let (time, step) = match error {
+        SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall { time, step, .. })) => {
+            (Some(*time), Some(*step))
+        }
+        SimulationError::Integration(IntegrationError::Step(
+            StepError::NotFinite { time } | StepError::Refused { time, .. },
+        )) => (Some(*time), None),
+        SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => (None, Some(*step)),
+        SimulationError::Integration(IntegrationError::Stopped) | SimulationError::NotFinite => (None, None),
+    };
+    failed(&error.to_string(), time, step)
+}
+
+/// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of columns.
+pub fn of_brush(error: &BrushError) -> PyErr {
+    match error {
+        BrushError::NoConvergence { time } | BrushError::Crossing { time, .. } => {
+            failed(&error.to_string(), Some(*time), None)
+        }
+        BrushError::Alone(alone) => of_simulation(alone),
+        BrushError::Threads | BrushError::Stopped | BrushError::NoLanes => failed(&error.to_string(), None, None),
+        _ => of_settings(error.to_string()),
+    }
+}
+
+fn failed(message: &str, time: Option<f64>, step: Option<f64>) -> PyErr {
+    exceptions::SimulationError::new_err((format!("the simulation failed: {message}"), time, step))
+}
+
+/// That of an argument with a wrong value.
+pub fn of_value(error: impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}

@@ -1,0 +1,31 @@
+//! The compiled part of the Python package `bristle`.
+//!
+//! It joins Python to the libraries: settings go in as the text of an input file, results come out as NumPy arrays and as JSON with the
+//! keys of the result files. What users call is in `bristle/*.py`, with its documentation.
+
+mod arrays;
+mod brush;
+mod contact;
+mod equations;
+mod error;
+mod input;
+mod interrupt;
+mod validation;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = false)]
+fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<input::Input>()?;
+    module.add_class::<contact::Simulated>()?;
+    module.add_class::<brush::SimulatedBrush>()?;
+    module.add_function(wrap_pyfunction!(input::paper, module)?)?;
+    module.add_function(wrap_pyfunction!(input::read_input, module)?)?;
+    module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
+    module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
+    module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(equations::derive, module)?)?;
+    module.add_function(wrap_pyfunction!(validation::validate, module)?)
+}
