@@ -10,7 +10,7 @@ All quantities are in SI units, which are part of the names; angles are in radia
 """
 
 from bristle._bristle import __version__
-from bristle._brush import Brush, brush
+from bristle._brush import Brush, Frames, brush
 from bristle._contact import Contact, Shapes, simulate
 from bristle._equations import (
     Evaluation,
@@ -30,6 +30,7 @@ __all__ = [
     "BrushMetrics",
     "Contact",
     "Evaluation",
+    "Frames",
     "Metrics",
     "Settings",
     "SettingsError",

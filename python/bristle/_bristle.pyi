@@ -7,6 +7,21 @@ import numpy.typing as npt
 from bristle._metrics import Statistics
 from bristle._table import Column
 
+__all__ = [
+    "Input",
+    "Simulated",
+    "SimulatedBrush",
+    "__version__",
+    "accelerations",
+    "brush",
+    "derive",
+    "evaluate",
+    "paper",
+    "read_input",
+    "simulate",
+    "validate",
+]
+
 __version__: str
 
 _Floats = npt.NDArray[np.float64]

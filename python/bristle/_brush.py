@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from bristle import _bristle
-from bristle._contact import Shapes
 from bristle._html import framed
 from bristle._metrics import BrushMetrics
 from bristle._settings import Settings, checked
 from bristle._table import Table
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All filaments at equally spaced times."""
+
+    times_s: npt.NDArray[np.float64]
+    """Times in s, of the shape (t,)."""
+
+    nodes_m: npt.NDArray[np.float32]
+    """Nodes of k filaments, from root to tip, in m: of the shape (t, k, n + 1, 3)."""
 
 
 class Brush:
@@ -48,9 +62,9 @@ class Brush:
         return Table(*self._simulated.contacts())
 
     @cached_property
-    def frames(self) -> Shapes:
-        """All filaments at equally spaced times: nodes of the shape (t, k, n + 1, 3)."""
-        return Shapes(*self._simulated.frames())
+    def frames(self) -> Frames:
+        """All filaments at equally spaced times."""
+        return Frames(*self._simulated.frames())
 
     def _repr_html_(self) -> str:
         return framed(self._simulated.page(self._settings.name), 900)

@@ -121,7 +121,7 @@ def simulate(
     >>> import bristle
     >>> contact = bristle.simulate(bristle.Settings.paper(10.0, 1e-3))
     >>> round(contact.metrics["contact_time_ratio"], 2)
-    0.49
+    0.64
 
     Args:
         settings: What to simulate.

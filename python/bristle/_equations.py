@@ -16,7 +16,6 @@ from bristle._settings import Settings, checked
 if TYPE_CHECKING:
     import pandas as pd
 
-Format: TypeAlias = Literal["math", "latex", "markdown", "rust", "json"]
 Floats: TypeAlias = npt.NDArray[np.float64]
 
 
@@ -121,7 +120,10 @@ def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
 
 
 def derive(
-    segments: int | None = 2, *, planar: bool = False, format: Format = "math"
+    segments: int | None = 2,
+    *,
+    planar: bool = False,
+    format: Literal["math", "latex", "markdown", "rust", "json"] = "math",
 ) -> str:
     """The equations of motion in some form: ``bristle derive``.
 

@@ -19,7 +19,7 @@ Section: TypeAlias = Mapping[str, Any]
 """A section of an input file: its keys, with values as in the file."""
 
 _NAME: Final = "settings"
-_SECTIONS: Final = (
+_SECTIONS: Final[tuple[str, ...]] = (
     "tool",
     "filament",
     "contact",

@@ -7,7 +7,7 @@ use bristle::model::settings::Settings;
 use bristle_study::control_points::read_control_points;
 use bristle_study::document::Document;
 use bristle_study::input_error::InputError;
-use bristle_study::plausibility::{unusual, warnings};
+use bristle_study::plausibility::unusual;
 use pyo3::prelude::*;
 
 use crate::error::{of_input, of_settings};
@@ -54,7 +54,8 @@ impl Input {
                 },
             }
         };
-        let unusual = if missing.is_some() { Vec::new() } else { warnings(&unusual(&settings)) };
+        let found = if missing.is_some() { Vec::new() } else { unusual(&settings) };
+        let unusual = found.into_iter().map(|unusual| unusual.statement).collect();
         Ok(Self { text, name, settings, missing, unusual })
     }
 

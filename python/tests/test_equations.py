@@ -1,0 +1,67 @@
+"""The equations: accelerations of batches, all terms of one state, and their text."""
+
+import json
+
+import bristle
+import numpy as np
+import pytest
+
+
+def _states(count: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(1)
+    q = np.empty((count, segments, 2))
+    q[..., 0] = np.pi / 2 + random.uniform(-0.2, 0.2, (count, segments))
+    q[..., 1] = random.uniform(-0.3, 0.3, (count, segments))
+    return q, random.uniform(-10.0, 10.0, q.shape)
+
+
+def test_a_batch_equals_its_states_alone(settings: bristle.Settings) -> None:
+    q, v = _states(300, 3)
+    angles = np.linspace(0.0, 1.0, 300)
+    base = {"base_rate_rad_s": 50.0, "base_acceleration_rad_s2": 3.0}
+    gravity = [0.0, -9.81, 0.0]
+    result = bristle.accelerations(
+        settings, q, v, base_angle_rad=angles, gravity_m_s2=gravity, **base
+    )
+    assert result.shape == (300, 3, 2)
+    for k in (0, 7, 255, 256, 299):
+        state = {
+            "base_angle": angles[k],
+            "base_rate": 50.0,
+            "base_acceleration": 3.0,
+            "gravity": gravity,
+            "q": q[k].ravel(),
+            "v": v[k].ravel(),
+        }
+        evaluation = bristle.evaluate(settings, state)
+        assert (evaluation.accelerations == result[k].ravel()).all()
+        mass = evaluation.mass_matrix
+        assert mass.shape == (6, 6) and np.allclose(mass, mass.T)
+        assert evaluation.kinetic_energy_j > 0.0
+        assert evaluation.tip_position_m.shape == (3,)
+
+
+def test_arguments_are_checked(settings: bristle.Settings) -> None:
+    q, v = _states(4, 2)
+    assert bristle.accelerations(settings, q[:0], v[:0]).shape == (0, 2, 2)
+    with pytest.raises(ValueError, match=r"\(k, n, 2\)"):
+        bristle.accelerations(settings, q, v[:3])
+    with pytest.raises(ValueError, match=r"\(k, n, 2\)"):
+        bristle.accelerations(settings, q[0], v[0])
+    with pytest.raises(ValueError):
+        bristle.accelerations(settings, q, v, base_angle_rad=np.zeros(3))
+    q[2, 1, 0] = 0.0
+    with pytest.raises(ValueError, match="state 3 of the batch"):
+        bristle.accelerations(settings, q, v)
+    with pytest.raises(ValueError, match="`w`"):
+        bristle.evaluate(settings, {"w": 1.0})
+
+
+def test_the_equations_have_several_forms() -> None:
+    assert "q" in bristle.derive(1)
+    assert bristle.derive(2, format="latex").count("\\documentclass") == 1
+    assert json.loads(bristle.derive(None, planar=True, format="json"))["kernels"]
+    with pytest.raises(ValueError, match="segment"):
+        bristle.derive(0)
+    with pytest.raises(ValueError, match="format"):
+        bristle.derive(1, format="word")  # type: ignore[arg-type]

@@ -1,0 +1,56 @@
+"""Signals stop what takes long; SIGALRM stands for Ctrl-C."""
+
+import signal
+import time
+from collections.abc import Callable
+from types import FrameType
+
+import bristle
+import pytest
+
+WITHIN_S = 0.1
+"""What a signal may take, on a machine that does nothing else."""
+
+SLACK = 5.0
+"""By how much longer it may take on one that does."""
+
+
+class Interrupted(Exception):
+    """What the handler raises."""
+
+
+def stops(work: Callable[[], object]) -> None:
+    """Checks that a signal after 0.2 s ends the work with the exception it raises."""
+    raised = [0.0]
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        raise Interrupted
+
+    earlier = signal.signal(signal.SIGALRM, handler)
+    try:
+        begun = time.perf_counter()
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        with pytest.raises(Interrupted):
+            work()
+        raised[0] = time.perf_counter() - begun - 0.2
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, earlier)
+    assert raised[0] < SLACK * WITHIN_S
+
+
+def test_a_contact(settings: bristle.Settings) -> None:
+    long = settings.replace(filament={"segments": 200}, process={"turns": 50})
+    stops(lambda: bristle.simulate(long))
+
+
+def test_a_brush(settings: bristle.Settings) -> None:
+    stops(lambda: bristle.brush(settings.replace(brush={"rows": 15})))
+
+
+def test_a_validation() -> None:
+    stops(bristle.validate)
+
+
+def test_equations() -> None:
+    stops(lambda: bristle.derive(60))

@@ -1,0 +1,133 @@
+"""Contacts and brushes: their numbers, their arrays, and how they are shown."""
+
+import pickle
+import threading
+from typing import get_type_hints
+
+import bristle
+import numpy as np
+import pytest
+
+
+def test_a_contact_has_the_metrics_of_the_program(settings: bristle.Settings) -> None:
+    contact = bristle.simulate(settings)
+    metrics = contact.metrics
+    assert list(metrics) == [*_speeds(), *list(metrics)[2:]]
+    assert set(metrics) == set(get_type_hints(bristle.Metrics))
+    assert metrics["rotational_speed_rpm"] == pytest.approx(530.5, abs=0.1)
+    assert metrics["turn_contact_normal_impulses_n_s"] == [
+        metrics["contact_normal_impulse_n_s"]
+    ]
+    assert set(contact.statistics) == set(get_type_hints(bristle.Statistics))
+    assert contact.statistics["steps"] == metrics["steps"]
+
+
+def _speeds() -> list[str]:
+    return ["brushing_velocity_m_s", "rotational_speed_rpm"]
+
+
+def test_arrays_have_names_units_and_shapes(settings: bristle.Settings) -> None:
+    contact = bristle.simulate(settings, shapes=7)
+    history = contact.history
+    assert all(column.shape == (100,) for column in history.values())
+    assert history.units["contact_normal_force_n"] == "N"
+    assert history["time_s"][0] == 0.0
+    impulse = contact.metrics["contact_normal_impulse_n_s"]
+    assert history["contact_normal_impulse_n_s"][-1] == pytest.approx(impulse)
+    assert contact.shapes.times_s.shape == (7,)
+    assert contact.shapes.nodes_m.shape == (7, 11, 3)
+    lengths = np.linalg.norm(np.diff(contact.shapes.nodes_m, axis=1), axis=2)
+    assert np.allclose(lengths, 0.004, rtol=1e-2)
+    profile = contact.profile
+    per_cell = profile["normal_impulse_n_s_m"] * profile["length_m"]
+    assert per_cell.sum() == pytest.approx(impulse)
+    assert profile["on_edge"].dtype == np.int64
+    with pytest.raises(ValueError):
+        history["time_s"][0] = 1.0
+    assert contact.history is history
+
+
+def test_without_samples_there_are_none(settings: bristle.Settings) -> None:
+    contact = bristle.simulate(settings, samples=0, shapes=0)
+    assert contact.history["time_s"].size == 0
+    assert contact.shapes.nodes_m.shape == (0, 11, 3)
+    assert contact._repr_html_() == bristle.simulate(settings, samples=0)._repr_html_()
+
+
+def test_a_contact_is_shown(settings: bristle.Settings) -> None:
+    contact = bristle.simulate(settings)
+    page = contact._repr_html_()
+    assert page.startswith("<iframe srcdoc=") and "&quot;courses&quot;" in page
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    assert len(contact.plot().axes) == 3
+    pandas = pytest.importorskip("pandas")
+    frame = contact.history.to_pandas()
+    assert isinstance(frame, pandas.DataFrame) and frame.shape == (100, 13)
+    assert frame.attrs["units"]["time_s"] == "s"
+
+
+def test_results_pickle(settings: bristle.Settings) -> None:
+    contact = bristle.simulate(settings, shapes=5)
+    again: bristle.Contact = pickle.loads(pickle.dumps(contact))
+    assert again.settings == settings
+    assert again.metrics == contact.metrics
+    assert again.statistics == contact.statistics
+    assert all((again.history[key] == contact.history[key]).all() for key in again.history)
+    assert (again.shapes.nodes_m == contact.shapes.nodes_m).all()
+    assert again._repr_html_() == contact._repr_html_()
+    table = pickle.loads(pickle.dumps(contact.history))
+    assert not table["time_s"].flags.writeable
+
+
+def test_threads_of_python_simulate_at_once(settings: bristle.Settings) -> None:
+    depths = [0.5e-3, 1e-3, 1.5e-3, 2e-3]
+    cases = [settings.replace(process={"penetration_depth_m": a}) for a in depths]
+    alone = [bristle.simulate(case).metrics for case in cases]
+    together: list[bristle.Metrics | None] = [None] * len(cases)
+
+    def simulate(index: int) -> None:
+        together[index] = bristle.simulate(cases[index]).metrics
+
+    threads = [threading.Thread(target=simulate, args=(i,)) for i in range(len(cases))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert together == alone
+
+
+def test_errors_of_a_simulation_have_time_and_step(settings: bristle.Settings) -> None:
+    hard = settings.replace(contact={"stiffness_n_m": 1e300})
+    with (
+        pytest.warns(bristle.SettingsWarning),
+        pytest.raises(bristle.SimulationError) as error,
+    ):
+        bristle.simulate(hard)
+    assert error.value.time_s is not None and error.value.time_s > 0.0
+    assert str(error.value).startswith("the simulation failed: ")
+    again = pickle.loads(pickle.dumps(error.value))
+    assert (again.time_s, again.step) == (error.value.time_s, error.value.step)
+
+
+def test_a_brush_has_metrics_and_tables(small_brush: bristle.Settings) -> None:
+    brush = bristle.brush(small_brush, frames=4)
+    assert set(brush.metrics) == set(get_type_hints(bristle.BrushMetrics))
+    assert (brush.metrics["columns"], brush.metrics["rows"]) == (3, 1)
+    assert brush.filaments["column"].tolist() == [0, 1, 2]
+    impulses = brush.filaments["contact_normal_impulse_n_s"]
+    assert impulses[0] > impulses[2]
+    assert brush.history["contact_normal_force_n"].max() > 0.0
+    assert brush.history.units["contact_moment_n_m"] == "N m"
+    assert set(brush.contacts) >= {"column", "other_column", "impulse_n_s"}
+    assert brush.frames.nodes_m.shape[1:] == (3, 6, 3)
+    assert brush.frames.nodes_m.shape[0] == brush.frames.times_s.size > 0
+    assert brush._repr_html_().startswith("<iframe")
+    again: bristle.Brush = pickle.loads(pickle.dumps(brush))
+    assert again.metrics == brush.metrics
+    assert (again.frames.nodes_m == brush.frames.nodes_m).all()
+
+
+def test_a_brush_needs_its_section(settings: bristle.Settings) -> None:
+    with pytest.raises(bristle.SettingsError, match=r"\[brush\]"):
+        bristle.brush(settings)
