@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bristle::model::settings::Settings;
+use bristle_files::staged::{FileError, StagedFile, read_bytes, remove};
 use bristle_study::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 use bristle_text::shown_path;
 use thiserror::Error;
-
-use crate::files::{FileError, StagedFile, read_bytes, remove};
 
 /// Name of the file in the results directory.
 pub const CHECKPOINT: &str = "checkpoint.bin";

@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
+use bristle_files::journal_file::JournalFileError;
+use bristle_files::staged::{DocumentError, FileError};
 use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
@@ -19,8 +21,6 @@ use bristle_text::shown_path;
 use thiserror::Error;
 
 use crate::checkpoint_file::CheckpointFileError;
-use crate::files::FileError;
-use crate::journal_file::JournalFileError;
 use crate::pictures::PicturesError;
 use crate::saved::SavedError;
 
@@ -36,6 +36,8 @@ pub const SIMULATION_FAILED: u8 = 3;
 pub enum CliError {
     #[error(transparent)]
     File(#[from] FileError),
+    #[error(transparent)]
+    Document(#[from] DocumentError),
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(transparent)]

@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use bristle_files::staged::{FileError, read_document, read_input, read_stdin};
 use bristle_study::document::Document;
 use bristle_study::plausibility::{Unusual, warnings};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{FileError, read_document, read_input, read_stdin};
 use crate::terminal::say;
 
 /// What a file that was read from stdin is called.
@@ -73,6 +73,6 @@ impl InputArgs {
 impl InputText<'_> {
     /// What the text states.
     pub fn document(&self) -> Result<Document<'_>, CliError> {
-        read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)
+        Ok(read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)?)
     }
 }

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
+use bristle_files::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
+use bristle_files::study_files::{COMPARISON, MEASURED};
 use bristle_report::figures::{
     Brush, Picture, brush_figures, contact_figures, is_of_brush, is_of_contact, is_of_study, study_figures,
 };
@@ -18,7 +20,6 @@ use bristle_text::shown_path;
 use clap::{Args, ValueEnum};
 use thiserror::Error;
 
-use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use crate::saved::{Contact, SavedError, saved_brush, saved_case, saved_study};
 use crate::terminal::{say, show};
 
@@ -68,10 +69,6 @@ impl FigureArgs {
         !self.endings().is_empty()
     }
 }
-/// Names of the copy of the measured forces, and of their comparison with the results.
-pub const MEASURED: &str = "measured.csv";
-pub const COMPARISON: &str = "measured_comparison.csv";
-
 /// Why the pictures cannot be drawn or written.
 #[derive(Debug, Error)]
 pub enum PicturesError {

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
+use bristle_files::staged::{FileError, read_results};
+use bristle_files::study_files::{RUNS, STUDY};
 use bristle_report::figures::Brush;
 use bristle_report::vtk::is_file_name;
 use bristle_study::results::{
@@ -15,16 +17,12 @@ use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
 use thiserror::Error;
 
-use crate::files::{FileError, read_results};
 use crate::terminal::say;
 use crate::vtk_files::vtk_name;
 
 /// Names of the files.
-pub const STUDY: &str = "study.json";
 pub const CASE: &str = "case.json";
 pub const METRICS: &str = "metrics.json";
-pub const RUNS: &str = "runs.csv";
-pub const RUNS_PARQUET: &str = "runs.parquet";
 pub const HISTORY: &str = "history.csv";
 pub const PROFILE: &str = "profile.csv";
 pub const SHAPES: &str = "shapes.csv";

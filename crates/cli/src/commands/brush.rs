@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::settings::Settings;
+use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_report::figures::Brush;
 use bristle_report::page::brush_page;
 use bristle_report::tables::brush_table;
@@ -26,7 +27,6 @@ use clap::Args;
 
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, remove};
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;

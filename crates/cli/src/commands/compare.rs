@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_inspect::comparison::{States, compare_graph};
+use bristle_files::staged::read_text;
+use bristle_inspect::comparison::{MAX_GRAPH_BYTES, States, compare_graph};
 use clap::Args;
 
 use crate::error::{CliError, agreement};
-use crate::files::read_graph;
 use crate::terminal::print;
 
 /// Most states that a comparison may ask for.
@@ -36,7 +36,7 @@ pub struct CompareArgs {
 
 /// Runs the command.
 pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
-    let text = read_graph(&arguments.file)?;
+    let text = read_text(&arguments.file, MAX_GRAPH_BYTES)?;
     let which = if arguments.bent { States::Bent } else { States::All };
     let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
         .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;

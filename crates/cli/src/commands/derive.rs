@@ -4,11 +4,11 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bristle_files::staged::{StagedFile, directory_of, occupy};
 use bristle_inspect::derive::{DeriveFormat, Equations, Motion, derive};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
-use crate::files::{StagedFile, directory_of, occupy};
 use crate::terminal::{print, say_written};
 use crate::values::parse_count;
 

@@ -4,13 +4,13 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bristle_files::staged::read_input;
 use bristle_inspect::evaluation::evaluate;
 use bristle_inspect::state::parse_state;
 use bristle_study::plausibility::unusual;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::read_input;
 use crate::input::InputArgs;
 use crate::terminal::print;
 

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bristle_files::journal_file::{JOURNAL, JournalFile};
+use bristle_files::staged::prepare_directory;
 use clap::Args;
 
 use crate::commands::study::{StudyArgs, run_whole};
 use crate::error::CliError;
-use crate::files::prepare_directory;
-use crate::journal_file::{JOURNAL, JournalFile};
 
 /// Merge the shards of a study, and write its results as one call of `bristle study` would
 ///

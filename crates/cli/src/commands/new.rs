@@ -4,11 +4,11 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bristle_files::staged::{FileError, StagedFile};
 use bristle_study::first_file::{QUESTIONS, Question, first_file};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{FileError, StagedFile};
 use crate::terminal::{say, say_written};
 
 /// Write a first input file from a few answers: brush, filaments, and the limits of the machine

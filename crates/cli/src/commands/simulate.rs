@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::simulation::{Pass, Sampling, Shape};
+use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
@@ -20,7 +21,6 @@ use bristle_study::turns::case_turns_warnings;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::files::{StagedFile, occupy, prepare_directory, remove};
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;

@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
 use bristle::simulation::{Simulation, Stop};
+use bristle_files::journal_file::{Earlier, JOURNAL, JournalFile};
+use bristle_files::staged::{StagedFile, occupy, prepare_directory, relative_to, remove};
+use bristle_files::study_files::{COMPARISON, MEASURED, REPORT, RUNS, RUNS_PARQUET, STUDY, write_study};
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
@@ -16,7 +19,6 @@ use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
-use bristle_study::results::{study_text, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
 use bristle_study::text::number::counted;
@@ -26,19 +28,12 @@ use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::files::{StagedFile, occupy, prepare_directory, relative_to, remove};
 use crate::input::InputArgs;
-use crate::journal_file::{Earlier, JOURNAL, JournalFile};
-use crate::pictures::{
-    COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_forces, say_drawn,
-};
+use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::Progress;
-use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
 use crate::terminal::{say, say_at_the_end, say_written, show};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
-/// Name of the page.
-const REPORT: &str = "report.html";
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
@@ -337,24 +332,25 @@ fn write_results(
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
-    let directory = &arguments.out;
-    let mut runs = Vec::new();
-    write_runs(&mut runs, study, results).expect("memory takes what is written to it");
-    let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
-    let settings = study_text(study, &runs, !measured.is_empty());
-    #[cfg(feature = "parquet")]
-    {
-        let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
-        staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
-    }
-    if !measured.is_empty() {
-        staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured)).map_err(unfinished)?);
-    }
-    staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
-    staged.push(StagedFile::text(directory, REPORT, page).map_err(unfinished)?);
-    let files = staged.into_iter().map(StagedFile::commit).collect::<Result<_, _>>().map_err(unfinished)?;
+    let (directory, has_measured) = (&arguments.out, !measured.is_empty());
+    #[cfg_attr(
+        not(feature = "parquet"),
+        expect(unused_variables, reason = "the Parquet file alone holds the settings")
+    )]
+    let further = |settings: &str| {
+        let mut staged = Vec::new();
+        #[cfg(feature = "parquet")]
+        {
+            let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, settings);
+            staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content)?);
+        }
+        if has_measured {
+            staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured))?);
+        }
+        Ok(staged)
+    };
+    let files = write_study(directory, study, results, page, has_measured, further).map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
-    let has_measured = !measured.is_empty();
     let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
     for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
         remove(&directory.join(name)).map_err(unfinished)?;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use bristle_files::staged::{StagedFile, occupy, prepare_directory};
 use bristle_validation::{self as validation, Extent, Outcome};
 use clap::Args;
 use indicatif::ProgressBar;
 
 use crate::error::{CliError, agreement};
-use crate::files::{StagedFile, occupy, prepare_directory};
 use crate::terminal::{print, progress_style, say, say_written};
 
 /// Names of the result files.

@@ -443,7 +443,7 @@ fn the_log_is_written_on_request() {
         debug.contains("INFO bristle_study::study::scheduler: study started cases=180 to_simulate=180 threads="),
         "{debug}"
     );
-    assert!(debug.contains("DEBUG bristle::journal_file: journal opened"), "{debug}");
+    assert!(debug.contains("DEBUG bristle_files::journal_file: journal opened"), "{debug}");
     let warnings = log("bristle=warn");
     assert!(warnings.contains("WARN bristle_study::study") && !warnings.contains("INFO"), "{warnings}");
     assert!(!log("").contains("bristle_study::study"));
@@ -456,7 +456,7 @@ fn the_log_is_written_on_request() {
     let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
     assert!(
         error_text(&output)
-            .contains("WARN bristle::journal_file: dropped an incomplete line at the end of the journal")
+            .contains("WARN bristle_files::journal_file: dropped an incomplete line at the end of the journal")
     );
 }
 

@@ -1,21 +1,19 @@
-//! Result files that appear whole or not at all.
+//! Input files that are read with limits, and result files that appear whole or not at all.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, DirEntry, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use bristle_inspect::comparison::MAX_GRAPH_BYTES;
 use bristle_study::control_points::read_control_points;
 use bristle_study::digest::digest;
 use bristle_study::document::Document;
-use bristle_study::results::FileHashes;
+use bristle_study::input_error::InputError;
+use bristle_study::results::{DataError, FileHashes};
 use bristle_text::{shown, shown_path};
 use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
-
-use crate::error::CliError;
 
 /// Longest reason for which a file cannot be read or written, in characters. It may state the path again.
 const LONGEST_REASON: usize = 200;
@@ -30,9 +28,29 @@ pub struct FileError {
 }
 
 impl FileError {
+    /// That of an `action`, such as `read`, on a path.
     pub fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self { action, path: path.to_owned(), source }
     }
+
+    /// The kind of error.
+    pub fn kind(&self) -> io::ErrorKind {
+        self.source.kind()
+    }
+}
+
+/// Why an input file cannot be used.
+#[derive(Debug, Error)]
+pub enum DocumentError {
+    /// It, or a table that it names, cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// It states something wrong.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A table that it names has something wrong.
+    #[error(transparent)]
+    Data(#[from] DataError),
 }
 
 /// A longer file of settings, or of a state, is regarded as a mistake. Its tree takes some 80 times as much memory.
@@ -48,11 +66,17 @@ const MAX_RESULT_BYTES: u64 = 1 << 30;
 const MAX_STATE_BYTES: u64 = 8 << 30;
 
 /// Reads a file of settings, or of a state.
+///
+/// # Errors
+/// If it cannot be read, is too long, or is not text.
 pub fn read_input(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_INPUT_BYTES)
 }
 
 /// Reads settings from stdin.
+///
+/// # Errors
+/// If it cannot be read, is too long, or is not text.
 pub fn read_stdin() -> Result<String, FileError> {
     let path = Path::new("-");
     let bytes = read_up_to(io::stdin().lock(), MAX_INPUT_BYTES);
@@ -61,12 +85,15 @@ pub fn read_stdin() -> Result<String, FileError> {
 
 /// Reads the text of the input file at `path`, called `name` in errors, and `options` that add to it, with the control points that
 /// it takes from another file.
+///
+/// # Errors
+/// If a file cannot be read, or states something wrong.
 pub fn read_document<'t>(
     path: &Path,
     text: &'t str,
     name: &'t str,
     options: &'t [String],
-) -> Result<Document<'t>, CliError> {
+) -> Result<Document<'t>, DocumentError> {
     let mut document = Document::parse_with(text, name, options)?;
     if let Some(file) = document.control_points_file() {
         let file = relative_to(path, file);
@@ -77,21 +104,33 @@ pub fn read_document<'t>(
 }
 
 /// Reads a table of measured forces.
+///
+/// # Errors
+/// If it cannot be read, is too long, or is not text.
 pub fn read_table(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_TABLE_BYTES)
 }
 
 /// Reads a result file, whose size grows with the study.
+///
+/// # Errors
+/// If it cannot be read, is too long, or is not text.
 pub fn read_results(path: &Path) -> Result<String, FileError> {
     read_limited(path, MAX_RESULT_BYTES)
 }
 
-/// Reads the file of an expression graph, which can be larger than input written by hand.
-pub fn read_graph(path: &Path) -> Result<String, FileError> {
-    read_limited(path, MAX_GRAPH_BYTES as u64)
+/// Reads a file of another kind, if it has at most so many bytes.
+///
+/// # Errors
+/// If it cannot be read, is longer, or is not text.
+pub fn read_text(path: &Path, limit: usize) -> Result<String, FileError> {
+    read_limited(path, limit as u64)
 }
 
 /// Reads the state of a brush, whose size grows with the number of filaments.
+///
+/// # Errors
+/// If it cannot be read, or is too long.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     read_at_most(path, MAX_STATE_BYTES).map_err(|error| FileError::new("read", path, error))
 }
@@ -135,6 +174,9 @@ fn check_source(path: &Path) -> io::Result<()> {
 }
 
 /// Creates a directory if it does not exist, and checks that files can be created in it.
+///
+/// # Errors
+/// If that is not so.
 pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(|error| FileError::new("create the directory", path, error))?;
     temporary_file(path, OsStr::new(PROBE))
@@ -211,6 +253,9 @@ fn final_name(temporary: &str) -> Option<&str> {
 }
 
 /// Removes a file of earlier results, if it exists, as it would be mistaken for a new one.
+///
+/// # Errors
+/// If it exists and cannot be removed.
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new("remove", path, error)),
@@ -251,6 +296,9 @@ pub struct StagedFile {
 
 impl StagedFile {
     /// Writes a file's content under a temporary name.
+    ///
+    /// # Errors
+    /// If it cannot be written, or `content` fails.
     pub fn write(
         target: PathBuf,
         content: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
@@ -273,11 +321,17 @@ impl StagedFile {
     }
 
     /// Writes a text under a temporary name, for the file `name` in a directory.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn text(directory: &Path, name: &str, text: &str) -> Result<Self, FileError> {
         Self::write(directory.join(name), |out| out.write_all(text.as_bytes()))
     }
 
     /// Writes a result under a temporary name, for the file `name` in a directory, and adds its hash to `hashes`.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn hashed(
         directory: &Path,
         name: &str,
@@ -291,6 +345,9 @@ impl StagedFile {
     }
 
     /// Gives the file its final name, replacing an older file, and returns the path.
+    ///
+    /// # Errors
+    /// If that is not possible.
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
         match file.persist(&target) {

@@ -19,7 +19,7 @@ use bristle_text::shown_path;
 use thiserror::Error;
 use tracing::{debug, warn};
 
-use crate::files::FileError;
+use crate::staged::FileError;
 
 /// Name of the file in the results directory.
 pub const JOURNAL: &str = "journal.jsonl";
@@ -38,16 +38,29 @@ pub enum JournalFileError {
         "another study is writing to the directory `{}`: wait until it ends, or choose another directory with --out",
         shown_path(directory)
     )]
-    InUse { directory: PathBuf },
+    InUse {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The study cannot resume from this journal.
     #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
-    Unusable { path: PathBuf, error: JournalError },
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: JournalError,
+    },
     /// The journal of a shard is not one of this study.
     #[error(
         "`{}` is no shard of this study: {error}\nhelp: state the file and the options of the shards",
         shown_path(path)
     )]
-    OfOther { path: PathBuf, error: JournalError },
+    OfOther {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: JournalError,
+    },
     /// The file cannot be opened, read or written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -109,6 +122,9 @@ pub struct Earlier {
 
 impl JournalFile {
     /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if `restart` is set.
+    ///
+    /// # Errors
+    /// If another process writes there, or the journal is not one of this study or cannot be read or written.
     pub fn open(directory: &Path, study: &Study, restart: bool) -> Result<(Self, Earlier), JournalFileError> {
         let path = directory.join(JOURNAL);
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
@@ -146,6 +162,9 @@ impl JournalFile {
     }
 
     /// The results in the journal of `study` in a directory, which is left as it is.
+    ///
+    /// # Errors
+    /// If there is no journal of this study that can be read.
     pub fn read(directory: &Path, study: &Study) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
         let path = directory.join(JOURNAL);
         let file = File::open(&path).map_err(|error| FileError::new("open", &path, error))?;
@@ -172,7 +191,10 @@ impl JournalFile {
 
     /// Syncs everything to disk. Returns the first error since the journal was opened.
     ///
-    /// Do not append after this. The lock is kept until the process ends.
+    /// Do not append after this. The lock is kept until the journal is dropped or the process ends.
+    ///
+    /// # Errors
+    /// If a line could not be written or synced.
     pub fn settle(&mut self) -> Result<(), FileError> {
         self.shared.state().closing = true;
         self.shared.changed.notify_one();

@@ -1,0 +1,44 @@
+//! The results of a study in its directory.
+
+use std::path::{Path, PathBuf};
+
+use bristle_study::results::{study_text, write_runs};
+use bristle_study::study::{CaseResult, Study};
+
+use crate::staged::{FileError, StagedFile};
+
+/// Names of the files.
+pub const STUDY: &str = "study.json";
+/// The table of all cases.
+pub const RUNS: &str = "runs.csv";
+/// The same as Parquet, if the program was built so.
+pub const RUNS_PARQUET: &str = "runs.parquet";
+/// The page.
+pub const REPORT: &str = "report.html";
+/// The forces that the study is compared with.
+pub const MEASURED: &str = "measured.csv";
+/// How far they deviate.
+pub const COMPARISON: &str = "measured_comparison.csv";
+
+/// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page: all of them, once each can be written.
+/// Returns the paths. `has_measured` says whether one of the further files has measured forces.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_study(
+    directory: &Path,
+    study: &Study,
+    results: &[CaseResult],
+    page: &str,
+    has_measured: bool,
+    further: impl FnOnce(&str) -> Result<Vec<StagedFile>, FileError>,
+) -> Result<Vec<PathBuf>, FileError> {
+    let mut runs = Vec::new();
+    write_runs(&mut runs, study, results).expect("memory takes what is written to it");
+    let settings = study_text(study, &runs, has_measured);
+    let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs))?];
+    staged.extend(further(&settings)?);
+    staged.push(StagedFile::text(directory, STUDY, &settings)?);
+    staged.push(StagedFile::text(directory, REPORT, page)?);
+    staged.into_iter().map(StagedFile::commit).collect()
+}
