@@ -23,9 +23,11 @@ from bristle._equations import (
 from bristle._errors import SettingsError, SettingsWarning, SimulationError
 from bristle._metrics import BrushMetrics, Metrics, Statistics
 from bristle._settings import Settings, load
+from bristle._study import Advice, Study, study
 from bristle._table import Table
 
 __all__ = [
+    "Advice",
     "Brush",
     "BrushMetrics",
     "Contact",
@@ -38,6 +40,7 @@ __all__ = [
     "Shapes",
     "SimulationError",
     "Statistics",
+    "Study",
     "Table",
     "Validation",
     "__version__",
@@ -47,5 +50,6 @@ __all__ = [
     "evaluate",
     "load",
     "simulate",
+    "study",
     "validate",
 ]

@@ -1,4 +1,4 @@
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -11,6 +11,7 @@ __all__ = [
     "Input",
     "Simulated",
     "SimulatedBrush",
+    "SimulatedStudy",
     "__version__",
     "accelerations",
     "brush",
@@ -19,6 +20,7 @@ __all__ = [
     "paper",
     "read_input",
     "simulate",
+    "study",
     "validate",
 ]
 
@@ -32,6 +34,7 @@ class Input:
     def __new__(cls, text: str, name: str) -> Input: ...
     def values(self) -> str: ...
     def unusual(self) -> list[str]: ...
+    def unusual_in_study(self) -> list[str]: ...
 
 @final
 class Simulated:
@@ -57,6 +60,18 @@ class SimulatedBrush:
     @staticmethod
     def of_state(input: Input, state: tuple[int, bytes]) -> SimulatedBrush: ...
 
+@final
+class SimulatedStudy:
+    def runs(self) -> dict[str, Column | list[str]]: ...
+    def descriptions(self) -> dict[str, tuple[str, str]]: ...
+    def axes(self) -> list[tuple[str, list[float]]]: ...
+    def failures(self) -> int: ...
+    def report(self, input: Input, path: str) -> None: ...
+    def advise(self, limits: Mapping[str, float]) -> tuple[str, str]: ...
+    def state(self) -> tuple[str, str]: ...
+    @staticmethod
+    def of_state(state: tuple[str, str]) -> SimulatedStudy: ...
+
 def paper(brushing_velocity_m_s: float, penetration_depth_m: float) -> str: ...
 def read_input(path: str) -> tuple[str, list[list[float]] | None]: ...
 def simulate(input: Input, samples: int, shapes: int) -> Simulated: ...
@@ -66,6 +81,14 @@ def brush(
     frames: int,
     memory: int | None,
 ) -> SimulatedBrush: ...
+def study(
+    input: Input,
+    threads: int | None,
+    out: str | None,
+    restart: bool,
+    memory: int | None,
+    tell: Callable[[int, int, int], object] | None,
+) -> SimulatedStudy: ...
 def accelerations(
     input: Input,
     q: _Floats,

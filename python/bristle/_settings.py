@@ -7,6 +7,7 @@ import tomllib
 import warnings
 from collections.abc import Mapping
 from os import PathLike, fspath
+from pathlib import PurePath
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
@@ -195,8 +196,8 @@ class Settings:
 
     @property
     def name(self) -> str:
-        """Name of the file that they were loaded from, for titles and messages."""
-        return self._name
+        """Name of the file that they were loaded from, for titles."""
+        return PurePath(self._name).name
 
     def replace(self, **sections: Section | None) -> Settings:
         """The same settings with other values of some keys.
@@ -246,6 +247,13 @@ def checked(settings: Settings) -> _bristle.Input:
             "use bristle.load for a file"
         )
     for warning in settings._input.unusual():
+        warnings.warn(warning, SettingsWarning, stacklevel=3)
+    return settings._input
+
+
+def checked_study(settings: Settings) -> _bristle.Input:
+    """Settings for a study, with a warning of what is unusual in some case."""
+    for warning in settings._input.unusual_in_study():
         warnings.warn(warning, SettingsWarning, stacklevel=3)
     return settings._input
 

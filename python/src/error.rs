@@ -1,8 +1,12 @@
 //! The errors of the libraries as exceptions, with the same texts.
 
+use std::io;
+
 use bristle::brush::BrushError;
 use bristle::integrate::IntegrationError as StepError;
 use bristle::simulation::{IntegrationError, SimulationError};
+use bristle_files::journal_file::JournalFileError;
+use bristle_files::staged::{DocumentError, FileError};
 use bristle_study::input_error::InputError;
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
@@ -17,6 +21,28 @@ mod exceptions {
 pub fn of_input(error: &InputError) -> PyErr {
     let key = error.problem.key().map(str::to_owned);
     exceptions::SettingsError::new_err((error.to_string(), key, error.location.line))
+}
+
+/// That of an input file.
+pub fn of_document(error: &DocumentError) -> PyErr {
+    match error {
+        DocumentError::File(error) => of_file(error),
+        DocumentError::Input(error) => of_input(error),
+        DocumentError::Data(error) => of_settings(error.to_string()),
+    }
+}
+
+/// That of a file, by the kind of the error.
+pub fn of_file(error: &FileError) -> PyErr {
+    io::Error::new(error.kind(), error.to_string()).into()
+}
+
+/// That of the journal of a study.
+pub fn of_journal(error: &JournalFileError) -> PyErr {
+    match error {
+        JournalFileError::File(error) => of_file(error),
+        _ => of_settings(error.to_string()),
+    }
 }
 
 /// That of settings which cannot be used for a reason that concerns no single key.

@@ -1,16 +1,16 @@
 //! Settings as the text of an input file, read and checked by the program's own reader.
 
-use std::fs;
-use std::path::PathBuf;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
 use bristle::model::settings::Settings;
-use bristle_study::control_points::read_control_points;
+use bristle_files::staged::{read_document, read_input as read_file};
 use bristle_study::document::Document;
 use bristle_study::input_error::InputError;
 use bristle_study::plausibility::unusual;
 use pyo3::prelude::*;
 
-use crate::error::{of_input, of_settings};
+use crate::error::{of_document, of_file, of_input, of_settings};
 
 /// An input file that has been read and checked.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -29,9 +29,10 @@ impl Input {
         self.missing.as_ref().map_or(Ok(&self.settings), |error| Err(of_input(error)))
     }
 
-    /// What the file is called.
-    pub fn name(&self) -> &str {
-        &self.name
+    /// What the file is called, without its directory.
+    pub fn short_name(&self) -> Cow<'_, str> {
+        let path = Path::new(&self.name);
+        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
     }
 
     /// What the text states.
@@ -40,20 +41,22 @@ impl Input {
     }
 }
 
+/// The settings that a document states, and what is missing of them for a single contact, because `[study]` states it.
+fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError>)> {
+    let missing = match document.settings() {
+        Ok(settings) => return Ok((settings, None)),
+        Err(error) => error,
+    };
+    let study = document.study().map_err(|_| of_input(&missing))?;
+    Ok((study.base().clone(), Some(missing)))
+}
+
 #[pymethods]
 impl Input {
     #[new]
     fn new(text: String, name: String) -> PyResult<Self> {
-        let (settings, missing) = {
-            let document = Document::parse(&text, &name).map_err(|error| of_input(&error))?;
-            match document.settings() {
-                Ok(settings) => (settings, None),
-                Err(error) => match document.study() {
-                    Ok(study) => (study.base().clone(), Some(error)),
-                    Err(_) => return Err(of_input(&error)),
-                },
-            }
-        };
+        let document = Document::parse(&text, &name).map_err(|error| of_input(&error))?;
+        let (settings, missing) = settings_of(&document)?;
         let found = if missing.is_some() { Vec::new() } else { unusual(&settings) };
         let unusual = found.into_iter().map(|unusual| unusual.statement).collect();
         Ok(Self { text, name, settings, missing, unusual })
@@ -64,9 +67,15 @@ impl Input {
         serde_json::to_string(&self.settings).map_err(|error| of_settings(error.to_string()))
     }
 
-    /// Warnings of what is unusual.
+    /// Warnings of what is unusual in a single contact.
     fn unusual(&self) -> Vec<String> {
         self.unusual.clone()
+    }
+
+    /// Warnings of what is unusual in the study.
+    fn unusual_in_study(&self) -> PyResult<Vec<String>> {
+        let study = self.document()?.study().map_err(|error| of_input(&error))?;
+        Ok(study.unusual().iter().map(|unusual| unusual.statement.clone()).collect())
     }
 }
 
@@ -80,22 +89,10 @@ pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<S
 /// The text of an input file, once it has been checked, and the control points in m that it takes from another file.
 #[pyfunction]
 pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
-    let text = fs::read_to_string(&path)?;
+    let text = read_file(&path).map_err(|error| of_file(&error))?;
     let name = path.to_string_lossy();
-    let mut document = Document::parse(&text, &name).map_err(|error| of_input(&error))?;
-    let mut points = None;
-    if let Some(file) = document.control_points_file() {
-        let file = path.parent().map_or_else(|| PathBuf::from(file), |directory| directory.join(file));
-        let read = read_control_points(&fs::read_to_string(&file)?, &file.to_string_lossy());
-        let read = read.map_err(|error| of_settings(error.to_string()))?;
-        document.set_control_points(read.clone());
-        points = Some(read);
-    }
-    let alone = document.settings();
-    if let Err(error) = alone
-        && document.study().is_err()
-    {
-        return Err(of_input(&error));
-    }
-    Ok((text.clone(), points))
+    let document = read_document(&path, &text, &name, &[]).map_err(|error| of_document(&error))?;
+    let (settings, _) = settings_of(&document)?;
+    let points = document.control_points_file().map(|_| settings.workpiece.control_points_m);
+    Ok((text, points))
 }

@@ -46,6 +46,16 @@ impl Watch {
 
 /// Does `work` on a thread of its own, without Python's lock. A signal requests `stop`, at which `work` has to end early.
 pub fn on_a_thread<R: Send>(py: Python<'_>, stop: &Stop, work: impl FnOnce() -> R + Send) -> PyResult<R> {
+    on_a_thread_telling(py, stop, |_| Ok(()), work)
+}
+
+/// [`on_a_thread`], which calls `tell` now and then. Its exception counts as a signal.
+pub fn on_a_thread_telling<R: Send>(
+    py: Python<'_>,
+    stop: &Stop,
+    tell: impl Fn(Python<'_>) -> PyResult<()> + Sync,
+    work: impl FnOnce() -> R + Send,
+) -> PyResult<R> {
     py.detach(|| {
         thread::scope(|scope| {
             let (done, result) = channel();
@@ -58,7 +68,7 @@ pub fn on_a_thread<R: Send>(py: Python<'_>, stop: &Stop, work: impl FnOnce() -> 
                 match result.recv_timeout(PAUSE) {
                     Ok(result) => return raised.map(|()| result),
                     Err(RecvTimeoutError::Timeout) if raised.is_ok() => {
-                        raised = Python::attach(|py| py.check_signals());
+                        raised = Python::attach(|py| py.check_signals().and_then(|()| tell(py)));
                         if raised.is_err() {
                             stop.request();
                         }

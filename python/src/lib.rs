@@ -10,6 +10,7 @@ mod equations;
 mod error;
 mod input;
 mod interrupt;
+mod study;
 mod validation;
 
 use pyo3::prelude::*;
@@ -20,10 +21,12 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<input::Input>()?;
     module.add_class::<contact::Simulated>()?;
     module.add_class::<brush::SimulatedBrush>()?;
+    module.add_class::<study::SimulatedStudy>()?;
     module.add_function(wrap_pyfunction!(input::paper, module)?)?;
     module.add_function(wrap_pyfunction!(input::read_input, module)?)?;
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
+    module.add_function(wrap_pyfunction!(study::study, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::derive, module)?)?;

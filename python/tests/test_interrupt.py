@@ -54,3 +54,14 @@ def test_a_validation() -> None:
 
 def test_equations() -> None:
     stops(lambda: bristle.derive(60))
+
+
+def test_a_study(settings: bristle.Settings) -> None:
+    sweep = {"process.brushing_velocity_m_s": {"start": 1.0, "stop": 9.0, "step": 1e-3}}
+    stops(lambda: bristle.study(settings, sweep, progress=False))
+
+
+def test_a_study_of_brushes(settings: bristle.Settings) -> None:
+    sweep = {"process.penetration_depth_m": [1e-3, 2e-3]}
+    brushes = settings.replace(brush={"rows": 15})
+    stops(lambda: bristle.study(brushes, sweep, progress=False))

@@ -16,8 +16,8 @@ pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
 pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
 pub use tables::{
-    Cell, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses, run_columns, run_rows,
-    write_history, write_metrics, write_profile, write_runs, write_shapes,
+    Cell, FIXED_COLUMNS, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses,
+    run_columns, run_rows, write_history, write_metrics, write_profile, write_runs, write_shapes,
 };
 
 #[cfg(test)]
