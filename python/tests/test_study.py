@@ -100,8 +100,8 @@ def test_it_resumes_from_its_journal(
     for name in ("runs.csv", "study.json", "report.html"):
         assert (out / name).read_bytes() == (whole / name).read_bytes(), name
     with pytest.raises(bristle.SettingsError, match="cannot resume"):
-        bristle.study(settings, {"filament.segments": [3]}, out=out, progress=False)
-    other = {"filament.segments": [3]}
+        bristle.study(settings, {"filament.segments": [6]}, out=out, progress=False)
+    other = {"filament.segments": [6]}
     bristle.study(settings, other, out=out, restart=True, progress=False)
 
 
