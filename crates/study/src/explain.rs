@@ -5,7 +5,7 @@ use bristle_text::shown;
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::document::setting_meant;
+use crate::document::{SECTIONS, setting_meant};
 use crate::input_error::LONGEST_KEY;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
@@ -134,6 +134,9 @@ fn entry(schema: &Value, path: &str) -> String {
     let others = |section: &str| parameter.section() == section;
     if !others("solver") && !others("uncertainty") {
         tell("sweep", &format!("\"{path}\" = [ … ] under [study]"));
+    }
+    if SECTIONS.iter().any(|section| others(section)) {
+        tell("tools", &format!("{path} = … under [study.tools.NAME], for one of several tools"));
     }
     text
 }

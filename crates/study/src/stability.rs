@@ -4,8 +4,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
-use crate::slices::equation;
-use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
+use crate::study::{CaseResult, DEPTH, Study, VELOCITY, equation};
 use crate::text::layout::{help, warning};
 use crate::text::number::spanning;
 
@@ -38,7 +37,7 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
         worst + 1
     ));
     // A study that sweeps the tilt shows it already.
-    if study.sweeps().iter().all(|sweep| sweep.parameter().path != TILT) {
+    if study.sweep(TILT).is_none() {
         let line = format!("\"{TILT}\" = [0.0, 1e-4, 1e-3, 1e-2]");
         let how = "compare tilts of the clamp, by this line under [study]:";
         text.push_str(&format!("\n{}", help_with(&settings, how, &line)));

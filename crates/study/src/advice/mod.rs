@@ -15,14 +15,15 @@ use std::ops::Range;
 
 use bristle::model::settings::Settings;
 use serde::Serialize;
+use serde_json::Value;
 use thiserror::Error;
 
 use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
-use crate::slices::{Slice, process_slices};
+use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
 use crate::text::layout::{aligned, wrap};
-use crate::text::number::{counted, labels, short, spanning};
+use crate::text::number::{counted, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
 
@@ -93,8 +94,8 @@ pub struct Advice {
 /// Advice from cases that differ only in velocity and depth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Section {
-    /// Path and value of each further swept setting.
-    pub settings: BTreeMap<&'static str, f64>,
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
     /// The advice, topic by topic.
     pub advice: Vec<Sentence>,
     /// Settings between simulated cases, if a force is asked for.
@@ -250,7 +251,7 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
-        let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
+        let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
         Section { settings, advice, interpolated, notes, slice }
     };
     let sections = slices.into_iter().map(section).collect();
@@ -268,7 +269,7 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
              sweep it."
         ));
     }
-    let at = study.sweeps().iter().position(|sweep| sweep.parameter().path == FRICTION)?;
+    let at = study.sweeps().iter().position(|sweep| sweep.path() == FRICTION)?;
     let stride: usize = study.sweeps()[at + 1..].iter().map(|sweep| sweep.values().len()).product();
     let values = study.sweeps()[at].values();
     let here = case / stride % values.len();
@@ -294,7 +295,7 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
             row: case + 1,
             place: Place::of(&settings),
             outcome: Outcome::new(&settings, summary),
-            speed: format!("{} {}", short(slice.x.values[x]), slice.x.parameter.unit),
+            speed: slice.x.setting.text(slice.x.values[x]),
             position: [x, y],
         })
     };
@@ -460,7 +461,7 @@ impl Adviser<'_> {
         let least = highest(&solved[..below], |cell| -force(cell))?;
         let falls = format!(
             "Above this {} it falls to {} at {} (row {})",
-            self.slice.x.word(),
+            self.slice.x.setting.word(),
             self.newtons(least),
             least.speed,
             least.row
@@ -606,7 +607,7 @@ impl Advice {
         if !condition.is_empty() {
             wrap(text, "", &format!("With {condition}"));
         }
-        let [speed, unit] = [slice.x.symbol(), slice.x.parameter.unit].map(|text| format!("{text} "));
+        let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
             [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
@@ -641,12 +642,13 @@ impl Advice {
             let at = cell.position[side];
             let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
             let is_end = at == 0 || at + 1 == sides[side].values.len();
-            let label = &labels(sides[side].shown().into_iter())[at];
+            let Side { setting, values, .. } = sides[side];
+            let label = &setting.labels(values.iter().copied())[at];
             format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
         });
         // The study states the velocity or the rotational speed.
         let heading = match topic {
-            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.parameter.name),
+            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.setting.name()),
             _ => topic.heading().to_owned(),
         };
         let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
@@ -990,12 +992,9 @@ mod tests {
         let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
         let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
-        let settings = |section: &Section| section.settings["tool.filament_count"];
-        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [1000.0, 2000.0]);
+        let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
+        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [Some(1000.0), Some(2000.0)]);
         let text = advice.text();
-        assert!(
-            text.contains("With filament_count = 1000\n") && text.contains("With filament_count = 2000\n"),
-            "{text}"
-        );
+        assert!(text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"), "{text}");
     }
 }
