@@ -20,8 +20,8 @@ const MAX_COLUMNS: usize = 12;
 const MAX_ROWS: usize = 20;
 /// Largest number of rows in a list.
 const MAX_LISTED: usize = 40;
-/// Largest number of tools with tables of their own.
-const MAX_TOOLS: usize = 4;
+/// Largest number of tools in a table.
+const MAX_TOOLS: usize = 8;
 /// Width of a row's heading.
 const ROW_HEADING: usize = 10;
 /// Width of a number's column.
@@ -29,8 +29,8 @@ const CELL: usize = 7;
 /// Follows the numbers of laterally unstable cases.
 const UNSTABLE: &str = "!";
 
-/// The results of a study for people: a table for each quantity, and for each tool if there are several, if only velocity and depth are
-/// swept, otherwise a list.
+/// The results of a study for people: a table for each quantity if only velocity and depth are swept, with the tools below each other if
+/// there are several; otherwise a list.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
@@ -50,22 +50,11 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
     };
     let is_of_grid = |sweep: &Sweep| [VELOCITY, SPEED, DEPTH, TOOL].contains(&sweep.path());
     let is_grid = study.sweeps().iter().all(|sweep| is_of_grid(sweep) || is_fixed(sweep));
-    let tables = |first: usize| {
-        let tables = columns.iter().map(|column| table(study, first, column, &marks));
-        tables.collect::<Vec<_>>().join("\n")
-    };
-    let tools = study.tools();
-    let of_tool = study.case_count() / tools.len().max(1);
-    let mut text = if !is_grid || (of_tool == 1 && !tools.is_empty()) {
-        list(study, &columns, &marks)
-    } else if tools.is_empty() {
-        tables(0)
+    let has_one_case_each = study.case_count() == study.tools().len();
+    let mut text = if is_grid && !has_one_case_each {
+        columns.iter().map(|column| table(study, column, &marks)).collect::<Vec<_>>().join("\n")
     } else {
-        let shown = tools.iter().take(MAX_TOOLS).enumerate();
-        let shown = shown.map(|(position, tool)| format!("Tool {}\n\n{}", tool.name, tables(position * of_tool)));
-        let rest = tools.len().saturating_sub(MAX_TOOLS);
-        let rest = (rest > 0).then(|| format!("… and {rest} more {}\n", plural(rest, "tool")));
-        shown.chain(rest).collect::<Vec<_>>().join("\n")
+        list(study, &columns, &marks)
     };
     if marks.are_shown {
         text.push_str(&format!("{UNSTABLE} laterally unstable\n"));
@@ -203,8 +192,8 @@ pub fn tools_table(study: &Study) -> String {
     blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect::<Vec<_>>().join("\n")
 }
 
-/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram), of the cases from `first`.
-fn table(study: &Study, first: usize, column: &Readable, marks: &Marks) -> String {
+/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram).
+fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
     let velocities = values_or_fixed(study, study.speed().path);
     let depths = values_or_fixed(study, DEPTH);
     let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
@@ -218,7 +207,9 @@ fn table(study: &Study, first: usize, column: &Readable, marks: &Marks) -> Strin
         "" => column.quantity.name.to_owned(),
         _ => format!("{}: {}", column.heading(""), column.quantity.name),
     };
-    if shown_velocities.len() * shown_depths.len() < velocities.len() * depths.len() {
+    let tools = study.tools().len().max(1);
+    let shown_tools = spread(tools, MAX_TOOLS);
+    if shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count() {
         text.push_str(" (a selection of the cases)");
     }
     text.push('\n');
@@ -230,7 +221,13 @@ fn table(study: &Study, first: usize, column: &Readable, marks: &Marks) -> Strin
     let rule = "─".repeat(CELL * shown_velocities.len());
     text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
-    for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
+    let rows =
+        shown_tools.iter().flat_map(|tool| shown_depths.iter().zip(&depth_labels).rev().map(move |row| (tool, row)));
+    for (tool, (depth, label)) in rows {
+        let first = tool * (study.case_count() / tools);
+        if let Some(tool) = study.tool(first).filter(|_| Some(depth) == shown_depths.last()) {
+            text.push_str(&format!(" {}\n", tool.name));
+        }
         let cases = shown_velocities.iter().map(|velocity| first + depth * velocities.len() + velocity);
         let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect());
         let cells: Vec<Vec<String>> = cells.collect();

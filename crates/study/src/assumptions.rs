@@ -103,8 +103,8 @@ impl Assumptions {
         let unstated: Vec<&'static Parameter> =
             document.unstated_of(tool).into_iter().filter(|each| !is_swept(each)).collect();
         let contact = Self::of_contact(&study.settings(case), &unstated).with_material(document.material_of(tool));
-        let place = tool.map_or_else(|| contact.place.clone(), |name| format!("tool {name}, {}", contact.place));
-        Self { row: Some(case + 1), place, ..contact }
+        let of_tool = tool.map(|name| format!("tool {name}, ")).unwrap_or_default();
+        Self { row: Some(case + 1), place: of_tool + &contact.place, ..contact }
     }
 
     /// The settings as a table for a terminal 80 columns wide; empty if there are none.

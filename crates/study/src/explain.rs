@@ -66,9 +66,10 @@ fn sections(schema: &Value) -> Vec<String> {
 fn paths(schema: &Value) -> Vec<String> {
     let keys = |section: &String| {
         let keys = schema["properties"][section]["properties"].as_object();
-        keys.into_iter().flat_map(|keys| keys.keys()).map(|key| format!("{section}.{key}")).collect::<Vec<_>>()
+        let keys = keys.into_iter().flat_map(|keys| keys.keys()).filter(|key| !is_stated_elsewhere(section, key));
+        keys.map(|key| format!("{section}.{key}")).collect::<Vec<_>>()
     };
-    sections(schema).iter().filter(|section| !is_stated_elsewhere(section)).flat_map(keys).collect()
+    sections(schema).iter().flat_map(keys).collect()
 }
 
 /// The keys of a section with their names, one per line.

@@ -21,9 +21,9 @@ pub fn input_schema() -> String {
     format!("{:#}\n", file_schema())
 }
 
-/// Whether the keys of a section are no settings: those of the sweeps are paths of settings.
-pub(crate) fn is_stated_elsewhere(section: &str) -> bool {
-    section == STUDY
+/// Whether a key of a section is the path of a setting of another: those of the sweeps are.
+pub(crate) fn is_stated_elsewhere(section: &str, key: &str) -> bool {
+    section == STUDY && key != TOOLS
 }
 
 /// The schema of an input file.

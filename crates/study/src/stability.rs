@@ -33,7 +33,7 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
         unstable.len(),
         results.len(),
         spanning(amplification(&worst)),
-        place(&settings),
+        place_in(study, worst),
         worst + 1
     ));
     // A study that sweeps the tilt shows it already.
@@ -67,6 +67,12 @@ fn help_with(settings: &Settings, how: &str, line: &str) -> String {
     let is_tilted = settings.filament.lateral_tilt_rad != 0.0;
     let aim = if is_tilted { "to see how the tilt matters" } else { "to see what an imperfect filament does" };
     help(&format!("{aim}, {how}"), line)
+}
+
+/// Tool, velocity and depth of a case of a study, counted from 0.
+pub(crate) fn place_in(study: &Study, case: usize) -> String {
+    let tool = study.tool(case).map(|tool| format!("tool {}, ", tool.name)).unwrap_or_default();
+    tool + &place(&study.settings(case))
 }
 
 /// Velocity and depth of a case.

@@ -21,7 +21,7 @@ use thiserror::Error;
 use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::slices::{Side, Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
+use crate::study::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::{counted, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
@@ -79,6 +79,9 @@ pub enum AdviceError {
 pub struct Advice {
     /// The limits requested.
     pub limits: Limits,
+    /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolAdvice>,
     /// One section for each combination of the settings swept in addition to velocity and depth.
     pub sections: Vec<Section>,
     /// Advice on edges, if a filament touches one.
@@ -103,6 +106,18 @@ pub struct Section {
     pub interpolated: Vec<Suggestion>,
     /// What the advice leaves out, and why.
     pub notes: Vec<String>,
+    #[serde(skip)]
+    slice: Slice,
+}
+
+/// The best case of a named tool.
+#[derive(Clone, Debug, Serialize)]
+pub struct ToolAdvice {
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
+    /// The advice.
+    #[serde(flatten)]
+    pub advice: Sentence,
     #[serde(skip)]
     slice: Slice,
 }
@@ -143,6 +158,8 @@ pub enum Topic {
     PerDepth,
     /// A local maximum over the velocity along the tier.
     Tier,
+    /// The best case of a named tool.
+    OfTool,
 }
 
 /// A case that advice cites.
@@ -254,9 +271,38 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
         Section { settings, advice, interpolated, notes, slice }
     };
-    let sections = slices.into_iter().map(section).collect();
+    let sections: Vec<Section> = slices.into_iter().map(section).collect();
     let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
-    Ok(Advice { limits, sections, edges, forces, machine })
+    let tools = best_of_tools(study, &sections, &limits);
+    Ok(Advice { limits, tools, sections, edges, forces, machine })
+}
+
+/// The best case of each named tool, ranked as the cases of a section are.
+fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<ToolAdvice> {
+    let rank = |a: &Cited, b: &Cited| match limits.target_force_n {
+        Some(target) => (force(a) - target).abs().total_cmp(&(force(b) - target).abs()),
+        None => {
+            let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
+            holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a)))
+        }
+    };
+    // The first that is within the limits, if there are any.
+    let is_best = |sentence: &&Sentence| match sentence.topic {
+        Topic::Highest => *limits == Limits::default(),
+        topic => [Topic::WithinLimits, Topic::NearTarget].contains(&topic),
+    };
+    let best = |tool: &Tool| {
+        let is_own = |section: &&Section| section.settings.get(TOOL).is_some_and(|name| *name == tool.name);
+        let of_tool = sections.iter().filter(is_own);
+        let cells = of_tool.filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
+        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(a, b))?;
+        let sentence = format!("Tool {}; it {}.", tool.name, cell.outcome.motion());
+        let advice = about(Topic::OfTool, cell, sentence, &[]);
+        Some(ToolAdvice { settings: section.settings.clone(), advice, slice: section.slice.clone() })
+    };
+    let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
+    tools.sort_by(|a, b| rank(&a.advice.cell, &b.advice.cell));
+    tools
 }
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
@@ -548,6 +594,7 @@ impl Topic {
             Self::AtDepth => "Highest force at each penetration depth",
             Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
             Self::PerDepth => "Most force per penetration depth",
+            Self::OfTool => "Best case of each tool",
             Self::Tier => {
                 "Local maxima over the velocity along the tier, the line ε_tc = ½ between sweeping and striking"
             }
@@ -569,6 +616,11 @@ impl Advice {
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
+        if let Some(best) = self.tools.first() {
+            let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
+            self.write_lines(&mut text, &best.slice, &lines);
+            text.push('\n');
+        }
         for section in &self.sections {
             self.write_section(&mut text, section);
             text.push('\n');
@@ -607,6 +659,16 @@ impl Advice {
         if !condition.is_empty() {
             wrap(text, "", &format!("With {condition}"));
         }
+        // Suggestions follow what they are an alternative to.
+        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
+        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
+        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
+        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat());
+        notes.iter().for_each(|note| wrap(text, "", note));
+    }
+
+    /// Writes lines about cases of a slice, below the headings of their cells.
+    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line]) {
         let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
@@ -614,25 +676,19 @@ impl Advice {
             [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
         ]
         .map(|heading| heading.into_iter().map(str::to_owned).collect());
-        // Suggestions follow what they are an alternative to.
-        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
-        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
-        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
-        let lines = [cited(ranking), suggested, cited(others)].concat();
         let rows: Vec<Vec<String>> = headings.into_iter().chain(lines.iter().map(|line| line.cells.clone())).collect();
         let mut aligned = aligned(&rows).into_iter();
         if !lines.is_empty() {
             aligned.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         }
         let mut heading = "";
-        for (cells, line) in aligned.zip(&lines) {
+        for (cells, line) in aligned.zip(lines) {
             if heading != line.heading {
                 heading = &line.heading;
                 text.push_str(&format!("{heading}\n"));
             }
             wrap(text, &format!("{cells}  "), &line.sentence);
         }
-        notes.iter().for_each(|note| wrap(text, "", note));
     }
 
     /// The line of a sentence.

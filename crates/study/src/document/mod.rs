@@ -150,7 +150,10 @@ impl<'t> Document<'t> {
             let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
             let span = error.span().unwrap_or(document.end());
             let mistake = value_mistake(document.source.line(span.start));
-            let usual = "an input file has sections like [filament] and lines like length_m = 0.040";
+            let usual = match error.message() {
+                "duplicate key" => "each section, key and name of a tool stands in the file once",
+                _ => "an input file has sections like [filament] and lines like length_m = 0.040",
+            };
             document.error(problem, span, &mistake.unwrap_or_else(|| usual.to_owned()))
         })?;
         document.table = root.into_inner();

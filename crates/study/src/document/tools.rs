@@ -1,5 +1,6 @@
 //! Reads the named tools of a study, `[study.tools.NAME]`: what each states in place of the file.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use bristle::model::parameters::Parameter;
@@ -26,6 +27,8 @@ pub(super) struct LocatedTool<'t> {
     pub name: String,
     /// Place of the name.
     pub span: Range<usize>,
+    /// The sections in which it states something, or that it adds, and their places.
+    sections: Vec<(String, Range<usize>)>,
     /// What it states.
     entries: Vec<Entry<'t>>,
     /// The material that it names.
@@ -70,11 +73,20 @@ impl LocatedTool<'_> {
             let parameters = [DENSITY, MODULUS].into_iter().filter_map(Parameter::find);
             parameters.for_each(|parameter| drop(filament.remove(parameter.key())));
         }
+        for (section, span) in &self.sections {
+            let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
+            table.entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str()))).or_insert_with(new);
+        }
         for Entry { section, key, key_span, value } in &self.entries {
             let spans = [key_span.clone(), value.span()];
             options::state(table, [section, key], value.get_ref().clone(), spans);
         }
     }
+}
+
+/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path in quotes.
+fn section_of(key: &str) -> &str {
+    key.split_once('.').map_or(key, |(section, _)| section)
 }
 
 impl<'t> Document<'t> {
@@ -100,7 +112,9 @@ impl<'t> Document<'t> {
             let material = entries.extract_if(.., is_material).last();
             let material = material.map(|entry| self.read_material(&entry.value)).transpose()?;
             self.check_entries(&entries)?;
-            read.push(LocatedTool { name, span, entries, material });
+            let of_section = |key: &Spanned<Cow<'_, str>>| (section_of(key.get_ref()).to_owned(), key.span());
+            let sections = stated.keys().map(of_section).collect();
+            read.push(LocatedTool { name, span, sections, entries, material });
         }
         read.sort_by_key(|tool| tool.span.start);
         Ok(read)
@@ -111,7 +125,7 @@ impl<'t> Document<'t> {
         let mut entries = Vec::new();
         for (key, value) in stated {
             let name = key.get_ref().as_ref();
-            let (section, _) = name.split_once('.').unwrap_or((name, ""));
+            let section = section_of(name);
             if !SECTIONS.contains(&section) || (section == name && !value.get_ref().is_table()) {
                 return Err(self.not_of_a_tool(path, name, key.span()));
             }
@@ -135,7 +149,7 @@ impl<'t> Document<'t> {
 
     /// The error about a key that a tool cannot state.
     fn not_of_a_tool(&self, path: &str, name: &str, span: Range<usize>) -> InputError {
-        let (section, _) = name.split_once('.').unwrap_or((name, ""));
+        let section = section_of(name);
         let sections = SECTIONS.map(|section| format!("[{section}]")).join(", ");
         let expected = format!("a setting of one of the sections {sections}, such as filament.diameter_m");
         let advice = if SECTIONS.contains(&section) {

@@ -81,7 +81,7 @@ pub enum StudyError {
 }
 
 fn of_tool(name: Option<&str>) -> String {
-    name.map_or_else(String::new, |name| format!(", tool {name}"))
+    name.map_or_else(String::new, |name| format!(" (tool {name})"))
 }
 
 /// A grid of settings.
