@@ -56,8 +56,8 @@ pub enum SavedError {
     NoResults(PathBuf),
     /// A directory has no results of a study.
     #[error(
-        "`{}` has no {STUDY}\n   = help: advice compares the cases of a study; name a directory that `bristle study` has \
-         written to; if an older version wrote it, run the command again",
+        "`{}` has no {STUDY}\n   = help: name a directory that `bristle study` has written to; if an older version wrote it, run the command \
+         again",
         shown_path(.0)
     )]
     NoStudy(PathBuf),

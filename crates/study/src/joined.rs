@@ -73,11 +73,23 @@ pub enum JoinError {
         study: String,
     },
     /// The whole is not a study.
-    #[error(transparent)]
-    Study(#[from] StudyError),
+    #[error("{error}{}", naming(.error))]
+    Study {
+        /// What is wrong with it.
+        #[from]
+        error: StudyError,
+    },
     /// The shared values do not form a sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+}
+
+/// How studies are given other names, if their names are wrong.
+fn naming(error: &StudyError) -> &'static str {
+    match error {
+        StudyError::ToolName { .. } | StudyError::ToolsAlike { .. } => "\n   = help: give a name, as in fine=results/3",
+        _ => "",
+    }
 }
 
 /// A tool of one of the studies.

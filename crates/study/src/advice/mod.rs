@@ -82,6 +82,9 @@ pub struct Advice {
     /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<ToolAdvice>,
+    /// The names of the tools that are left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools_without_case: Vec<String>,
     /// One section for each combination of the settings swept in addition to velocity and depth.
     pub sections: Vec<Section>,
     /// Advice on edges, if a filament touches one.
@@ -274,7 +277,10 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let sections: Vec<Section> = slices.into_iter().map(section).collect();
     let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
     let tools = best_of_tools(study, &sections, &limits);
-    Ok(Advice { limits, tools, sections, edges, forces, machine })
+    let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
+    let names = study.tools().iter().map(|tool| tool.name.clone());
+    let tools_without_case = names.filter(|name| !is_advised(name)).collect();
+    Ok(Advice { limits, tools, tools_without_case, sections, edges, forces, machine })
 }
 
 /// The best case of each named tool, ranked as the cases of a section are.
@@ -619,6 +625,11 @@ impl Advice {
         if let Some(best) = self.tools.first() {
             let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
             self.write_lines(&mut text, &best.slice, &lines);
+        }
+        if !self.tools_without_case.is_empty() {
+            wrap(&mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
+        }
+        if !self.tools.is_empty() || !self.tools_without_case.is_empty() {
             text.push('\n');
         }
         for section in &self.sections {
