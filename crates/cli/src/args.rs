@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use crate::commands::advise::AdviseArgs;
 use crate::commands::brush::BrushArgs;
 use crate::commands::compare::CompareArgs;
+use crate::commands::compare_studies::CompareStudiesArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
 use crate::commands::explain::ExplainArgs;
@@ -24,6 +25,7 @@ Examples:
   bristle brush examples/brush.toml --out brush         simulate filaments that touch each other
   bristle plot results                                  redraw the figures of a study
   bristle advise results --max-velocity 20              show where its tool force is high
+  bristle compare-studies old new --out compared        compare the tools of two studies
   bristle derive --segments 2                           show the equations of motion
   bristle validate                                      compare with exact solutions
 
@@ -54,6 +56,7 @@ pub enum Command {
     New(NewArgs),
     Study(StudyCommandArgs),
     Merge(MergeArgs),
+    CompareStudies(CompareStudiesArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
     Evaluate(EvaluateArgs),

@@ -5,9 +5,10 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle_study::assumptions::Assumptions;
+use bristle_study::differences::{Difference, tool_differences};
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, SPEED, Study, Sweep, VELOCITY};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
 use bristle_study::text::layout::{WIDTH, aligned, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
@@ -19,6 +20,8 @@ const MAX_COLUMNS: usize = 12;
 const MAX_ROWS: usize = 20;
 /// Largest number of rows in a list.
 const MAX_LISTED: usize = 40;
+/// Largest number of tools in a table.
+const MAX_TOOLS: usize = 8;
 /// Width of a row's heading.
 const ROW_HEADING: usize = 10;
 /// Width of a number's column.
@@ -26,7 +29,8 @@ const CELL: usize = 7;
 /// Follows the numbers of laterally unstable cases.
 const UNSTABLE: &str = "!";
 
-/// The results of a study for people: a table for each quantity if only velocity and depth are swept, otherwise a list.
+/// The results of a study for people: a table for each quantity if only velocity and depth are swept, with the tools below each other if
+/// there are several; otherwise a list.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
@@ -40,10 +44,14 @@ pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
         .collect();
     let marks = Marks::new(results);
     // A setting that follows from others and has one value is no column.
-    let is_fixed = |sweep: &Sweep| !sweep.parameter().instead_of.is_empty() && sweep.values().len() == 1;
-    let is_of_grid = |sweep: &Sweep| [VELOCITY, SPEED, DEPTH].contains(&sweep.parameter().path);
+    let is_fixed = |sweep: &Sweep| {
+        let follows = sweep.setting().parameter().is_some_and(|parameter| !parameter.instead_of.is_empty());
+        follows && sweep.values().len() == 1
+    };
+    let is_of_grid = |sweep: &Sweep| [VELOCITY, SPEED, DEPTH, TOOL].contains(&sweep.path());
     let is_grid = study.sweeps().iter().all(|sweep| is_of_grid(sweep) || is_fixed(sweep));
-    let mut text = if is_grid {
+    let has_one_case_each = study.case_count() == study.tools().len();
+    let mut text = if is_grid && !has_one_case_each {
         columns.iter().map(|column| table(study, column, &marks)).collect::<Vec<_>>().join("\n")
     } else {
         list(study, &columns, &marks)
@@ -118,8 +126,9 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
     let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
     let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
-        let (heading, factor) = heading_of(parameter);
-        vec![heading.to_owned(), short(factor * parameter.get(settings)), parameter.name.to_owned()]
+        let setting = Setting::Number(parameter);
+        let number = short(setting.factor() * parameter.get(settings));
+        vec![setting.heading(), number, parameter.name.to_owned()]
     });
     let headlines = Quantity::headlines(&results).map(|quantity| {
         let readable = Readable::new(quantity.clone(), &results);
@@ -165,6 +174,24 @@ fn plural(count: usize, word: &str) -> String {
     if count == 1 { word.to_owned() } else { format!("{word}s") }
 }
 
+/// The settings in which the named tools of a study differ, with a column for each tool.
+#[must_use]
+pub fn tools_table(study: &Study) -> String {
+    let differences = tool_differences(study);
+    if differences.is_empty() {
+        return "The tools differ in nothing but their names.\n".to_owned();
+    }
+    let longest = differences.iter().map(|each| each.label.chars().count()).max().unwrap_or(0);
+    let names = study.tools().iter().map(|tool| tool.name.clone());
+    let heading = std::iter::once(format!("{:longest$}", "tool")).chain(names).collect();
+    let row = |Difference { label, values, .. }: Difference| {
+        std::iter::once(format!("{label:longest$}")).chain(values).collect()
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(heading).chain(differences.into_iter().map(row)).collect();
+    let blocks = blocks(&rows, 1);
+    blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect::<Vec<_>>().join("\n")
+}
+
 /// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram).
 fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
     let velocities = values_or_fixed(study, study.speed().path);
@@ -180,11 +207,13 @@ fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
         "" => column.quantity.name.to_owned(),
         _ => format!("{}: {}", column.heading(""), column.quantity.name),
     };
-    if shown_velocities.len() * shown_depths.len() < study.case_count() {
+    let tools = study.tools().len().max(1);
+    let shown_tools = spread(tools, MAX_TOOLS);
+    if shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count() {
         text.push_str(" (a selection of the cases)");
     }
     text.push('\n');
-    text.push_str(&row("a_e in mm", vec![format!(" {}", heading_of(study.speed()).0)]));
+    text.push_str(&row("a_e in mm", vec![format!(" {}", Setting::Number(study.speed()).heading())]));
     let shown = shown_velocities.iter().map(|&index| velocities[index]);
     let space = if marks.are_shown { " " } else { "" };
     text.push_str(row("", labels(shown).into_iter().map(|label| label + space).collect()).trim_end());
@@ -192,8 +221,14 @@ fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
     let rule = "─".repeat(CELL * shown_velocities.len());
     text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
-    for (depth, label) in shown_depths.iter().zip(&depth_labels).rev() {
-        let cases = shown_velocities.iter().map(|velocity| depth * velocities.len() + velocity);
+    let rows =
+        shown_tools.iter().flat_map(|tool| shown_depths.iter().zip(&depth_labels).rev().map(move |row| (tool, row)));
+    for (tool, (depth, label)) in rows {
+        let first = tool * (study.case_count() / tools);
+        if let Some(tool) = study.tool(first).filter(|_| Some(depth) == shown_depths.last()) {
+            text.push_str(&format!(" {}\n", tool.name));
+        }
+        let cases = shown_velocities.iter().map(|velocity| first + depth * velocities.len() + velocity);
         let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect());
         let cells: Vec<Vec<String>> = cells.collect();
         for part in 0..column.part_count() {
@@ -207,16 +242,17 @@ fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
 
 /// All quantities, one row per case.
 fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
-    let (sweep_headings, factors): (Vec<&str>, Vec<f64>) =
-        study.sweeps().iter().map(|sweep| heading_of(sweep.parameter())).unzip();
-    let sweep_headings = sweep_headings.into_iter().map(str::to_owned);
+    let sweep_headings = study.sweeps().iter().map(|sweep| sweep.setting().heading());
     let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
     let heading_of_marks = marks.are_shown.then(String::new);
     let mut rows: Vec<Vec<String>> = vec![heading_of_marks.into_iter().chain(headings).collect()];
     let listed = study.case_count().min(MAX_LISTED);
     for case in 0..listed {
-        let values = study.values(case).zip(&factors);
-        let values = values.map(|(value, factor)| short(value * factor));
+        let values = study.sweeps().iter().zip(study.values(case));
+        let values = values.map(|(sweep, value)| match sweep.setting().names() {
+            Some(_) => sweep.setting().text(value),
+            None => short(value * sweep.setting().factor()),
+        });
         let metrics = columns.iter().map(|column| column.in_one_line(case));
         let mark = marks.are_shown.then(|| marks.of(case).to_owned());
         rows.push(mark.into_iter().chain(values).chain(metrics).collect());
@@ -251,23 +287,9 @@ fn blocks(rows: &[Vec<String>], repeated: usize) -> Vec<Vec<Vec<String>>> {
     blocks.iter().map(of).collect()
 }
 
-/// A setting's heading, and the factor that converts its values to the unit of the heading.
-///
-/// Speeds, depth and friction have their symbols as headings, other settings their keys, which contain the unit.
-fn heading_of(parameter: &Parameter) -> (&'static str, f64) {
-    match parameter.path {
-        SPEED => ("n_w in rpm", 1.0),
-        VELOCITY => ("v_b in m/s", 1.0),
-        DEPTH => ("a_e in mm", 1e3),
-        FRICTION => ("µ", 1.0),
-        _ => (parameter.key(), 1.0),
-    }
-}
-
 /// The values of a swept setting, or the only value of one that is not swept.
 fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
-    let sweep = study.sweeps().iter().find(|sweep| sweep.parameter().path == path);
-    match sweep {
+    match study.sweep(path) {
         Some(sweep) => sweep.values().to_vec(),
         None => Parameter::find(path).map(|parameter| parameter.get(&study.settings(0))).into_iter().collect(),
     }

@@ -28,7 +28,7 @@ pub(crate) fn other_unit(written: &str, meant: &str) -> String {
 
 /// A key without the unit at its end, if it has one.
 pub(crate) fn without_unit(key: &str) -> Option<&str> {
-    const OWN_UNITS: [&str; 8] = ["_kg_m3", "_n_m2", "_m_s", "_n_m", "_rpm", "_rad", "_pa", "_m"];
+    const OWN_UNITS: [&str; 9] = ["_kg_m3", "_n_m2", "_m_s", "_s_m", "_n_m", "_rpm", "_rad", "_pa", "_m"];
     let units = OTHER_UNITS.iter().map(|(other, ..)| *other).chain(OWN_UNITS);
     units.filter_map(|unit| key.strip_suffix(unit)).min_by_key(|bare| bare.len())
 }

@@ -16,6 +16,7 @@ mod resume;
 mod scripting;
 mod speed;
 mod stability;
+mod tools;
 mod turns;
 mod tutorial;
 mod uncertainty;

@@ -1,4 +1,4 @@
-//! Runs the commands of docs/tutorial.md and docs/deburring.md one after the other in an empty directory, as a reader would, and
+//! Runs the commands of docs/tutorial.md, docs/deburring.md and docs/brushes.md one after the other in an empty directory, as a reader would, and
 //! compares their output with the page.
 
 use std::fs;
@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 const TUTORIAL: &str = include_str!("../../../../docs/tutorial.md");
 const DEBURRING: &str = include_str!("../../../../docs/deburring.md");
+const BRUSHES: &str = include_str!("../../../../docs/brushes.md");
 
 /// Marks lines that the page leaves out.
 const LEFT_OUT: &str = "…";
@@ -169,4 +170,16 @@ fn deburring_does_what_it_says() {
         ];
         has_metrics(&directory.path().join(name).join("metrics.json"), &told);
     }
+}
+
+#[test]
+fn brushes_are_compared_as_the_page_says() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let (commands, compared) = follow(BRUSHES, directory.path());
+    assert_eq!((commands, compared), (5, 3), "the numbers of commands and outputs on the page have changed");
+    for name in ["brushes/report.html", "wear/report.html", "wear/runs.csv"] {
+        assert!(directory.path().join(name).is_file(), "{name}");
+    }
+    let figure = "brushes/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.001.png";
+    assert!(directory.path().join(figure).is_file());
 }
