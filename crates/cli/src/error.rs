@@ -47,6 +47,8 @@ pub enum CliError {
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
     Derive(#[from] DeriveError),
+    #[error("this form of the equations is several files; name their directory by --out DIR")]
+    NoDirectory,
     #[error("{}: {error}", shown_path(path))]
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("{}: --strict refuses settings that are unusual\n{}", shown_path(path), warnings.join("\n"))]
