@@ -25,7 +25,7 @@ use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
-use crate::terminal::{say, say_written, show};
+use crate::terminal::{say, say_written, show, width};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -149,8 +149,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     let drawn = draw_contact(&arguments.out, &contact, arguments.figures)?;
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
-    let shown =
-        say_drawn(&drawn).and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions)));
+    let shown = say_drawn(&drawn)
+        .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));
     case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);

@@ -21,7 +21,7 @@ use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
-use crate::text::layout::{aligned, wrap};
+use crate::text::layout::{aligned, wrap, wrap_beside};
 use crate::text::number::{counted, labels, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
@@ -564,16 +564,16 @@ impl Advice {
         suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
     }
 
-    /// The advice for a terminal 100 columns wide: a table with one sentence per row.
+    /// The advice in lines of at most `width` columns: a table with one sentence per row.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, width: usize) -> String {
         let mut text = String::new();
         for section in &self.sections {
-            self.write_section(&mut text, section);
+            self.write_section(&mut text, section, width);
             text.push('\n');
         }
         if let Some(edges) = &self.edges {
-            edges.write(&mut text);
+            edges.write(&mut text, width);
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
@@ -596,15 +596,15 @@ impl Advice {
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
              and strikes elsewhere.",
         );
-        wrap(&mut text, "", &legend);
+        wrap(width, &mut text, "", &legend);
         text
     }
 
-    fn write_section(&self, text: &mut String, section: &Section) {
+    fn write_section(&self, text: &mut String, section: &Section, width: usize) {
         let Section { slice, advice, interpolated, notes, .. } = section;
         let condition = slice.condition();
         if !condition.is_empty() {
-            wrap(text, "", &format!("With {condition}"));
+            wrap(width, text, "", &format!("With {condition}"));
         }
         let [speed, unit] = [slice.x.symbol(), slice.x.parameter.unit].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
@@ -627,11 +627,11 @@ impl Advice {
         for (cells, line) in aligned.zip(&lines) {
             if heading != line.heading {
                 heading = &line.heading;
-                text.push_str(&format!("{heading}\n"));
+                wrap(width, text, "", heading);
             }
-            wrap(text, &format!("{cells}  "), &line.sentence);
+            wrap_beside(width, text, &cells, &line.sentence);
         }
-        notes.iter().for_each(|note| wrap(text, "", note));
+        notes.iter().for_each(|note| wrap(width, text, "", note));
     }
 
     /// The line of a sentence.
@@ -728,6 +728,7 @@ impl Line {
 mod tests {
     use super::*;
     use crate::document::Document;
+    use crate::text::layout::WIDTH;
     use bristle::model::metrics::{ContactRecord, Metrics};
     use bristle::simulation::Pass;
 
@@ -992,7 +993,7 @@ mod tests {
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
         let settings = |section: &Section| section.settings["tool.filament_count"];
         assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [1000.0, 2000.0]);
-        let text = advice.text();
+        let text = advice.text(WIDTH);
         assert!(
             text.contains("With filament_count = 1000\n") && text.contains("With filament_count = 2000\n"),
             "{text}"

@@ -11,9 +11,10 @@ use super::{Measurement, Speed, same};
 use crate::results::{DataError, Source, Table};
 
 /// What to do about a table that cannot be used.
-const ADVICE: &str = "the table has one row per point, with columns for the velocity or the rotational\n     speed, the depth and the \
-    force. Under [measured] the input file may state\n     columns = { force_n = \"Fz [kN]\", penetration_depth_m = { column = \"ae\", unit \
-    = \"mm\" } },\n     separator = \";\" and decimal = \",\"";
+const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
+    and force. Unless the headings are keys such as\n     force_n, the input file names them with their units, by lines like these under\n     \
+    [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.rotational_speed_rpm = \"n [1/min]\"\n     \
+    columns.penetration_depth_m = \"ae [mm]\"\n     columns.force_n = { column = \"Fz\", unit = \"kN\" }";
 
 /// The largest size of a number in a table, in the unit of its key; beyond it, or below its reciprocal, a velocity is a slip of the
 /// pen. Sums and squares of such numbers are finite.
