@@ -463,7 +463,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus")
         .also(&["modulus", "e_modulus", "elastic_modulus", "young", "youngs_modulus", "stiffness_pa"])
         .usually(1e7, 1e12, "GPa or MPa typed as Pa")
-        .source("chosen: unfilled PA 6.12 filament is sold with 3.3 GPa")
+        .source("chosen: unfilled PA 6.12 filament is sold with 3.3 GPa, dry. Water about halves it: state yours, or filament.material")
         .decides_force(),
     parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode")
         .also(&["damping", "zeta"])

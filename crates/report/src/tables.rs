@@ -280,7 +280,9 @@ fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> 
     }
     let blocks = blocks(&rows, repeated, width);
     let lines = |rows: &Vec<Vec<String>>| -> String {
-        aligned(rows).iter().map(|line| format!("{}\n", line.trim_end())).collect()
+        let lines = aligned(rows).into_iter().map(|line| format!("{}\n", line.trim_end()));
+        // Settings may have no units of their own.
+        lines.filter(|line| line != "\n").collect()
     };
     let mut text = blocks.iter().map(lines).collect::<Vec<_>>().join("\n");
     if listed < study.case_count() {

@@ -1,12 +1,13 @@
 //! A first input file from a few answers: brush, filaments, and the limits of the machine.
 
 use bristle::model::parameters::Parameter;
-use bristle_text::shown;
+use bristle_text::{columns, shown};
 
 use crate::document::Document;
 use crate::input_error::{InputError, LONGEST_KEY};
 use crate::materials::Material;
 use crate::study::without_rounding_noise;
+use crate::text::layout::left;
 use crate::text::number::short;
 
 /// A question about a brush or a machine.
@@ -110,10 +111,9 @@ pub fn first_file(
     // What nobody has answered is a comment: stated, it would pass for known.
     let section = |name: &str, settings: &[(&str, f64, bool)]| {
         let (known, unknown): (Vec<_>, Vec<_>) = settings.iter().partition(|(.., is_known)| *is_known);
-        let stated: String = known.into_iter().map(|&(path, value, _)| line(path, value)).collect();
+        let stated: String = known.into_iter().map(|&(path, value, _)| line("", path, value)).collect();
         let material = material.filter(|_| name == "filament").map_or_else(String::new, line_of_material);
-        let left_out: String =
-            unknown.into_iter().map(|&(path, value, _)| format!("# {}", line(path, value))).collect();
+        let left_out: String = unknown.into_iter().map(|&(path, value, _)| line(COMMENT, path, value)).collect();
         let what =
             if left_out.is_empty() { "" } else { "# Defaults, which decide the force; state them if you know them:\n" };
         format!("\n[{name}]\n{stated}{material}{what}{left_out}")
@@ -127,12 +127,16 @@ pub fn first_file(
     }
     filament.push(("filament.damping_ratio", 0.05, false));
     let shown_name = shown(name, LONGEST_KEY);
+    let calls = [
+        (format!("bristle simulate {shown_name} --out contact"), "one contact, as in [process]"),
+        (format!("bristle study {shown_name} --out results"), "all combinations of [study]"),
+        ("bristle advise results".to_owned(), "where the force is high"),
+    ];
+    let longest = calls.iter().map(|(call, _)| columns(call)).max().unwrap_or(0);
     let text = [
         format!(
-            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n\
-             #   bristle simulate {shown_name} --out contact     one contact, at the speed and depth in [process]\n\
-             #   bristle study {shown_name} --out results        all combinations of [study]\n\
-             #   bristle advise results                    where the force is high\n"
+            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{}",
+            calls.map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest))).concat()
         ),
         section(
             "tool",
@@ -164,20 +168,25 @@ pub fn first_file(
     Ok(text)
 }
 
-/// A setting with its name and unit as a comment.
-fn line(path: &str, value: f64) -> String {
+/// What makes a line a comment.
+const COMMENT: &str = "# ";
+
+/// A setting with its name and unit as a comment, after a `beginning`.
+fn line(beginning: &str, path: &str, value: f64) -> String {
     let parameter = Parameter::find(path).expect("the file has settings only");
-    let setting = format!("{} = {}", parameter.key(), parameter.format(value));
+    let setting = format!("{beginning}{} = {}", parameter.key(), parameter.format(value));
     let about = [parameter.symbol, parameter.name].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>();
     format!("{setting:34} # {}{}\n", about.join(": "), parameter.in_unit())
 }
 
 /// The line that names a material, with what it states as a comment.
 fn line_of_material(material: &Material) -> String {
-    let Material { name, youngs_modulus_pa, density_kg_m3, .. } = material;
+    let Material { name, youngs_modulus_pa, density_kg_m3, caution, .. } = material;
+    // Only of what water or heat changes the condition matters.
+    let dry = if caution.is_empty() { "" } else { ", dry; wet or hot it is softer" };
     let setting = format!("material = \"{name}\"");
     let [modulus, density] = [youngs_modulus_pa / 1e9, *density_kg_m3].map(short);
-    format!("{setting:34} # E = {modulus} GPa and ρ = {density} kg/m³ if not stated; dry, at room temperature\n")
+    format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{dry}\n")
 }
 
 /// Four significant digits.
@@ -210,7 +219,10 @@ mod tests {
         let packed = first_file(answers, None, "brush.toml").expect("a brush");
         assert!(packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "), "{packed}");
         let named = first_file(answers, Material::find("PA6.12"), "brush.toml").expect("a brush");
-        assert!(named.contains("\nmaterial = \"PA6.12\" ") && named.contains("# E = 3.31 GPa and ρ = 1060"), "{named}");
+        assert!(
+            named.contains("\nmaterial = \"PA6.12\" ") && named.contains("# E = 3.31 GPa, ρ = 1060 kg/m³, dry;"),
+            "{named}"
+        );
         assert!(!named.contains("youngs_modulus_pa") && !named.contains("density_kg_m3"), "{named}");
         let document = Document::parse(&named, "brush.toml").expect("a document");
         assert_eq!(document.settings().expect("settings").filament.youngs_modulus_pa, 3.31e9);

@@ -136,7 +136,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
             if !assumptions.list.is_empty() {
-                show(assumptions.text(width()))?;
+                show(format_args!("\n{}", assumptions.text(width())))?;
             }
             Ok(ExitCode::SUCCESS)
         }

@@ -15,6 +15,7 @@ use bristle_study::limited_work::case_work_warning;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
 use bristle_study::stability::case_warning;
+use bristle_study::text::layout::note;
 use bristle_study::touch::case_touch_warning;
 use bristle_study::turns::case_turns_warnings;
 use clap::Args;
@@ -35,7 +36,7 @@ const LEAST_SHAPES: usize = 300;
 const MOST_TURNS: usize = 8;
 
 /// What is said of a file for `bristle brush`.
-const ALONE: &str = "note: this filament is alone; `bristle brush` simulates those of [brush] together";
+const ALONE: &str = "this filament is alone; `bristle brush` simulates those of [brush] together";
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
@@ -82,7 +83,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let (settings, unstated, material) = (document.settings()?, document.unstated(), document.material());
     arguments.input.warn_of(&unusual(&settings))?;
     if settings.brush.is_some() {
-        say(ALONE);
+        say(note(ALONE));
     }
     prepare_directory(&arguments.out)?;
     let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];

@@ -204,7 +204,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
-            "shard {shard}: its {} in `{path}`; `bristle merge` makes results of all shards",
+            "shard {shard}: its {} in `{path}`\n`bristle merge` makes results of all shards",
             if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
         ));
     }
@@ -277,7 +277,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
     show(study_tables(study, results, width()))?;
-    if assumptions.list.is_empty() { Ok(()) } else { show(assumptions.text(width())) }
+    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
 
 /// Tells the user what the journal held when the study started.

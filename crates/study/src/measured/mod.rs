@@ -472,7 +472,8 @@ mod tests {
         let comparisons = compare(&study, &results(&study, None), &measured);
         let found = comparisons[0].points[0];
         assert!((found.across - 12.5).abs() < 1e-12 && found.is_within() == Some(true), "{found:?}");
-        assert!(comparison_table(&comparisons, WIDTH).contains("n_w in rpm"));
+        let table = comparison_table(&comparisons, WIDTH);
+        assert!(table.contains("\n    n_w  a_e ") && table.contains("\n    rpm   mm "), "{table}");
         let mut written = Vec::new();
         write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
         assert!(written.starts_with(b"rotational_speed_rpm,penetration_depth_m,measured_force_n,"));

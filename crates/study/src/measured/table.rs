@@ -460,7 +460,7 @@ mod tests {
         assert!(message.contains("there is no column `Fz`; there are `brushing_velocity_m_s`"), "{message}");
         let message = refusal("v;F\n1;2\n", &Format::default());
         assert!(message.contains("there is no column `brushing_velocity_m_s`; there are `v`, `F`"), "{message}");
-        assert!(message.contains("columns = { force_n = \"Fz [kN]\""), "{message}");
+        assert!(message.contains("columns.penetration_depth_m = \"ae [mm]\""), "{message}");
     }
 
     #[test]

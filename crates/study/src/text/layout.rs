@@ -93,6 +93,11 @@ pub fn warning(statement: &str) -> String {
     of_warning("warning: ", statement)
 }
 
+/// A note for a terminal 80 columns wide, without a line end.
+pub fn note(statement: &str) -> String {
+    of_warning("note: ", statement)
+}
+
 /// What to do about a warning, on the lines below it: a statement, and a line to add to the input file.
 pub fn help(statement: &str, line: &str) -> String {
     const HELP: &str = "   = help: ";
