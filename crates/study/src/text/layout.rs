@@ -6,7 +6,7 @@ use bristle_text::columns;
 pub const WIDTH: usize = 80;
 /// Longest line of prose, in columns, however wide the terminal is: longer ones are hard to read.
 const PROSE: usize = 100;
-/// Least room for prose beside a row of a table, in columns.
+/// Room for prose of several lines beside a row of a table, in columns.
 const LEAST_BESIDE: usize = 40;
 /// Indentation of prose below a row of a table, in columns.
 const BELOW: usize = 8;
@@ -77,10 +77,11 @@ pub fn wrap(width: usize, text: &mut String, beginning: &str, words: &str) {
     text.push('\n');
 }
 
-/// Appends a row of a table and prose about it: to its right where there is room, otherwise below.
+/// Appends a row of a table and prose about it: to its right where it fits on the line or there is much room, otherwise below.
 pub fn wrap_beside(width: usize, text: &mut String, row: &str, words: &str) {
     let beginning = format!("{row}  ");
-    if columns(&beginning) + LEAST_BESIDE <= width {
+    let room = width.saturating_sub(columns(&beginning));
+    if columns(words) <= room || room >= LEAST_BESIDE {
         wrap(width, text, &beginning, words);
     } else {
         text.push_str(&format!("{}\n", row.trim_end()));
@@ -159,8 +160,11 @@ mod tests {
             text
         };
         assert_eq!(
-            (told(80), told(40)),
-            ("  1  2  It sweeps.\n".to_owned(), "  1  2\n        It sweeps.\n".to_owned())
+            (told(18), told(17)),
+            ("  1  2  It sweeps.\n".to_owned(), "  1  2\n        It\n        sweeps.\n".to_owned())
         );
+        let mut text = String::new();
+        wrap_beside(48, &mut text, "  1  2", &"word ".repeat(12));
+        assert!(text.starts_with("  1  2  word word") && text.lines().count() == 2, "{text}");
     }
 }
