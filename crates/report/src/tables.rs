@@ -288,10 +288,9 @@ fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> 
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }
-    let named = quantities.iter().filter(|quantity| !quantity.quantity.symbol.is_empty());
     let legend =
-        named.map(|quantity| format!("{}: {}", quantity.symbol(quantity.quantity.qualifier), quantity.quantity.name));
-    wrap(width, &mut text, "", &legend.collect::<Vec<_>>().join("; "));
+        quantities.iter().map(|each| format!("{}: {}", each.symbol(each.quantity.qualifier), each.quantity.name));
+    wrap(width, &mut text, "  ", &legend.collect::<Vec<_>>().join("; "));
     text
 }
 

@@ -1,10 +1,13 @@
 //! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader would, and compares their output with the
 //! page.
 
+use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use bristle::model::filament::first_natural_frequency;
+use bristle::model::settings::Settings;
 use tempfile::TempDir;
 
 /// A page, and what it says besides its commands, files and outputs.
@@ -43,12 +46,12 @@ fn blocks(page: &'static str) -> Vec<Block<'static>> {
     blocks
 }
 
-/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`".
+/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`", or the same within a sentence.
 fn write(directory: &Path, before: &str, text: &str) {
     // Lines may break anywhere in the sentence.
     let before = before.split_whitespace().collect::<Vec<_>>().join(" ");
     let place = |words: &str| before.rfind(words).map(|at| &before[at + words.len()..]);
-    let (earlier, name) = match (place("Save this as `"), place("Add this to `")) {
+    let (earlier, name) = match (place("ave this as `"), place("dd this to `")) {
         (Some(name), None) => (String::new(), name),
         (None, Some(name)) => {
             let name = name.split_once('`').expect("a name in backticks").0;
@@ -146,6 +149,79 @@ fn the_tutorial_does_what_it_says() {
             ("contact/metrics.json", "tool_contact_normal_force_n", 234.0, 1.0),
         ],
     });
+}
+
+#[test]
+fn choosing_velocity_and_depth_does_what_it_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/velocity-and-depth.md"),
+        counts: (4, 3),
+        files: &["results/report.html", "candidate/figures/history.png", "candidate/figures/turns.png"],
+        metrics: &[("candidate/metrics.json", "tool_contact_normal_force_n", 46.0, 1.0)],
+    });
+}
+
+#[test]
+fn how_sure_forces_are_is_as_the_page_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/how-sure.md"),
+        counts: (5, 4),
+        files: &["sure/journal.jsonl", "sure/report.html", "sure/figures/measured_over_speed.png"],
+        metrics: &[
+            ("one/metrics.json", "tool_contact_normal_force_n", 44.93, 0.01),
+            ("fine/metrics.json", "tool_contact_normal_force_n", 44.94, 0.01),
+        ],
+    });
+}
+
+#[test]
+fn what_to_measure_does_what_it_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/what-to-measure.md"),
+        counts: (2, 2),
+        files: &[],
+        metrics: &[],
+    });
+}
+
+/// The worked numbers of docs/what-to-measure.md, by the solver's own properties of a filament where it has them.
+#[test]
+fn the_formulas_for_measurements_give_what_the_page_says() {
+    let page = include_str!("../../../../docs/what-to-measure.md");
+    let is_told = |text: &str| assert!(page.contains(text), "the page does not say: {text}");
+    let (length, diameter) = (0.1_f64, 1e-3_f64);
+    let about = |value: f64, told: f64, digit: f64| assert!((value - told).abs() <= 0.5 * digit, "{value}, not {told}");
+
+    is_told("20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³");
+    let density = 4.0 * 1.743e-3 / (PI * diameter.powi(2) * length * 20.0);
+    about(density, 1110.0, 1.0);
+
+    is_told("L = 100 mm, m_w = 0.35 g (a piece of wire) and w = 9.3 mm give E = 2.5 GPa");
+    let (force, deflection) = (0.35e-3 * 9.81, 9.3e-3);
+    let bent = 64.0 * force * length.powi(3) / (3.0 * PI * diameter.powi(4) * deflection);
+    about(bent / 1e9, 2.5, 0.1);
+    assert!(deflection < 0.1 * length, "small enough for the formula");
+
+    is_told("10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa");
+    let frequency: f64 = 10.0 * 240.0 / 114.0;
+    about(frequency, 21.1, 0.1);
+    let rung = 16.0 * density * (TAU * frequency * length.powi(2) / (1.8751_f64.powi(2) * diameter)).powi(2);
+    about(rung / 1e9, 2.51, 0.01);
+    // It is the frequency of such a filament.
+    let mut filament = Settings::paper(10.0, 1e-3).filament;
+    (filament.length_m, filament.diameter_m) = (length, diameter);
+    (filament.density_kg_m3, filament.youngs_modulus_pa) = (density, rung);
+    about(first_natural_frequency(&filament) / TAU, frequency, 0.01);
+
+    is_told("from 8.0 mm to 1.6 mm in 5 periods: Λ = 0.322, ζ = 0.051");
+    let decrement = (8.0_f64 / 1.6).ln() / 5.0;
+    about(decrement, 0.322, 0.001);
+    about(decrement / TAU.hypot(decrement), 0.051, 0.001);
+
+    is_told("(r_g + l_f)/r_g, here 1.58");
+    about((0.060 + 0.035) / 0.060, 1.58, 0.01);
+    is_told("20 N on the brush, and 5.2 N to pull: µ = 0.26");
+    about(5.2 / 20.0, 0.26, 0.01);
 }
 
 #[test]

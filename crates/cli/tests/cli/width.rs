@@ -51,8 +51,8 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         "grid",
         &[GRID],
         &[
-            "study grid.toml --out grid",
-            "plot grid",
+            "study grid.toml --out grid --no-figures",
+            "plot grid --figures svg",
             "advise grid",
             "advise grid --max-force 30 --max-velocity 25 --max-depth 5 --max-power 100 --min-ratio 0.3 --verify",
             "advise grid --target-force 20 --max-rpm 2000",
@@ -61,33 +61,49 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     (
         "rpm",
         &["[study]\nrotational_speed_rpm = { start = 200, stop = 2400, step = 200 }\npenetration_depth_m = [1e-3]\n"],
-        &["study rpm.toml --out rpm", "advise rpm"],
+        &["study rpm.toml --out rpm --no-figures", "advise rpm"],
     ),
-    ("long", &[FEW, LONG_KEYS], &["study long.toml --out long", "advise long"]),
-    ("edge", &[EDGE, FEW, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"], &["study edge.toml --out edge", "advise edge"]),
+    ("long", &[FEW, LONG_KEYS], &["study long.toml --out long --figures svg", "advise long"]),
+    (
+        "edge",
+        &[EDGE, FEW, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"],
+        &["study edge.toml --out edge --no-figures", "advise edge"],
+    ),
     (
         "steady",
         &[PROCESS, "turns = \"steady\"\n", FEW],
-        &["study steady.toml --out steady", "advise steady", "simulate steady.toml --out contact"],
+        &[
+            "study steady.toml --out steady --no-figures",
+            "advise steady",
+            "simulate steady.toml --out contact --no-figures",
+        ],
     ),
     (
         "scatter",
         &[SCATTER, FEW, MEASURED],
-        &["study scatter.toml --out scatter", "advise scatter --max-force 30", "plot scatter"],
+        &[
+            "study scatter.toml --out scatter --no-figures",
+            "advise scatter --max-force 30",
+            "plot scatter --no-figures",
+        ],
     ),
-    ("measured", &[FEW, MEASURED], &["study measured.toml --out measured"]),
+    ("measured", &[FEW, MEASURED], &["study measured.toml --out measured --no-figures"]),
     (
         "brush",
         &[PROCESS, ONE_ROW, FEW],
         &[
-            "brush brush.toml --out brush",
-            "study brush.toml --out brushes",
+            "brush brush.toml --out brush --no-figures",
+            "study brush.toml --out brushes --no-figures",
             "advise brushes",
             "simulate brush.toml --out alone",
         ],
     ),
     ("material", &[PROCESS, SCATTER], &["simulate material.toml --out material --set filament.material=\"PA6.6\""]),
-    ("shards", &[FEW], &["study shards.toml --out shard --shard 1/1", "merge shards.toml --out merged shard"]),
+    (
+        "shards",
+        &[FEW],
+        &["study shards.toml --out shard --shard 1/1", "merge shards.toml --out merged shard --no-figures"],
+    ),
     (
         "",
         &[],
@@ -160,9 +176,9 @@ fn a_wider_terminal_is_used() {
         let line = text.lines().find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
         line.map(|line| line.split_whitespace().count() - 1)
     };
-    let [tables, _] = printed(directory.path(), "study grid.toml --out grid", None);
+    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", None);
     assert_eq!(heading(&tables, "2.5"), Some(6), "two parts of six velocities:\n{tables}");
-    let [tables, _] = printed(directory.path(), "study grid.toml --out grid", Some(120));
+    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", Some(120));
     assert_eq!(heading(&tables, "2.5"), Some(12), "all velocities side by side:\n{tables}");
     // A sentence stands beside its row, or below.
     let [advice, _] = printed(directory.path(), "advise grid", None);
@@ -172,7 +188,7 @@ fn a_wider_terminal_is_used() {
 
     let directory = directory_of("long", &[FEW, LONG_KEYS]);
     let lists = |width| {
-        let [tables, _] = printed(directory.path(), "study long.toml --out long", width);
+        let [tables, _] = printed(directory.path(), "study long.toml --out long --no-figures", width);
         tables.lines().filter(|line| line.trim_start().starts_with("row ")).count()
     };
     assert_eq!((lists(None), lists(Some(200))), (3, 0), "lists that are tied by the numbers of rows, or one list");
