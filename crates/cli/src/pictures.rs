@@ -115,7 +115,7 @@ pub fn draw_study(
     let mut message = write_pictures(directory, &drawn.pictures, threads, kinds)?;
     remove_others(directory, &drawn.pictures, kinds, is_of_study);
     if !drawn.note.is_empty() && kinds.are_drawn() {
-        message.push_str(&format!("\n  {}", drawn.note));
+        message.push_str(&format!("\n  ({})", drawn.note));
     }
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;

@@ -5,7 +5,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle_study::assumptions::Assumptions;
-use bristle_study::slices::{equation, spread};
+use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, SPEED, Study, Sweep, VELOCITY};
 use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
@@ -71,7 +71,11 @@ fn of_all_cases(study: &Study, width: usize) -> String {
     let fixed = study.sweeps().iter().filter(|sweep| sweep.values().len() == 1);
     let stated =
         fixed.filter(|sweep| sweep.parameter().instead_of.is_empty() || sweep.parameter().path == study.speed().path);
-    let values: Vec<String> = stated.map(|sweep| equation(sweep.parameter(), sweep.values()[0])).collect();
+    let equation = |sweep: &Sweep| {
+        let Heading { symbol, unit, factor } = Heading::of(sweep.parameter());
+        format!("{symbol} = {} {unit}", short(factor * sweep.values()[0])).trim_end().to_owned()
+    };
+    let values: Vec<String> = stated.map(equation).collect();
     let mut text = String::new();
     if !values.is_empty() {
         let cases = if study.case_count() == 1 { "" } else { " in all cases" };
