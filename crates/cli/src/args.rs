@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use crate::commands::advise::AdviseArgs;
 use crate::commands::brush::BrushArgs;
 use crate::commands::compare::CompareArgs;
+use crate::commands::compare_studies::CompareStudiesArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
 use crate::commands::explain::ExplainArgs;
@@ -24,6 +25,7 @@ Examples:
   bristle brush examples/brush.toml --out all  simulate filaments that touch
   bristle plot results                         redraw the figures of a study
   bristle advise results --max-force 300       show which settings meet a limit
+  bristle compare-studies old new --out both   compare the tools of two studies
   bristle derive --segments 2                  show the equations of motion
   bristle validate                             compare with exact solutions
 
@@ -58,6 +60,7 @@ pub enum Command {
     New(NewArgs),
     Study(StudyCommandArgs),
     Merge(MergeArgs),
+    CompareStudies(CompareStudiesArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
     Evaluate(EvaluateArgs),

@@ -5,9 +5,10 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle_study::assumptions::Assumptions;
+use bristle_study::differences::{Difference, tool_differences};
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, FRICTION, SPEED, Study, Sweep, VELOCITY};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
 use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
@@ -20,6 +21,8 @@ const COLUMNS: usize = 12;
 const MAX_ROWS: usize = 20;
 /// Largest number of rows in a list.
 const MAX_LISTED: usize = 40;
+/// Largest number of tools in a table.
+const MAX_TOOLS: usize = 8;
 /// Width of a row's heading.
 const ROW_HEADING: usize = 10;
 /// Least width of a number's column.
@@ -28,7 +31,8 @@ const CELL: usize = 7;
 const UNSTABLE: &str = "!";
 
 /// The results of a study for people, in lines of at most `width` columns: a table for each quantity if velocity and depth vary and
-/// nothing else does, otherwise a list. Swept settings that have the same value in all cases stand above.
+/// nothing else does, with the tools below each other if there are several; otherwise a list. Swept settings that have the same value in
+/// all cases stand above.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
@@ -41,10 +45,10 @@ pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> Stri
         .map(|quantity| Readable::new(quantity, results))
         .collect();
     let marks = Marks::new(results);
-    let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.parameter().path);
+    let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.path());
     let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) =
         varying(study).map(|(_, sweep)| sweep).partition(|sweep| is_of_grid(sweep));
-    let is_grid = of_grid.len() == 2 && others.is_empty();
+    let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
     let mut text = of_all_cases(study, width);
     if is_grid {
         let tables = quantities.iter().map(|quantity| table(study, quantity, &marks, width));
@@ -69,13 +73,12 @@ fn varying(study: &Study) -> impl Iterator<Item = (usize, &Sweep)> {
 /// The swept settings with one value, without those that follow from others; empty if there are none.
 fn of_all_cases(study: &Study, width: usize) -> String {
     let fixed = study.sweeps().iter().filter(|sweep| sweep.values().len() == 1);
-    let stated =
-        fixed.filter(|sweep| sweep.parameter().instead_of.is_empty() || sweep.parameter().path == study.speed().path);
-    let equation = |sweep: &Sweep| {
-        let Heading { symbol, unit, factor } = Heading::of(sweep.parameter());
-        format!("{symbol} = {} {unit}", short(factor * sweep.values()[0])).trim_end().to_owned()
+    let follows = |sweep: &&Sweep| {
+        let of_others = sweep.setting().parameter().is_some_and(|parameter| !parameter.instead_of.is_empty());
+        of_others && sweep.path() != study.speed().path
     };
-    let values: Vec<String> = stated.map(equation).collect();
+    let stated = fixed.filter(|sweep| !follows(sweep));
+    let values: Vec<String> = stated.map(|sweep| sweep.setting().equation(sweep.values()[0])).collect();
     let mut text = String::new();
     if !values.is_empty() {
         let cases = if study.case_count() == 1 { "" } else { " in all cases" };
@@ -147,8 +150,9 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
     let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
     let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
-        let Heading { symbol, unit, factor } = Heading::of(parameter);
-        vec![format!("{symbol} in {unit}"), short(factor * parameter.get(settings)), parameter.name.to_owned()]
+        let setting = Setting::Number(parameter);
+        let number = short(setting.factor() * parameter.get(settings));
+        vec![setting.heading(), number, parameter.name.to_owned()]
     });
     let headlines = Quantity::headlines(&results).map(|quantity| {
         let readable = Readable::new(quantity.clone(), &results);
@@ -194,19 +198,45 @@ fn plural(count: usize, word: &str) -> String {
     if count == 1 { word.to_owned() } else { format!("{word}s") }
 }
 
-/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram). If the terminal is too narrow for
-/// all columns, the table has parts of equally many.
+/// The settings in which the named tools of a study differ, with a column for each tool, in lines of at most `width` columns.
+#[must_use]
+pub fn tools_table(study: &Study, width: usize) -> String {
+    let differences = tool_differences(study);
+    if differences.is_empty() {
+        return "The tools differ in nothing but their names.\n".to_owned();
+    }
+    let longest = differences.iter().map(|each| columns(&each.label)).max().unwrap_or(0);
+    let names = study.tools().iter().map(|tool| tool.name.clone());
+    let heading = std::iter::once(left("tool", longest)).chain(names).collect();
+    let row =
+        |Difference { label, values, .. }: Difference| std::iter::once(left(&label, longest)).chain(values).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(heading).chain(differences.into_iter().map(row)).collect();
+    let blocks = blocks(&rows, 1, width);
+    blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect::<Vec<_>>().join("\n")
+}
+
+/// A row of a table: the name of the tool above its first one, its heading, and its cells with their parts.
+struct Row {
+    tool: Option<String>,
+    heading: String,
+    cells: Vec<Vec<String>>,
+}
+
+/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram), tool by tool. If the terminal is too
+/// narrow for all columns, the table has parts of equally many.
 fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> String {
-    let [velocities, depths] = [study.speed().path, DEPTH].map(|path| values(study, path));
+    let [velocities, depths] = [study.speed().path, DEPTH].map(|path| study.sweep(path).map_or(&[][..], Sweep::values));
+    let tools = study.tools().len().max(1);
     let room = width.saturating_sub(ROW_HEADING + 2);
     let shown_velocities = spread(velocities.len(), COLUMNS.max(room / CELL));
     let shown_depths = spread(depths.len(), MAX_ROWS);
+    let shown_tools = spread(tools, MAX_TOOLS);
 
     let title = match column.quantity.symbol {
         "" => column.quantity.name.to_owned(),
         _ => format!("{}: {}", column.heading(""), column.quantity.name),
     };
-    let is_selection = shown_velocities.len() * shown_depths.len() < velocities.len() * depths.len();
+    let is_selection = shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count();
     let selection = if is_selection { " (a selection of the cases)" } else { "" };
     let mut text = String::new();
     wrap(width, &mut text, "", &format!("{title}{selection}"));
@@ -215,14 +245,17 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
     let headings: Vec<String> = labels(shown_velocities.iter().map(|&index| velocities[index]));
     let headings: Vec<String> = headings.into_iter().map(|label| label + space).collect();
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
-    // The cells of each row, the highest first, each with its parts.
-    let of_depth = |depth: &usize| -> Vec<Vec<String>> {
-        let cases = shown_velocities.iter().map(|velocity| depth * velocities.len() + velocity);
-        cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect()).collect()
+    let row = |(tool, (depth, label)): (&usize, (&usize, &String))| {
+        let first = tool * (study.case_count() / tools);
+        let cases = shown_velocities.iter().map(|velocity| first + depth * velocities.len() + velocity);
+        let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect()).collect();
+        let tool = study.tool(first).filter(|_| Some(depth) == shown_depths.last()).map(|tool| tool.name.clone());
+        Row { tool, heading: label.clone(), cells }
     };
-    let rows: Vec<(&String, Vec<Vec<String>>)> =
-        depth_labels.iter().zip(shown_depths.iter().map(of_depth)).rev().collect();
-    let texts = rows.iter().flat_map(|(_, cells)| cells).flatten().chain(&headings);
+    // The largest depth is at the top.
+    let of_tool = |tool| shown_depths.iter().zip(&depth_labels).rev().map(move |depth| (tool, depth));
+    let rows: Vec<Row> = shown_tools.iter().flat_map(of_tool).map(row).collect();
+    let texts = rows.iter().flat_map(|row| &row.cells).flatten().chain(&headings);
     let cell = texts.map(|text| columns(text) + 1).max().unwrap_or(0).max(CELL);
     let parts = headings.len().div_ceil((room / cell).max(1));
     let in_part = headings.len().div_ceil(parts);
@@ -230,16 +263,17 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
         let cells: String = cells.map(|text| right(text, cell)).collect();
         format!("{} │{cells}", right(heading, ROW_HEADING)).trim_end().to_owned() + "\n"
     };
-    let Heading { symbol, unit, .. } = Heading::of(study.speed());
     for first in (0..headings.len()).step_by(in_part) {
         let shown = first..headings.len().min(first + in_part);
         let gap = if first == 0 { "" } else { "\n" };
-        text.push_str(&format!("{gap}{} │ {symbol} in {unit}\n", right("a_e in mm", ROW_HEADING)));
+        let speed = Setting::Number(study.speed()).heading();
+        text.push_str(&format!("{gap}{} │ {speed}\n", right("a_e in mm", ROW_HEADING)));
         text.push_str(&line("", &mut headings[shown.clone()].iter()));
         text.push_str(&format!("{}┼{}\n", "─".repeat(ROW_HEADING + 1), "─".repeat(cell * shown.len())));
-        for (label, cells) in &rows {
+        for Row { tool, heading, cells } in &rows {
+            tool.iter().for_each(|name| text.push_str(&format!(" {name}\n")));
             for part in 0..column.part_count() {
-                let heading = if part == 0 { label } else { "" };
+                let heading = if part == 0 { heading } else { "" };
                 text.push_str(&line(heading, &mut cells[shown.clone()].iter().map(|parts| &parts[part])));
             }
         }
@@ -251,25 +285,28 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
 /// repeat the settings that vary, or the numbers of the rows if the settings take more than half of the terminal.
 fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> String {
     let (positions, sweeps): (Vec<usize>, Vec<&Sweep>) = varying(study).unzip();
-    let headings: Vec<Heading> = sweeps.iter().map(|sweep| Heading::of(sweep.parameter())).collect();
-    let heading = |of_sweep: fn(&Heading) -> &str, of_quantity: fn(&Readable) -> String| {
-        let sweeps = headings.iter().map(|heading| of_sweep(heading).to_owned());
+    let settings: Vec<&Setting> = sweeps.iter().map(|sweep| sweep.setting()).collect();
+    let heading = |of_setting: fn(&Setting) -> String, of_quantity: fn(&Readable) -> String| {
+        let sweeps = settings.iter().map(|setting| of_setting(setting));
         sweeps.chain(quantities.iter().map(of_quantity)).collect::<Vec<_>>()
     };
-    let symbols = heading(|heading| heading.symbol, |quantity| quantity.symbol(quantity.quantity.qualifier));
-    let units = heading(|heading| heading.unit, |quantity| quantity.unit().to_owned());
+    let symbols =
+        heading(|setting| setting.symbol().into_owned(), |quantity| quantity.symbol(quantity.quantity.qualifier));
+    let units = heading(|setting| setting.unit().to_owned(), |quantity| quantity.unit().to_owned());
     let listed = study.case_count().min(MAX_LISTED);
     let row = |case: usize| {
         let values: Vec<f64> = study.values(case).collect();
-        let values =
-            positions.iter().zip(&headings).map(|(&position, heading)| short(values[position] * heading.factor));
+        let values = positions.iter().zip(&settings).map(|(&position, setting)| match setting.names() {
+            Some(_) => setting.text(values[position]),
+            None => short(values[position] * setting.factor()),
+        });
         values.chain(quantities.iter().map(|column| column.in_one_line(case))).collect::<Vec<_>>()
     };
     let mut rows: Vec<Vec<String>> = [symbols, units].into_iter().chain((0..listed).map(row)).collect();
     let widest = |column: usize| rows.iter().map(|row| columns(&row[column]) + 2).max().unwrap_or(0);
-    let of_sweeps: usize = (0..headings.len()).map(widest).sum();
+    let of_sweeps: usize = (0..settings.len()).map(widest).sum();
     let is_narrow = (0..rows[0].len()).map(widest).sum::<usize>() <= width;
-    let mut repeated = headings.len();
+    let mut repeated = settings.len();
     let mut number = |heading: [&str; 2], of_case: &dyn Fn(usize) -> String| {
         let cells = heading.map(str::to_owned).into_iter().chain((0..listed).map(of_case));
         rows.iter_mut().zip(cells).for_each(|(row, cell)| row.insert(0, cell));
@@ -296,32 +333,4 @@ fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> 
         quantities.iter().map(|each| format!("{}: {}", each.symbol(each.quantity.qualifier), each.quantity.name));
     wrap(width, &mut text, "  ", &legend.collect::<Vec<_>>().join("; "));
     text
-}
-
-/// How a setting stands above its values. Speeds, depth and friction have their symbols, other settings their keys, which contain the
-/// unit.
-struct Heading {
-    symbol: &'static str,
-    unit: &'static str,
-    /// Converts values to this unit.
-    factor: f64,
-}
-
-impl Heading {
-    fn of(parameter: &Parameter) -> Self {
-        let (symbol, unit, factor) = match parameter.path {
-            SPEED => ("n_w", "rpm", 1.0),
-            VELOCITY => ("v_b", "m/s", 1.0),
-            DEPTH => ("a_e", "mm", 1e3),
-            FRICTION => ("µ", "", 1.0),
-            _ => (parameter.key(), "", 1.0),
-        };
-        Self { symbol, unit, factor }
-    }
-}
-
-/// The values of a swept setting.
-fn values<'s>(study: &'s Study, path: &str) -> &'s [f64] {
-    let sweep = study.sweeps().iter().find(|sweep| sweep.parameter().path == path);
-    sweep.map_or(&[], |sweep| sweep.values())
 }

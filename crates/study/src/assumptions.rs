@@ -6,6 +6,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 
+use crate::document::Document;
 use crate::materials::Material;
 use crate::stability::place;
 use crate::study::{CaseResult, Study};
@@ -87,19 +88,23 @@ impl Assumptions {
         })
     }
 
-    /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the study sweeps is not one of them.
+    /// [`Assumptions::of_contact`] for the case of the study of a `document` with the highest tool force. What the study sweeps is not one of
+    /// them.
     #[must_use]
-    pub fn of_study(study: &Study, results: &[CaseResult], unstated: &[&'static Parameter]) -> Self {
-        let is_swept =
-            |parameter: &&Parameter| study.sweeps().iter().any(|sweep| sweep.parameter().path == parameter.path);
-        let unstated: Vec<&'static Parameter> = unstated.iter().copied().filter(|each| !is_swept(each)).collect();
+    pub fn of_study(study: &Study, results: &[CaseResult], document: &Document<'_>) -> Self {
         let force = |case: &usize| {
             results[*case].as_ref().map_or(f64::NEG_INFINITY, |summary| summary.metrics.tool_contact_normal_force_n)
         };
         // Of equal ones the first.
         let highest = (0..results.len()).rev().max_by(|a, b| force(a).total_cmp(&force(b)));
         let Some(case) = highest else { return Self::default() };
-        Self { row: Some(case + 1), ..Self::of_contact(&study.settings(case), &unstated) }
+        let tool = study.tool(case).map(|tool| tool.name.as_str());
+        let is_swept = |parameter: &&Parameter| study.sweep(parameter.path).is_some();
+        let unstated: Vec<&'static Parameter> =
+            document.unstated_of(tool).into_iter().filter(|each| !is_swept(each)).collect();
+        let contact = Self::of_contact(&study.settings(case), &unstated).with_material(document.material_of(tool));
+        let of_tool = tool.map(|name| format!("tool {name}, ")).unwrap_or_default();
+        Self { row: Some(case + 1), place: of_tool + &contact.place, ..contact }
     }
 
     /// The settings as a table, with prose in lines of at most `width` columns; empty if there are none.
@@ -142,7 +147,6 @@ impl Assumptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Document;
     use crate::study::run_study;
     use crate::testing::brush;
     use crate::text::layout::WIDTH;
@@ -224,12 +228,15 @@ mod tests {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let study = document.study().expect("a study");
         let results = run_study(&study, None, || {}).expect("the threads start");
-        let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
+        let assumptions = Assumptions::of_study(&study, &results, &document);
         let text = assumptions.text(WIDTH);
         assert!(!text.contains("friction") && text.contains("filament.damping_ratio"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         let force = |row: usize| results[row - 1].as_ref().map_or(0.0, |case| case.metrics.tool_contact_normal_force_n);
         assert!((1..=4).all(|row| force(row) <= force(assumptions.row.expect("a row"))));
-        assert_eq!(Assumptions::of_study(&study, &results, &[]).text(WIDTH), "");
+        let stated = ["filament.density_kg_m3=1110", "filament.damping_ratio=0.05", "contact.stiffness_n_m=1e5"];
+        let stated = stated.map(str::to_owned);
+        let whole = Document::parse_with(FILE, "case.toml", &stated).expect("a document");
+        assert_eq!(Assumptions::of_study(&study, &results, &whole).text(WIDTH), "");
     }
 }

@@ -6,7 +6,6 @@ use bristle::model::metrics::Metrics;
 use serde::Serialize;
 
 use crate::advice::{Limits, Outcome, Place};
-use crate::slices::equation;
 use crate::study::{CaseResult, CaseSummary, Study, Sweep};
 use crate::text::layout::{aligned, wrap, wrap_beside};
 use crate::text::number::spanning;
@@ -100,9 +99,10 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
 /// The swept values of a case. As in other advice, `*` marks an end of the study.
 fn place(study: &Study, case: usize) -> String {
     let value = |(sweep, value): (&Sweep, f64)| {
-        let text = equation(sweep.parameter(), value);
+        let text = sweep.setting().equation(value);
         let [low, high] = [f64::min, f64::max].map(|of| sweep.values().iter().copied().reduce(of).unwrap_or(value));
-        if low < high && (value == low || value == high) { format!("{text}*") } else { text }
+        let is_number = sweep.setting().parameter().is_some();
+        if is_number && low < high && (value == low || value == high) { format!("{text}*") } else { text }
     };
     let values: Vec<String> = study.sweeps().iter().zip(study.values(case)).map(value).collect();
     if values.is_empty() { "The only case.".to_owned() } else { format!("At {}.", values.join(", ")) }

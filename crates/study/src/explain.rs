@@ -5,7 +5,7 @@ use bristle_text::shown;
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::document::setting_meant;
+use crate::document::{SECTIONS, setting_meant};
 use crate::input_error::LONGEST_KEY;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
@@ -68,9 +68,10 @@ fn sections(schema: &Value) -> Vec<String> {
 fn paths(schema: &Value) -> Vec<String> {
     let keys = |section: &String| {
         let keys = schema["properties"][section]["properties"].as_object();
-        keys.into_iter().flat_map(|keys| keys.keys()).map(|key| format!("{section}.{key}")).collect::<Vec<_>>()
+        let keys = keys.into_iter().flat_map(|keys| keys.keys()).filter(|key| !is_stated_elsewhere(section, key));
+        keys.map(|key| format!("{section}.{key}")).collect::<Vec<_>>()
     };
-    sections(schema).iter().filter(|section| !is_stated_elsewhere(section)).flat_map(keys).collect()
+    sections(schema).iter().flat_map(keys).collect()
 }
 
 /// The keys of a section with their names.
@@ -149,6 +150,9 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
     let others = |section: &str| parameter.section() == section;
     if !others("solver") && !others("uncertainty") {
         tell("sweep", &format!("\"{path}\" = [ … ] under [study]"));
+    }
+    if SECTIONS.iter().any(|section| others(section)) {
+        tell("tools", &format!("{path} = … under [study.tools.NAME], for one of several tools"));
     }
     text
 }

@@ -23,7 +23,7 @@ const OTHER_UNITS: [(&str, &str, &str); 12] = [
 ];
 
 /// Units at the ends of keys. Those that end another come after it.
-const OWN_UNITS: [&str; 8] = ["_kg_m3", "_n_m2", "_m_s", "_n_m", "_rpm", "_rad", "_pa", "_m"];
+const OWN_UNITS: [&str; 9] = ["_kg_m3", "_n_m2", "_m_s", "_s_m", "_n_m", "_rpm", "_rad", "_pa", "_m"];
 
 /// The conversion of a key's unit to that of the key that was meant, with a space before it; empty if it is the same.
 pub(crate) fn other_unit(written: &str, meant: &str) -> String {

@@ -11,12 +11,12 @@ use bristle::simulation::Simulation;
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
-use bristle_report::tables::study_tables;
+use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
-use bristle_study::results::{study_text, write_runs};
+use bristle_study::results::{Origin, study_text_from, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
 use bristle_study::text::number::counted;
@@ -38,7 +38,7 @@ use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
-const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
@@ -241,10 +241,10 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
 
     let total = study.case_count();
-    let assumptions = Assumptions::of_study(&study, &results, &document.unstated()).with_material(document.material());
+    let assumptions = Assumptions::of_study(&study, &results, &document);
     let comparisons = compare(&study, &results, &measured);
     let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
-    let files = write_results(arguments, &study, &results, &page, &measured)?;
+    let files = write_results(&arguments.out, &study, &Origin::here(), &results, &page, &measured)?;
     let (out, threads, kinds) = (&arguments.out, arguments.threads(), arguments.figures);
     let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, kinds)?;
 
@@ -276,6 +276,9 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
 
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
+    if !study.tools().is_empty() {
+        show(format_args!("{}\n", tools_table(study, width())))?;
+    }
     show(study_tables(study, results, width()))?;
     if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
@@ -338,21 +341,21 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let _ = ctrlc::try_set_handler(stop);
 }
 
-/// Writes the results of a study, their page, and the `measured` forces that they are compared with. Returns the paths.
-fn write_results(
-    arguments: &StudyArgs,
+/// Writes the results of a study to a directory, their `origin`, their page, and the `measured` forces that they are compared with. Returns the paths.
+pub fn write_results(
+    directory: &Path,
     study: &Study,
+    origin: &Origin,
     results: &[CaseResult],
     page: &str,
     measured: &[Measurement],
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
-    let directory = &arguments.out;
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
-    let settings = study_text(study, &runs, !measured.is_empty());
+    let settings = study_text_from(study, origin, &runs, !measured.is_empty());
     #[cfg(feature = "parquet")]
     {
         let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);

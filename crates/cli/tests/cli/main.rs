@@ -17,6 +17,7 @@ mod resume;
 mod scripting;
 mod speed;
 mod stability;
+mod tools;
 mod turns;
 mod uncertainty;
 mod validation;

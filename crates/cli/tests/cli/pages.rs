@@ -184,6 +184,21 @@ fn what_to_measure_does_what_it_says() {
     });
 }
 
+#[test]
+fn brushes_are_compared_as_the_page_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/brushes.md"),
+        counts: (5, 3),
+        files: &[
+            "brushes/report.html",
+            "wear/report.html",
+            "wear/runs.csv",
+            "brushes/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.001.png",
+        ],
+        metrics: &[],
+    });
+}
+
 /// The worked numbers of docs/what-to-measure.md, by the solver's own properties of a filament where it has them.
 #[test]
 fn the_formulas_for_measurements_give_what_the_page_says() {

@@ -36,6 +36,15 @@ const LONG_KEYS: &str = "\
 \"contact.friction_coefficient\" = [0.3]
 \"solver.relative_tolerance\" = [1e-3, 1e-2]
 ";
+/// Tools with names in wide characters, too many for one table.
+const TOOLS: &str = "\
+[study.tools.\"a brush with a long name\"]
+[study.tools.\"细刷子\"]
+filament.diameter_m = 0.8e-3
+[study.tools.\"short, and with fewer filaments\"]
+filament.length_m = 0.030
+tool.filament_count = 500
+";
 /// Forces as a laboratory exports them, with a point outside of the study.
 const FORCES: &str = "v [m/min];ae [mm];Fz [N];s [N]\n600;1,0;12,5;1,1\n1000;2,0;28,25;2\n3000;2,0;28,25;2\n";
 const MEASURED: &str = "\
@@ -87,6 +96,15 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
             "plot scatter --no-figures",
         ],
     ),
+    (
+        "tools",
+        &[FEW, TOOLS],
+        &[
+            "study tools.toml --out tools --no-figures",
+            "advise tools --max-force 20",
+            "compare-studies tools other=tools --out both --no-figures",
+        ],
+    ),
     ("measured", &[FEW, MEASURED], &["study measured.toml --out measured --no-figures"]),
     (
         "brush",
@@ -118,9 +136,22 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
 ];
 
 /// All commands with a help text.
-const COMMANDS: [&str; 14] = [
-    "", "new", "study", "merge", "simulate", "brush", "evaluate", "derive", "compare", "validate", "plot", "advise",
-    "explain", "schema",
+const COMMANDS: [&str; 15] = [
+    "",
+    "new",
+    "study",
+    "merge",
+    "compare-studies",
+    "simulate",
+    "brush",
+    "evaluate",
+    "derive",
+    "compare",
+    "validate",
+    "plot",
+    "advise",
+    "explain",
+    "schema",
 ];
 
 /// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing says how many there are.

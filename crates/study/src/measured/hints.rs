@@ -71,7 +71,8 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
 /// The values of a side in words.
 fn range(side: &Side) -> String {
     let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
-    let (symbol, unit) = (side.symbol(), side.parameter.unit);
+    // In the unit of the key, as in the table.
+    let (symbol, unit) = (side.setting.symbol(), side.setting.parameter().map_or("", |parameter| parameter.unit));
     if side.varies() { format!("{symbol} = {least} to {largest} {unit}") } else { format!("{symbol} = {least} {unit}") }
 }
 

@@ -12,7 +12,7 @@ use bristle::model::settings::Settings;
 
 use crate::results::MAX_ROWS;
 use crate::slices::{Side, Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, Study};
+use crate::study::{CaseResult, CaseSummary, Setting, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
@@ -147,8 +147,8 @@ pub struct Deviation {
 /// Measured points compared with the study, at one value of each further sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Path and value of each further sweep.
-    pub fixed: Vec<(&'static str, f64)>,
+    /// Each further setting of the study, and its value.
+    pub fixed: Vec<(Setting, f64)>,
     /// The values that distinguish this comparison from the others; empty if it is the only one.
     pub condition: String,
     /// The points in the order of the file.
@@ -196,7 +196,7 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
     let slices = compared_slices(study, measured).into_iter();
     slices
         .map(|slice| Comparison {
-            fixed: slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect(),
+            fixed: slice.fixed.clone(),
             condition: slice.condition(),
             points: measured
                 .iter()
@@ -237,9 +237,11 @@ pub fn tool_force(
     let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, slice, [across, depth], value);
     let force_n = at(&|summary| Some(summary.metrics.tool_contact_normal_force_n))?;
     let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
+    let [x, y] =
+        [(&slice.x, across), (&slice.y, depth)].map(|(side, at)| weights(side, at).map_or(0, |around| around[0].0));
     Ok(Simulated {
         force_n,
-        uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(0, 0))),
+        uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(x, y))),
         band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
     })
 }
@@ -377,14 +379,18 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
         "simulated_force_n",
         "simulated_uncertainty_n",
     ];
-    let further = further.iter().map(|(path, _)| *path);
+    let further = further.iter().map(|(setting, _)| setting.path());
     let verdict = ["difference_n", "within_std", "status"];
     writer.write_record(further.chain(names).chain(bands.iter().copied()).chain(verdict))?;
     for comparison in comparisons {
         for point in &comparison.points {
             let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
             let number = |number: f64| format!("{number:?}");
-            let mut row: Vec<String> = comparison.fixed.iter().map(|(_, value)| number(*value)).collect();
+            let of_axis = |(setting, value): &(Setting, f64)| match setting.names() {
+                Some(_) => setting.text(*value),
+                None => number(*value),
+            };
+            let mut row: Vec<String> = comparison.fixed.iter().map(of_axis).collect();
             row.extend([speed.value(), penetration_depth_m, force_n].map(number));
             let simulated = point.simulated.ok();
             let optional = |value: Option<f64>| value.map_or_else(String::new, number);
@@ -407,7 +413,7 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
 mod tests {
     use super::*;
     use crate::document::Document;
-    use crate::study::{CaseSummary, DEPTH, VELOCITY};
+    use crate::study::{CaseSummary, DEPTH, Sweep, VELOCITY};
     use crate::text::layout::WIDTH;
     use bristle::model::metrics::Metrics;
 
@@ -440,7 +446,7 @@ mod tests {
     #[test]
     fn forces_are_interpolated_within_the_study_only() {
         let study = study();
-        assert_eq!(study.sweeps().iter().map(|sweep| sweep.parameter().path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
+        assert_eq!(study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
         let force = |velocity, depth, failed| {
             let comparison = compare(&study, &results(&study, failed), &[point(velocity, depth, 0.0, 0.0)]);
             comparison[0].points[0].simulated.map(|simulated| simulated.force_n)

@@ -1,18 +1,24 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one swept setting and [`Study`] the grid of all. [`run_study`] simulates the cases.
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all. [`run_study`] simulates the cases.
 
 mod grid;
 mod scheduler;
+mod setting;
 mod shard;
 mod sweep;
+mod tool;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
+pub use setting::{Setting, TOOL, equation};
 pub use shard::{Shard, complete_shard};
 pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
+pub use tool::Tool;
 
+pub(crate) use setting::OFFSET;
 pub(crate) use sweep::{SweepText, TURNS, without_rounding_noise};
+pub(crate) use tool::ToolText;
 
 #[cfg(test)]
 mod tests {
