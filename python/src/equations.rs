@@ -1,11 +1,13 @@
 //! The equations of motion: accelerations of many states, all terms at one state, and their text.
 
+use std::collections::BTreeMap;
+
 use bristle::equations::{Batch, Member};
 use bristle::model::filament;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
-use bristle_inspect::derive::{DeriveFormat, Equations, Motion, derive as derived};
+use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive as derived};
 use bristle_inspect::evaluation;
 use bristle_inspect::state::parse_state;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -84,22 +86,28 @@ pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String
     serde_json::to_string(&evaluation.map_err(of_value)?).map_err(of_value)
 }
 
-/// What `bristle derive` writes: the equations of so many segments, or the kernels without them.
+/// What `bristle derive` writes, one text or several files by their names: the equations of so many segments, or the kernels without them.
 #[pyfunction]
-pub fn derive(py: Python<'_>, segments: Option<usize>, planar: bool, format: &str) -> PyResult<String> {
+pub fn derive(
+    py: Python<'_>,
+    segments: Option<usize>,
+    planar: bool,
+    format: &str,
+) -> PyResult<(Option<String>, BTreeMap<String, String>)> {
     let motion = if planar { Motion::Planar } else { Motion::Spatial };
     let equations = match segments {
         Some(segments) => Equations::Whole { segments, motion },
         None if planar => Equations::PlanarKernels,
         None => Equations::Kernels,
     };
-    let format = match format {
-        "math" => DeriveFormat::Math,
-        "latex" => DeriveFormat::Latex,
-        "markdown" => DeriveFormat::Markdown,
-        "rust" => DeriveFormat::Rust,
-        "json" => DeriveFormat::Json,
-        other => return Err(of_value(format!("there is no format {other:?}"))),
-    };
-    unseen(py, move || derived(equations, format))?.map_err(of_value)
+    let format = DeriveFormat::ALL.into_iter().find(|known| known.name() == format);
+    let format = format.ok_or_else(|| {
+        let names = DeriveFormat::ALL.map(|known| format!("{:?}", known.name()));
+        of_value(format!("the format must be one of {}", names.join(", ")))
+    })?;
+    let derived = unseen(py, move || derived(equations, format))?.map_err(of_value)?;
+    Ok(match derived {
+        Derived::Text(text) => (Some(text), BTreeMap::new()),
+        Derived::Files(files) => (None, files.into_iter().map(|file| (file.name, file.text)).collect()),
+    })
 }

@@ -19,11 +19,12 @@ use bristle_study::advice::{Limits, advise};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::{Interaction, check_brushes};
 use bristle_study::results::{
-    Cell, FIXED_COLUMNS, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
+    Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
 };
-use bristle_study::study::{CaseResult, Study, complete_study_sampled};
+use bristle_study::study::{CaseResult, Study, Sweep, complete_study_sampled};
 use bristle_study::uncertainty::ForceScatter;
 use numpy::PyArray1;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -182,7 +183,8 @@ fn page_of(
 
 /// Writes the results of a study and its page, and removes files of an earlier one that this one does not write.
 fn write(directory: &Path, study: &Study, results: &[CaseResult], page: &str) -> Result<(), Failure> {
-    write_study(directory, study, results, page, false, |_| Ok(Vec::new())).map_err(Failure::File)?;
+    write_study(directory, (study, &Origin::here()), results, page, false, |_| Ok(Vec::new()))
+        .map_err(Failure::File)?;
     for name in [RUNS_PARQUET, MEASURED, COMPARISON] {
         remove(&directory.join(name)).map_err(Failure::File)?;
     }
@@ -229,13 +231,18 @@ impl SimulatedStudy {
         Ok(all)
     }
 
-    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they are, and their values.
-    fn axes(&self) -> Vec<(&'static str, Vec<f64>)> {
+    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they are, and their values, which are names for
+    /// tools.
+    fn axes<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
         let name = |path: &'static str| {
             let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
             fixed.map_or(path, |(name, _)| *name)
         };
-        self.study.sweeps().iter().map(|sweep| (name(sweep.parameter().path), sweep.values().to_vec())).collect()
+        let values = |sweep: &Sweep| match sweep.setting().names() {
+            Some(names) => names.into_bound_py_any(py),
+            None => sweep.values().into_bound_py_any(py),
+        };
+        self.study.sweeps().iter().map(|sweep| Ok((name(sweep.path()), values(sweep)?))).collect()
     }
 
     /// The number of cases that failed.

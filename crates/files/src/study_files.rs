@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bristle_study::results::{study_text, write_runs};
+use bristle_study::results::{Origin, study_text_from, write_runs};
 use bristle_study::study::{CaseResult, Study};
 
 use crate::staged::{FileError, StagedFile};
@@ -21,13 +21,13 @@ pub const MEASURED: &str = "measured.csv";
 pub const COMPARISON: &str = "measured_comparison.csv";
 
 /// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page: all of them, once each can be written.
-/// Returns the paths. `has_measured` says whether one of the further files has measured forces.
+/// Returns the paths. `origin` is the build that simulated the study; `has_measured` says whether one of the further files has measured forces.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_study(
     directory: &Path,
-    study: &Study,
+    (study, origin): (&Study, &Origin),
     results: &[CaseResult],
     page: &str,
     has_measured: bool,
@@ -35,7 +35,7 @@ pub fn write_study(
 ) -> Result<Vec<PathBuf>, FileError> {
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
-    let settings = study_text(study, &runs, has_measured);
+    let settings = study_text_from(study, origin, &runs, has_measured);
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs))?];
     staged.extend(further(&settings)?);
     staged.push(StagedFile::text(directory, STUDY, &settings)?);

@@ -1,12 +1,12 @@
 //! Figures of the tool force and its uncertainty: bands, measured points, and the sources of scatter.
 
-use super::{Family, Picture, Sides, View, selection};
+use super::{Family, Picture, Sides, View, axis_along, joined, selection, values_of};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_study::measured::{Measurement, Simulated, same, tool_force};
+use bristle_study::slices::Slice;
 use bristle_study::slices::spread;
-use bristle_study::slices::{Slice, equation};
 use bristle_study::study::CaseSummary;
 use bristle_study::text::number::short;
 use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
@@ -38,18 +38,18 @@ impl View<'_> {
         let levels: Vec<f64> =
             spread(of.values.len(), MAX_SCATTERED).into_iter().map(|index| of.values[index]).collect();
         let Banded { curves, has_gaps } = self.banded(sides, &levels, "");
-        if curves.iter().all(|curve| curve.look != Look::Band || curve.points.is_empty()) {
+        if curves.iter().all(|curve| ![Look::Band, Look::Bars].contains(&curve.look) || curve.points.is_empty()) {
             return None;
         }
-        let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(levels.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
             title: "Contact normal force of the tool with scattering filaments".to_owned(),
             subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
-            x: Axis::linear(over.label()),
+            x: axis_along(over),
             y: Axis::from_zero("F_n,w in N"),
             curves,
         };
-        let name = format!("scatter_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("scatter_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw() })
     }
 
@@ -71,7 +71,7 @@ impl View<'_> {
             let points = x.shown().into_iter().zip(&known);
             let points: Vec<(f64, f64)> =
                 points.map(|(at, known)| (at, known.as_ref().map_or(f64::NAN, index))).collect();
-            curves.push(Curve::new(name, Look::Joined, points));
+            curves.push(Curve::new(name, joined(x), points));
         };
         for (position, Input { symbol, name, .. }) in INPUTS.iter().enumerate() {
             if known.iter().flatten().any(|indices| indices[position] > 0.0) {
@@ -82,17 +82,17 @@ impl View<'_> {
         if known.iter().all(Option::is_none) {
             return None;
         }
-        let at = equation(y.parameter, y.values[row]);
+        let at = y.setting.equation(y.values[row]);
         let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
         let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
         let diagram = Diagram {
             title: "Sources of the scatter in the tool force".to_owned(),
             subtitle: self.subtitle([at, deviations]),
-            x: Axis::linear(x.label()),
+            x: axis_along(x),
             y: Axis::from_zero("first-order Sobol index"),
             curves,
         };
-        let name = format!("sobol_over_{}{}", x.word(), self.slice.suffix());
+        let name = format!("sobol_over_{}{}", x.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw() })
     }
 
@@ -113,23 +113,24 @@ impl View<'_> {
                 let force = |along| summary(along).and_then(force).unwrap_or(f64::NAN);
                 over.shown().into_iter().enumerate().map(|(along, at)| (at, force(along))).collect::<Vec<_>>()
             };
-            let name = equation(of.parameter, of.values[member]);
+            let name = of.setting.legend(of.values[member]);
             // Pens of one colour.
             let brush = curve(&|summary| Some(summary.metrics.tool_contact_normal_force_n));
             let alone = curve(&|summary| Some(summary.brush.as_ref()?.tool_contact_normal_force_alone_n));
-            curves.push(Curve::new(format!("brush, {name}"), Look::Joined, brush).with_pen(index));
-            curves.push(Curve::new(format!("alone, {name}"), Look::Line, alone).with_pen(index + COLORS.len()));
+            curves.push(Curve::new(format!("brush, {name}"), joined(over), brush).with_pen(index));
+            let line = if over.setting.names().is_some() { Look::Markers } else { Look::Line };
+            curves.push(Curve::new(format!("alone, {name}"), line, alone).with_pen(index + COLORS.len()));
         }
         let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
-        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(members.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
             title: "Contact normal force of the tool with and without interaction".to_owned(),
             subtitle: self.subtitle([selection, gaps(has_gaps)]),
-            x: Axis::linear(over.label()),
+            x: axis_along(over),
             y: Axis::from_zero("F_n,w in N"),
             curves,
         };
-        let name = format!("interaction_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("interaction_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw() })
     }
 
@@ -162,9 +163,9 @@ impl View<'_> {
         let Banded { mut curves, has_gaps } = self.banded(sides, &levels, "simulated, ");
         let mut has_means = false;
         for (index, &level) in levels.iter().enumerate() {
-            let name = equation(of.parameter, level);
+            let name = of.setting.legend(level);
             let points = measured.iter().filter(|point| same(place(point).1, level));
-            let points = points.map(|point| Marked::of(place(point).0 * over.factor(), point)).collect();
+            let points = points.map(|point| Marked::of(place(point).0 * over.setting.factor(), point)).collect();
             let Marks { marks, are_means } = Marks::of(points);
             has_means |= are_means;
             let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
@@ -179,15 +180,15 @@ impl View<'_> {
             (false, true) => "bars: ± standard deviation".to_owned(),
             (false, false) => "measured without standard deviations".to_owned(),
         };
-        let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
+        let selection = selection(levels.len(), total, &format!("measured {}", values_of(of)));
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
             subtitle: self.subtitle([format!("{}; {bars}", self.band_text()), selection, gaps(has_gaps)]),
-            x: Axis::linear(over.label()),
+            x: axis_along(over),
             y: Axis::from_zero("F_n,w in N"),
             curves,
         };
-        let name = format!("measured_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("measured_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw() })
     }
 
@@ -215,6 +216,8 @@ impl View<'_> {
             let [x, y] = if family == Family::OverX { [at, level] } else { [level, at] };
             tool_force(self.study, self.results, self.slice, x, y).ok()
         };
+        // Nothing lies between tools: bars take the place of bands.
+        let is_named = over.setting.names().is_some();
         let mut banded = Banded { curves: Vec::new(), has_gaps: false };
         for (index, &level) in levels.iter().enumerate() {
             let mut line = Vec::new();
@@ -224,7 +227,7 @@ impl View<'_> {
             for &at in &over.values {
                 let simulated = force(at, level);
                 banded.has_gaps |= simulated.is_none();
-                let at = at * over.factor();
+                let at = at * over.setting.factor();
                 line.push((at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
                 match simulated.and_then(|simulated| self.band(simulated)) {
                     Some([lower, upper]) => {
@@ -236,11 +239,17 @@ impl View<'_> {
             }
             bands.push(band);
             for (mut upper, lower) in bands {
+                if is_named {
+                    let ends = upper.into_iter().zip(lower).flat_map(|(upper, lower)| [upper, lower]).collect();
+                    banded.curves.push(Curve::new("", Look::Bars, ends).with_pen(index));
+                    continue;
+                }
                 upper.extend(lower.into_iter().rev());
                 banded.curves.push(Curve::new("", Look::Band, upper).with_pen(index));
             }
-            let name = format!("{prefix}{}", equation(of.parameter, level));
-            banded.curves.push(Curve::new(name, Look::Line, line).with_pen(index));
+            let name = format!("{prefix}{}", of.setting.legend(level));
+            let look = if is_named { Look::Markers } else { Look::Line };
+            banded.curves.push(Curve::new(name, look, line).with_pen(index));
         }
         banded
     }

@@ -63,7 +63,8 @@ class Grid {
     return this.named
       .map((axis) => {
         const place = this.axes.indexOf(axis);
-        return `${axis.label} = ${withUnit(axis.values[place < 0 ? 0 : places[place]], axis.scale)}`;
+        const value = axisText(axis, place < 0 ? 0 : places[place]);
+        return axis.names ? `${axis.label} ${value}` : `${axis.label} = ${value}`;
       })
       .join(", ");
   }
@@ -89,6 +90,18 @@ function findRanges(quantities) {
 /** Whether a case is known to be laterally unstable. */
 function isUnstable(study, index) {
   return study.quantities.find(({ key }) => key === UNSTABLE).values[index] === 1;
+}
+
+/** A value of an axis with its unit, or a name. */
+function axisText({ names, values, scale }, place) {
+  return names?.[place] ?? withUnit(values[place], scale);
+}
+
+/** A value of an axis as it stands beside the axis: a number, or a name that is cut if it is long. */
+function tickText({ names, values, scale }, place) {
+  if (!names) return number(values[place] * scale.factor, 4);
+  const letters = [...names[place]];
+  return letters.length > 18 ? `${letters.slice(0, 17).join("")}…` : names[place];
 }
 
 /** Label of an axis: quantity and unit. */
@@ -152,7 +165,7 @@ function createOverview(study, grid, open) {
     });
     for (const axis of sliced) {
       const place = grid.axes.indexOf(axis);
-      const options = axis.values.map((value, i) => element("option", { value: i }, withUnit(value, axis.scale)));
+      const options = axis.values.map((_, i) => element("option", { value: i }, axisText(axis, i)));
       const choose = element(
         "select",
         { "data-path": axis.path, onchange: () => ((places[place] = Number(choose.value)), draw()) },
@@ -167,7 +180,8 @@ function createOverview(study, grid, open) {
   /** Sizes in pixels, from the available width. */
   function measure() {
     const width = map.clientWidth;
-    const [left, right, top, bottom] = [upward ? 50 : 64, 8, 8, 44];
+    const names = upward?.names ? upward.values.map((_, j) => tickText(upward, j).length) : [];
+    const [left, right, top, bottom] = [upward ? Math.max(50, 26 + 7 * Math.max(0, ...names)) : 64, 8, 8, 44];
     // Before the page has been laid out the width is zero.
     const inner = Math.max(0, width - left - right);
     const wanted = upward ? Math.min(inner * 0.66, rows * 64) : inner * 0.5;
@@ -255,7 +269,7 @@ function createOverview(study, grid, open) {
 
   function drawMapAxes() {
     const bottom = layout.top + layout.height;
-    const labels = across.values.map((value) => number(value * across.scale.factor, 4));
+    const labels = across.values.map((_, i) => tickText(across, i));
     const widest = Math.max(...labels.map((label) => label.length)) * 7 + 10;
     for (const i of labelledPlaces(across, Math.floor(layout.inner / widest))) {
       const x = left(i) + cellWidth() / 2;
@@ -270,7 +284,7 @@ function createOverview(study, grid, open) {
         svgElement("line", { class: "axis", x1: layout.left - 4, x2: layout.left, y1: y, y2: y }),
         svgText(
           { x: layout.left - 7, y: y + 4, "text-anchor": "end" },
-          number(upward.values[j] * upward.scale.factor, 4),
+          tickText(upward, j),
         ),
       );
     }
@@ -338,15 +352,18 @@ function createOverview(study, grid, open) {
     }
     const values = across.values.map((value) => value * across.scale.factor);
     const [first, last] = [Math.min(...values), Math.max(...values)];
-    for (const value of ticks(first, last, Math.max(2, layout.inner / 90))) {
+    const named = across.names ? [...labelledPlaces(across, Math.max(2, Math.floor(layout.inner / 130)))] : null;
+    for (const value of named ?? ticks(first, last, Math.max(2, layout.inner / 90))) {
       const x = layout.left + 12 + ((value - first) / (last - first)) * (layout.inner - 24);
-      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": "middle" }, number(value, 4)));
+      const anchor = !named ? "middle" : value === first ? "start" : value === last ? "end" : "middle";
+      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, named ? tickText(across, value) : number(value, 4)));
     }
     const order = across.values.map((_, i) => i).sort((a, b) => across.values[a] - across.values[b]);
     const solved = order
       .filter((i) => quantity.values[at(i, 0)] !== null)
       .map((i) => curvePoint(i).map((v) => v.toFixed(1)));
-    drawing.append(svgElement("polyline", { class: "line", points: solved.join(" ") }));
+    // Nothing lies between tools.
+    if (!across.names) drawing.append(svgElement("polyline", { class: "line", points: solved.join(" ") }));
     for (const i of order) {
       const [x, y] = curvePoint(i);
       const lost = quantity.values[at(i, 0)] === null ? " lost" : "";
@@ -371,7 +388,7 @@ function createOverview(study, grid, open) {
       drawMapAxes();
       drawUnstable();
       const line = separation();
-      const path = separatingLine(line);
+      const path = upward.names ? "" : separatingLine(line);
       if (path) {
         drawing.append(
           svgElement("path", { class: "contour-case", d: path }),
