@@ -29,6 +29,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::WIDTH;
 use crate::arrays::frozen;
 use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
 use crate::input::Input;
@@ -177,7 +178,7 @@ fn page_of(
 ) -> Result<String, Failure> {
     let courses = recorder.finish(results, threads).map_err(Failure::Threads)?;
     let document = input.document().map_err(Failure::Input)?;
-    let assumptions = Assumptions::of_study(study, results, &document.unstated()).with_material(document.material());
+    let assumptions = Assumptions::of_study(study, results, &document);
     Ok(page(&input.short_name(), study, results, &courses, &assumptions, &[]))
 }
 
@@ -276,7 +277,7 @@ impl SimulatedStudy {
             target_force_n: limit("target_force_n"),
         };
         let advice = advise(&self.study, &self.results, limits).map_err(of_value)?;
-        Ok((advice.text(), serde_json::to_string(&advice).map_err(of_value)?))
+        Ok((advice.text(WIDTH), serde_json::to_string(&advice).map_err(of_value)?))
     }
 
     /// `study.json` and `runs.csv`, for [`SimulatedStudy::of_state`].

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bristle_validation::{self as validation, Extent};
 use pyo3::prelude::*;
 
+use crate::WIDTH;
 use crate::interrupt::unseen;
 
 /// Ends a validation that nobody waits for.
@@ -33,5 +34,9 @@ pub fn validate(py: Python<'_>, full: bool) -> PyResult<(bool, String, String)> 
     drop(waiting);
     let mut rows = Vec::new();
     validation::write_rows(&mut rows, &outcomes)?;
-    Ok((validation::agrees(&outcomes), validation::table(&outcomes), String::from_utf8_lossy(&rows).into_owned()))
+    Ok((
+        validation::agrees(&outcomes),
+        validation::table(&outcomes, WIDTH),
+        String::from_utf8_lossy(&rows).into_owned(),
+    ))
 }
