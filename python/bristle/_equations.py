@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -119,25 +120,66 @@ def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
     return Evaluation(**{**values, **{key: np.array(values[key]) for key in arrays}})
 
 
+@overload
 def derive(
     segments: int | None = 2,
     *,
     planar: bool = False,
-    format: Literal["math", "latex", "markdown", "rust", "json"] = "math",
-) -> str:
+    format: Literal["math", "latex", "markdown", "rust", "json", "numpy"] = "math",
+) -> str: ...
+@overload
+def derive(
+    segments: int | None = 2,
+    *,
+    planar: bool = False,
+    format: Literal["c", "matlab"],
+) -> dict[str, str]: ...
+@overload
+def derive(
+    segments: int | None = 2,
+    *,
+    planar: bool = False,
+    format: Literal["sympy"],
+) -> dict[str, Any]: ...
+def derive(
+    segments: int | None = 2, *, planar: bool = False, format: str = "math"
+) -> str | dict[str, str] | dict[str, Any]:
     """The equations of motion in some form: ``bristle derive``.
+
+    >>> import bristle
+    >>> equations = bristle.derive(1, planar=True, format="sympy")
+    >>> equations["planar_mass_matrix"].shape
+    (1, 1)
 
     Args:
         segments: Number of segments; ``None`` for the kernels of one segment and one
             joint that the solver loops over.
         planar: Whether the filament moves in the plane of rotation.
-        format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``, or ``"json"``, the
-            graph (``docs/graph-format.md``).
+        format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``, ``"numpy"``,
+            ``"json"``, the graph (``docs/graph-format.md``), ``"c"``, ``"matlab"`` or
+            ``"sympy"``, which must be installed.
+
+    Returns:
+        A text; of C and MATLAB the texts of several files by their names; of SymPy the
+        matrices by the names of the functions that make them (``docs/languages.md``).
 
     Raises:
         ValueError: If there is no such format or number of segments.
     """
-    return _bristle.derive(segments, planar, format)
+    text, files = _bristle.derive(segments, planar, format)
+    if text is None:
+        return files
+    if format != "sympy":
+        return text
+    module: dict[str, Any] = {"__name__": "equations"}
+    exec(compile(text, "<equations>", "exec"), module)
+    return {
+        name: value()
+        for name, value in module.items()
+        if isinstance(value, FunctionType)
+        and value.__module__ == "equations"
+        and not name.startswith("_")
+    }
 
 
 class Validation:

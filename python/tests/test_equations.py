@@ -61,7 +61,17 @@ def test_the_equations_have_several_forms() -> None:
     assert "q" in bristle.derive(1)
     assert bristle.derive(2, format="latex").count("\\documentclass") == 1
     assert json.loads(bristle.derive(None, planar=True, format="json"))["kernels"]
+    assert "def planar_mass_matrix" in bristle.derive(1, planar=True, format="numpy")
+    assert all(bristle.derive(1, format="c").values())
+    assert "one_pass.m" in bristle.derive(1, format="matlab")
     with pytest.raises(ValueError, match="segment"):
         bristle.derive(0)
-    with pytest.raises(ValueError, match="format"):
-        bristle.derive(1, format="word")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match='"sympy"'):
+        bristle.derive(1, format="word")  # type: ignore[call-overload]
+
+
+def test_sympy_gets_matrices(settings: bristle.Settings) -> None:
+    sympy = pytest.importorskip("sympy")
+    mass = bristle.derive(2, planar=True, format="sympy")["planar_mass_matrix"]
+    assert mass.shape == (2, 2)
+    assert sympy.simplify(mass - mass.T) == sympy.zeros(2, 2)

@@ -105,6 +105,21 @@ def test_it_resumes_from_its_journal(
     bristle.study(settings, other, out=out, restart=True, progress=False)
 
 
+def test_tools_are_compared(settings: bristle.Settings) -> None:
+    pytest.importorskip("xarray")
+    sweep = {
+        "process.penetration_depth_m": [1e-3, 2e-3],
+        "tools": {
+            "short": {"filament": {"length_m": 0.03}},
+            "long": {"filament": {"length_m": 0.04}},
+        },
+    }
+    study = bristle.study(settings, sweep, progress=False)
+    assert study.runs["tool"].tolist() == ["short", "short", "long", "long"]
+    force = study.to_xarray()["tool_contact_normal_force_n"]
+    assert force.sel(tool="short").shape == (2,)
+
+
 def test_what_is_swept_is_checked(settings: bristle.Settings) -> None:
     with pytest.raises(bristle.SettingsError) as error:
         bristle.study(settings, {"filament.segmnts": [3]}, progress=False)

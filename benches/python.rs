@@ -1,0 +1,41 @@
+//! Rust's side of `benches/python.py`: for each line of stdin, `contact` or `batch`, a line with the time that it takes once, in s.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::io::stdin;
+use std::time::Instant;
+
+use bristle::equations::{Batch, Member};
+use bristle::model::filament;
+use bristle::simulation::simulate;
+use bristle::tool::radial_clamp;
+use bristle_study::document::Document;
+
+const FILE: &str = include_str!("../examples/zirconia.toml");
+const STATES: usize = 10_000;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let settings = Document::parse(FILE, "zirconia.toml")?.settings()?;
+    let segments = settings.filament.segments;
+    let chain = filament::chain(&settings.filament, settings.process.gravity_m_s2);
+    let clamp = radial_clamp(settings.tool.body_radius_m, 0.0, 0.0, 0.0);
+    let q: Vec<[f64; 2]> = (0..segments).map(|k| [std::f64::consts::FRAC_PI_2, 0.01 * k as f64]).collect();
+    let (q, v) = (q.repeat(STATES), vec![[1.0; 2]; segments * STATES]);
+    let members: Vec<Member<'_>> = q
+        .chunks(segments)
+        .zip(v.chunks(segments))
+        .map(|(q, v)| Member { chain: &chain, clamp: &clamp, q, v })
+        .collect();
+    let mut batch = Batch::new(segments);
+    let mut accelerations = vec![[0.0; 2]; segments * STATES];
+    for line in stdin().lines() {
+        let start = Instant::now();
+        match line?.as_str() {
+            "contact" => drop(black_box(simulate(black_box(&settings))?)),
+            "batch" => batch.accelerations(black_box(&members), black_box(&mut accelerations))?,
+            other => return Err(format!("{other} is neither `contact` nor `batch`").into()),
+        }
+        println!("{}", start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
