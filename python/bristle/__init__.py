@@ -25,6 +25,7 @@ from bristle._metrics import BrushMetrics, Metrics, Statistics
 from bristle._settings import Settings, load
 from bristle._study import Advice, Study, study
 from bristle._table import Table
+from bristle._tool import Tool
 
 __all__ = [
     "Advice",
@@ -42,6 +43,7 @@ __all__ = [
     "Statistics",
     "Study",
     "Table",
+    "Tool",
     "Validation",
     "__version__",
     "accelerations",

@@ -9,6 +9,7 @@ from bristle._table import Column
 
 __all__ = [
     "Input",
+    "SampledTool",
     "Simulated",
     "SimulatedBrush",
     "SimulatedStudy",
@@ -35,6 +36,15 @@ class Input:
     def values(self) -> str: ...
     def unusual(self) -> list[str]: ...
     def unusual_in_study(self) -> list[str]: ...
+
+@final
+class SampledTool:
+    def __new__(
+        cls,
+        position: Sequence[Sequence[Sequence[float]]],
+        direction: Sequence[Sequence[Sequence[float]]],
+        radius: float,
+    ) -> SampledTool: ...
 
 @final
 class Simulated:
@@ -74,7 +84,9 @@ class SimulatedStudy:
 
 def paper(brushing_velocity_m_s: float, penetration_depth_m: float) -> str: ...
 def read_input(path: str) -> tuple[str, list[list[float]] | None]: ...
-def simulate(input: Input, samples: int, shapes: int) -> Simulated: ...
+def simulate(
+    input: Input, samples: int, shapes: int, tool: SampledTool | None
+) -> Simulated: ...
 def brush(
     input: Input,
     threads: int | None,

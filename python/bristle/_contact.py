@@ -15,6 +15,7 @@ from bristle._html import framed
 from bristle._metrics import Metrics, Statistics
 from bristle._settings import Settings, checked
 from bristle._table import Table
+from bristle._tool import Tool
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,14 +35,25 @@ class Shapes:
 class Contact:
     """A simulated contact. Its arrays are made when they are first asked for."""
 
-    def __init__(self, settings: Settings, simulated: _bristle.Simulated) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        simulated: _bristle.Simulated,
+        tool: Tool | None = None,
+    ) -> None:
         self._settings = settings
         self._simulated = simulated
+        self._tool = tool
 
     @property
     def settings(self) -> Settings:
         """What was simulated."""
         return self._settings
+
+    @property
+    def tool(self) -> Tool | None:
+        """The tool that was simulated in place of the round one of the settings."""
+        return self._tool
 
     @cached_property
     def metrics(self) -> Metrics:
@@ -96,7 +108,10 @@ class Contact:
         scene.set(xlabel="x in mm", ylabel="y in mm", aspect="equal")
         return figure
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
+        # The page draws a round tool.
+        if self._tool is not None:
+            return None
         return framed(self._simulated.page(self._settings.name), 900)
 
     def __repr__(self) -> str:
@@ -104,15 +119,22 @@ class Contact:
         return f"<Contact: p_n = {impulse:.4g} N s>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restored, (self._settings, self._simulated.state()))
+        return (_restored, (self._settings, self._simulated.state(), self._tool))
 
 
-def _restored(settings: Settings, state: dict[str, Any]) -> Contact:
-    return Contact(settings, _bristle.Simulated.of_state(settings._input, state))
+def _restored(
+    settings: Settings, state: dict[str, Any], tool: Tool | None
+) -> Contact:
+    simulated = _bristle.Simulated.of_state(settings._input, state)
+    return Contact(settings, simulated, tool)
 
 
 def simulate(
-    settings: Settings, *, samples: int | None = None, shapes: int = 301
+    settings: Settings,
+    *,
+    samples: int | None = None,
+    shapes: int = 301,
+    tool: Tool | None = None,
 ) -> Contact:
     """Simulates the contact of one filament, as ``bristle simulate`` does.
 
@@ -128,10 +150,14 @@ def simulate(
         samples: Number of equally spaced times of :attr:`Contact.history`, including
             the first and the last instant; by default that of the settings.
         shapes: Number of equally spaced times of :attr:`Contact.shapes`.
+        tool: A tool in place of the round one. The workpiece lies as the settings say,
+            at the depth of the round tool.
 
     Raises:
         SettingsError: If the settings leave velocity or depth to a study.
         SimulationError: If the integration cannot continue.
     """
     samples = settings.solver["samples"] if samples is None else samples
-    return Contact(settings, _bristle.simulate(checked(settings), samples, shapes))
+    sampled = None if tool is None else tool._sampled(settings.filament["length_m"])
+    simulated = _bristle.simulate(checked(settings), samples, shapes, sampled)
+    return Contact(settings, simulated, tool)

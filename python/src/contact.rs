@@ -5,6 +5,8 @@ use bristle::model::parameters::Parameter;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop};
+use bristle::tool::Tool;
+use bristle::workpiece::Part;
 use bristle_report::page::{Recorder, page};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::results::write_metrics;
@@ -17,6 +19,7 @@ use crate::arrays::{columns, frozen, records, units};
 use crate::error::{of_settings, of_simulation, of_value};
 use crate::input::Input;
 use crate::interrupt::{Watch, on_a_thread};
+use crate::tool::SampledTool;
 
 /// A pass that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -25,17 +28,40 @@ pub struct Simulated {
     simulation: Simulation,
 }
 
-/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes` times.
+/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes` times, and with another `tool` if there is
+/// one.
 #[pyfunction]
-pub fn simulate(py: Python<'_>, input: &Input, samples: usize, shapes: usize) -> PyResult<Simulated> {
+pub fn simulate(
+    py: Python<'_>,
+    input: &Input,
+    samples: usize,
+    shapes: usize,
+    tool: Option<&Bound<'_, SampledTool>>,
+) -> PyResult<Simulated> {
     let settings = input.settings()?.clone();
     let sampling = Sampling { samples, shapes, profile: true, ..Sampling::default() };
+    let simulation = match tool {
+        None => simulate_pass(py, Pass::new(&settings), sampling)?,
+        Some(tool) => {
+            let (part, _) = Part::of(&settings).map_err(|violation| of_settings(violation.to_string()))?;
+            let pass = Pass::with(&settings, tool.get().clone(), part);
+            simulate_pass(py, pass.map_err(|error| of_settings(error.to_string()))?, sampling)?
+        }
+    };
+    Ok(Simulated { settings, simulation })
+}
+
+/// Simulates a pass until there is a signal.
+fn simulate_pass<T: Tool + Clone + Send + Sync>(
+    py: Python<'_>,
+    pass: Pass<T, Part>,
+    sampling: Sampling,
+) -> PyResult<Simulation> {
     let stop = Stop::default();
     let mut watch = Watch::new(&stop);
-    let result = py.detach(|| Pass::new(&settings).until(&stop).simulate_telling(sampling, |_| watch.look()));
+    let result = py.detach(|| pass.until(&stop).simulate_telling(sampling, |_| watch.look()));
     watch.end()?;
-    let simulation = result.map_err(|error| of_simulation(&error))?;
-    Ok(Simulated { settings, simulation })
+    result.map_err(|error| of_simulation(&error))
 }
 
 /// The numbers of a record, by key.

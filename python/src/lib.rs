@@ -11,6 +11,7 @@ mod error;
 mod input;
 mod interrupt;
 mod study;
+mod tool;
 mod validation;
 
 use pyo3::prelude::*;
@@ -23,6 +24,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<input::Input>()?;
     module.add_class::<contact::Simulated>()?;
+    module.add_class::<tool::SampledTool>()?;
     module.add_class::<brush::SimulatedBrush>()?;
     module.add_class::<study::SimulatedStudy>()?;
     module.add_function(wrap_pyfunction!(input::paper, module)?)?;

@@ -57,6 +57,7 @@ def test_without_samples_there_are_none(settings: bristle.Settings) -> None:
 def test_a_contact_is_shown(settings: bristle.Settings) -> None:
     contact = bristle.simulate(settings)
     page = contact._repr_html_()
+    assert page is not None
     assert page.startswith("<iframe srcdoc=") and "&quot;courses&quot;" in page
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -131,3 +132,32 @@ def test_a_brush_has_metrics_and_tables(small_brush: bristle.Settings) -> None:
 def test_a_brush_needs_its_section(settings: bristle.Settings) -> None:
     with pytest.raises(bristle.SettingsError, match=r"\[brush\]"):
         bristle.brush(settings)
+
+
+def test_a_tool_of_arrays_is_that_of_the_settings(settings: bristle.Settings) -> None:
+    angle = 2.0 * np.pi * np.arange(30) / 30
+    radial = np.stack([np.cos(angle), np.sin(angle), np.zeros(30)], axis=1)
+    tool = bristle.Tool(position_m=0.14 * radial, direction=2.0 * radial)
+    contact = bristle.simulate(settings, tool=tool)
+    round_one = bristle.simulate(settings).metrics["contact_normal_impulse_n_s"]
+    impulse = contact.metrics["contact_normal_impulse_n_s"]
+    # To the tolerance: rounding differs, and the filament bounces.
+    assert impulse == pytest.approx(round_one, rel=1e-4)
+    assert contact.tool is tool and contact._repr_html_() is None
+    again: bristle.Contact = pickle.loads(pickle.dumps(contact))
+    assert again.tool is not None
+    assert (again.tool.position_m == tool.position_m).all()
+    # Trailing filaments press less.
+    turned = np.stack([np.cos(angle - 0.2), np.sin(angle - 0.2), 0 * angle], axis=1)
+    trailing = bristle.simulate(settings, tool=bristle.Tool(0.14 * radial, turned))
+    assert trailing.metrics["contact_normal_impulse_n_s"] != pytest.approx(impulse)
+
+
+def test_a_tool_of_arrays_is_checked(settings: bristle.Settings) -> None:
+    ones = np.ones((8, 3))
+    with pytest.raises(ValueError, match=r"\(k, 3\)"):
+        bristle.Tool(ones, ones[:7])
+    with pytest.raises(ValueError, match="zero"):
+        bristle.Tool(ones, 0.0 * ones)
+    with pytest.raises(bristle.SettingsError, match="never touch"):
+        bristle.simulate(settings, tool=bristle.Tool(0.01 * ones, ones))

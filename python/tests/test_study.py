@@ -110,7 +110,7 @@ def test_tools_are_compared(settings: bristle.Settings) -> None:
     sweep = {
         "process.penetration_depth_m": [1e-3, 2e-3],
         "tools": {
-            "short": {"filament": {"length_m": 0.03}},
+            "short": {"filament": {"length_m": 0.035}},
             "long": {"filament": {"length_m": 0.04}},
         },
     }
