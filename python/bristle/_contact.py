@@ -148,7 +148,8 @@ def simulate(
     Args:
         settings: What to simulate.
         samples: Number of equally spaced times of :attr:`Contact.history`, including
-            the first and the last instant; by default that of the settings.
+            the first and the last instant; by default that of the settings. Without
+            any there is no :attr:`Contact.profile` either.
         shapes: Number of equally spaced times of :attr:`Contact.shapes`.
         tool: A tool in place of the round one. The workpiece lies as the settings say,
             at the depth of the round tool.

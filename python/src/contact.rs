@@ -39,7 +39,7 @@ pub fn simulate(
     tool: Option<&Bound<'_, SampledTool>>,
 ) -> PyResult<Simulated> {
     let settings = input.settings()?.clone();
-    let sampling = Sampling { samples, shapes, profile: true, ..Sampling::default() };
+    let sampling = Sampling { samples, shapes, profile: samples > 0, ..Sampling::default() };
     let simulation = match tool {
         None => simulate_pass(py, Pass::new(&settings), sampling)?,
         Some(tool) => {

@@ -30,7 +30,7 @@ mod tests {
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::Settings;
     use bristle::simulation::Statistics;
-    use bristle::simulation::{Job, Kind, Simulation};
+    use bristle::simulation::{Job, Kind, Sampling, Simulation, Stop};
 
     use super::scheduler::{complete_cases, in_order_of_work};
     use super::*;
@@ -214,6 +214,21 @@ mod tests {
         assert!(results.iter().all(Option::is_some));
         complete_cases(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
             .expect("nothing is to be done");
+    }
+
+    #[test]
+    fn cases_that_are_stopped_have_no_result() {
+        let study = Study::new(base(), vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
+        let (stop, mut results) = (Stop::default(), vec![None; 3]);
+        let done = |_: usize, _: &CaseResult| {
+            stop.request();
+            ControlFlow::Continue(())
+        };
+        let one = NonZeroUsize::new(1);
+        complete_study_sampled(&study, one, &mut results, &stop, Sampling::default(), |_, _| {}, done)
+            .expect("there is one thread");
+        assert_eq!(results.iter().flatten().filter(|result| result.is_ok()).count(), 1);
+        assert_eq!(results.iter().flatten().count(), 1);
     }
 
     #[test]
