@@ -299,6 +299,7 @@ function createSector() {
 
 showHead();
 showResults();
+showNotes(brush.notes);
 showSettings(brush.settings, fixedSettingText);
 showOrigin();
 if (brush.motion === null) byId("sector").hidden = true;

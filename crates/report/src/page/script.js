@@ -110,9 +110,8 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
-showWarnings(study.warnings);
 showMeasured(study.measured);
-showAssumptions(study.assumptions);
+showNotes(study.notes);
 showSettings(study.settings, settingText);
 showOrigin();
 // Without an address: the middle of the study, or a case with a course.
