@@ -13,6 +13,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
+use bristle_study::advice::headline;
 use bristle_study::assumptions::{Assumption, Assumptions};
 use bristle_study::brush::Interaction;
 use bristle_study::measured::Comparison;
@@ -249,6 +250,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
         courses.iter().filter_map(|course| Some((shown.cases.binary_search(&course.case()).ok()?, course))).collect();
     json!({
         "name": name,
+        "headline": headline(study, results),
         "version": env!("CARGO_PKG_VERSION"),
         "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
         "cases": study.case_count(),

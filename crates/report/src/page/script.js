@@ -4,6 +4,18 @@ const study = JSON.parse(document.getElementById("data").textContent);
 findRanges(study.quantities);
 const grid = new Grid(study);
 
+/** The answer in two sentences, whose rows lead to their cases. */
+function showHeadline() {
+  const parts = study.headline.split(/(?<=\(row )(\d+)(?=\))/);
+  const headline = document.getElementById("headline");
+  headline.hidden = false;
+  headline.replaceChildren(
+    ...parts.flatMap((part, k) =>
+      k % 2 === 0 || !indexOfRow.has(Number(part)) ? rich(part) : element("a", { href: `#case-${part}` }, part),
+    ),
+  );
+}
+
 function showHead() {
   document.getElementById("name").textContent = study.name;
   const swept = grid.named
@@ -96,11 +108,16 @@ const overview = createOverview(study, grid, (index) => {
   else location.hash = address;
 });
 
-function goToCase() {
+function goToCase(options) {
   const title = document.getElementById("case-title");
   title.focus({ preventScroll: true });
-  title.scrollIntoView();
+  title.scrollIntoView(options);
 }
+
+// A link to the case that is open changes no address.
+addEventListener("click", ({ target }) => {
+  if (target.closest?.("a")?.getAttribute("href") === location.hash && caseOfAddress() !== null) goToCase();
+});
 
 addEventListener("hashchange", () => {
   const index = caseOfAddress();
@@ -110,6 +127,7 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
+showHeadline();
 showMeasured(study.measured);
 showNotes(study.notes);
 showSettings(study.settings, settingText);
@@ -117,4 +135,6 @@ showOrigin();
 // Without an address: the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);
 const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
-showCase(caseOfAddress() ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+const asked = caseOfAddress();
+showCase(asked ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+if (asked !== null) goToCase({ behavior: "instant" });

@@ -38,6 +38,19 @@ pub fn significant(value: f64) -> String {
     }
 }
 
+/// A result with its uncertainty, which has two digits, if there is one.
+#[must_use]
+pub fn uncertain(value: f64, uncertainty: f64) -> String {
+    let scientific = format!("{uncertainty:.1e}");
+    let digits = match scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()) {
+        _ if uncertainty == 0.0 => return significant(value),
+        Some(exponent @ -4..=0) => format!("{uncertainty:.*}", (1 - exponent) as usize),
+        Some(1..=5) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
+        _ => scientific,
+    };
+    format!("{} ± {digits}", significant(value))
+}
+
 /// A number of a quantity that spans decades: three significant digits, and two with an exponent from 10⁴.
 pub fn spanning(value: f64) -> String {
     let scientific = format!("{value:.2e}");
@@ -76,6 +89,9 @@ mod tests {
             "1.00e6",
         ];
         assert_eq!(values.map(significant), texts);
+        let uncertain = [(312.4, 17.86), (54.321, 5.0), (1.0, 0.123), (2500.0, 137.0), (3.0, 0.0)]
+            .map(|(value, uncertainty)| uncertain(value, uncertainty));
+        assert_eq!(uncertain, ["312 ± 18", "54.3 ± 5.0", "1.00 ± 0.12", "2500 ± 140", "3.00"]);
     }
 
     #[test]
