@@ -53,7 +53,7 @@ fn wrapped(text: &str, size: i32, room: f32) -> Vec<String> {
         match lines.last_mut() {
             Some(line) if font::length(&format!("{line} {word}"), size) <= room => {
                 line.push(' ');
-                line.push_str(word);
+                line.push_str(&word);
             }
             _ => lines.push(word),
         }
