@@ -84,10 +84,10 @@ mod tests {
 
     #[test]
     fn long_headings_have_several_lines() {
-        let words = "one two three four";
-        assert_eq!(wrapped(words, 10, 1e3), [words]);
-        assert_eq!(wrapped(words, 10, 50.0), ["one two", "three", "four"]);
-        assert_eq!(wrapped(words, 10, 1.0), ["one", "two", "three", "four"]);
+        let text = "one two three four";
+        assert_eq!(wrapped(text, 10, 1e3), [text]);
+        assert_eq!(wrapped(text, 10, 50.0), ["one two", "three", "four"]);
+        assert_eq!(wrapped(text, 10, 1.0), ["one", "two", "three", "four"]);
         assert!(wrapped("", 10, 50.0).is_empty());
         assert_eq!(words("d ± 2.5 %, N_f = 10 ± 1; all"), ["d ± 2.5 %,", "N_f = 10 ± 1;", "all"]);
         let height = |title, subtitle| Heading::new(&Format::default(), title, subtitle, [60, 160]).height();

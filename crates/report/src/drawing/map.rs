@@ -417,6 +417,26 @@ mod tests {
     }
 
     #[test]
+    fn the_line_leaves_numbers_free() {
+        let number = |x: i32| Number { text: "1".to_owned(), part: 0.5, middle: (x, 0), half: (fine(5), fine(5)) };
+        let line = [(0, 0), (fine(100), 0)];
+        assert_eq!(beside(line, &[]), [line]);
+        let parts = beside(line, &[number(fine(50)), number(fine(100))]);
+        let free = 5 + FREE.0 / 2;
+        let ends = [[0, 50 - free - 1], [50 + free + 1, 100 - free - 1]];
+        assert_eq!(parts, ends.map(|ends| ends.map(|x| (fine(x), 0))));
+        assert!(beside([(0, 0), (0, 0)], &[number(0)]).is_empty());
+        // The line of another quantity has no place on the colours.
+        let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
+            let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];
+            let mut map = map(&sides, &sides, values.into_iter().chain(values).map(Some).collect());
+            map.line = Some(Line { level: 1.0, other });
+            map.draw().svg().matches("stroke=\"#282C34\" stroke-width=\"20\"").count()
+        });
+        assert!(lines[0] == 0 && lines[1] > 0, "{lines:?}");
+    }
+
+    #[test]
     fn odd_maps_are_drawn() {
         let maps = [
             map(&[1.0], &[1.0], vec![Some(0.3)]),

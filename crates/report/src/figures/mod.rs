@@ -687,6 +687,72 @@ mod tests {
     }
 
     #[test]
+    fn flat_curves_at_different_levels_show_their_changes() {
+        let known =
+            |curves: &[&[f64]]| curves.iter().map(|values| values.iter().copied().map(Some).collect()).collect();
+        let means = |curves: Vec<Vec<Option<f64>>>| means_of_flat(&curves);
+        assert_eq!(means(known(&[&[10.0, 10.1], &[20.0, 20.1]])), Some(vec![10.05, 20.05]));
+        assert_eq!(
+            means(vec![vec![Some(10.0), None, Some(10.1)], vec![Some(20.0), Some(20.1), None]]),
+            Some(vec![10.05, 20.05])
+        );
+        // One curve, curves that change, that lie together, without values, or below zero, are drawn as they are.
+        for curves in [
+            &[&[10.0, 10.1][..]][..],
+            &[&[10.0, 12.0], &[20.0, 20.1]],
+            &[&[10.0, 10.1], &[10.2, 10.3]],
+            &[&[], &[]],
+            &[&[-1.0, -1.0], &[1.0, 1.0]],
+        ] {
+            assert_eq!(means(known(curves)), None, "{curves:?}");
+        }
+
+        let (study, mut results) =
+            study("\"filament.segments\" = [1, 2]\n\"solver.relative_tolerance\" = [1e-5, 1e-3]");
+        for (case, result) in results.iter_mut().enumerate() {
+            let force = [100.0, 100.1, 200.0, 200.4][case];
+            result.as_mut().expect("a result").metrics.tool_contact_normal_force_n = force;
+        }
+        let pictures = study_figures(&study, &results, &[], &Format::default()).pictures;
+        let picture = pictures.iter().find(|picture| picture.name == "tool_force_over_relative_tolerance");
+        let svg = picture.expect("a figure").canvas.svg();
+        for text in ["deviation from the mean in %", "segments = 2: mean 200 N", "10⁻⁵"] {
+            assert!(svg.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn on_paper_all_text_has_its_size() {
+        let (study, results) = study("brushing_velocity_m_s = [10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let settings = study.settings(0);
+        let simulation = simulate_with_history(&settings, 100).expect("a pass");
+        for (width_mm, points) in [(84.0, 8.0), (90.0, 10.0), (174.0, 7.0), (300.0, 24.0)] {
+            let format = Format::new(Some(width_mm), Some(points), Some("STIX".to_owned())).expect("a format");
+            let mut pictures = study_figures(&study, &results, &[], &format).pictures;
+            pictures.extend(contact_figures(&settings, &simulation.history, &[1e-3, 2e-3], &[], &[], &format));
+            assert!(pictures.len() > 10);
+            for Picture { name, canvas } in pictures {
+                let svg = canvas.svg();
+                let after = |text: &str| svg.split_once(text).map(|(_, rest)| rest).expect("an attribute");
+                let number =
+                    |text: &str| text.split(['"', ' ', 'm']).next().and_then(|number| number.parse::<f64>().ok());
+                assert_eq!(number(after("<svg width=\"")), Some(width_mm), "{name}");
+                let of_view_box = number(after("viewBox=\"0 0 ")).expect("a width");
+                // A part in a thousand, as the layout has whole pixels.
+                for size in svg.split("sans-serif\" font-size=\"").skip(1).filter_map(number) {
+                    let in_points = size / of_view_box * width_mm * 72.27 / 25.4;
+                    assert!((in_points / points - 1.0).abs() < 2e-3, "{name}: {in_points} pt");
+                }
+                assert!(svg.contains("font-family=\"'STIX', Helvetica"));
+            }
+        }
+        let format = Format::new(Some(84.0), Some(8.0), None).expect("a format");
+        let png = history_figure(&settings, &simulation.history, &format).canvas.png();
+        let [width, per_metre] = [16, 41].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes")));
+        assert!(width.abs_diff(1984) <= 1 && per_metre == 23_622, "{width} {per_metre}");
+    }
+
+    #[test]
     fn what_is_left_out_is_said() {
         let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));

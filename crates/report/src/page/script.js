@@ -6,7 +6,9 @@ const grid = new Grid(study);
 
 /** The answer in two sentences, whose rows lead to their cases. */
 function showHeadline() {
-  const parts = study.headline.split(/(?<=\(row )(\d+)(?=\))/);
+  // Numbers stay with their units.
+  const unbroken = study.headline.replace(/(?<=\d) (?=[\p{L}%])|(?<=≥) | (?=≥)/gu, "\u00a0");
+  const parts = unbroken.split(/(?<=\(row )(\d+)(?=\))/);
   const headline = document.getElementById("headline");
   headline.hidden = false;
   headline.replaceChildren(
