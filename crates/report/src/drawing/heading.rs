@@ -11,6 +11,8 @@ const TITLE: i32 = 14;
 const SUBTITLE: i32 = 11;
 /// Room that stays free at the right, in pixels.
 const RIGHT: i32 = 8;
+/// The part of the room that a line of Helvetica may take, so that one of a wider font fits too.
+const SAFE: f32 = 0.84;
 /// Height of a heading of one line, with the room below it.
 const HEIGHT: i32 = 40;
 
@@ -25,9 +27,11 @@ pub struct Heading {
 impl Heading {
     /// The heading of a figure that begins at the pixel `left` of a figure of a `width` in pixels.
     pub fn new(format: &Format, title: &str, subtitle: &str, [left, width]: [i32; 2]) -> Self {
-        let room = width - left - RIGHT;
-        let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
-            .map(|(text, usual)| wrapped(text, format.font_size(usual), room as f32));
+        // On paper the figure does not end where the text does, whatever font a viewer has.
+        let part = if format.is_on_paper() { SAFE } else { 1.0 };
+        let room = part * (width - left - RIGHT) as f32;
+        let [title, subtitle] =
+            [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| wrapped(text, format.font_size(usual), room));
         Self { title, subtitle, left }
     }
 
@@ -86,7 +90,7 @@ mod tests {
     fn long_headings_have_several_lines() {
         let text = "one two three four";
         assert_eq!(wrapped(text, 10, 1e3), [text]);
-        assert_eq!(wrapped(text, 10, 50.0), ["one two", "three", "four"]);
+        assert_eq!(wrapped(text, 10, 40.0), ["one two", "three", "four"]);
         assert_eq!(wrapped(text, 10, 1.0), ["one", "two", "three", "four"]);
         assert!(wrapped("", 10, 50.0).is_empty());
         assert_eq!(words("d ± 2.5 %, N_f = 10 ± 1; all"), ["d ± 2.5 %,", "N_f = 10 ± 1;", "all"]);

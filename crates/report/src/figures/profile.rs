@@ -19,10 +19,11 @@ const WIDTH: i32 = 760;
 const ABOVE: i32 = 10;
 const BETWEEN: i32 = 30;
 const BOTTOM: i32 = 50;
-/// Height of a panel of the unrolled profile on a screen and at least, and width of that of edges.
+/// Height of a panel of the unrolled profile on a screen and at least; width of the column of edges, and of its panel at least.
 const PANEL: i32 = 180;
-const MIN_PANEL: i32 = 130;
+const MIN_PANEL: i32 = 150;
 const EDGES: i32 = 276;
+const MIN_EDGES: i32 = 100;
 /// Height of the drawn contact on a screen, and the width of the part around edges.
 const DRAWN: i32 = 380;
 const AROUND: i32 = 330;
@@ -109,7 +110,8 @@ pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell], format: &Fo
     let left = scales.iter().map(|scale| left_of(format, scale)).max().unwrap_or(0);
     let page = format.width(WIDTH);
     let panel = format.height(PANEL, WIDTH, MIN_PANEL);
-    let split = page - 24 - if edges.is_some() { EDGES * page / WIDTH } else { 0 };
+    let beside = if edges.is_some() { (EDGES * page / WIDTH).max(left + MIN_EDGES) } else { 0 };
+    let split = page - 24 - beside;
     let mut columns = vec![(widened(whole, MARGIN), [left, split], "arc length in mm")];
     if let Some(edges) = edges {
         columns.push((widened(edges, 0.5), [split + left, page - 24], "at the edge, in mm"));
