@@ -452,11 +452,12 @@ function createOverview(study, grid, open) {
   /** The numbers of all cells, if all of them fit; whether they are drawn. */
   function drawNumbers() {
     const { size, character, room } = CELL_NUMBER;
+    const numberOf = (value) => number(value * quantity.scale.factor, DIGITS, !Number.isInteger(value));
     const cases = Array.from({ length: rows * columns }, (_, k) => [k % columns, Math.floor(k / columns)]);
     const known = cases.filter(([i, j]) => quantity.values[at(i, j)] !== null);
     // A map of many cells has no numbers: they need not be made to know that.
     const couldFit = cellWidth() >= 3 * character && cellHeight() >= size + room;
-    const texts = couldFit ? known.map(([i, j]) => number(quantity.values[at(i, j)] * quantity.scale.factor, DIGITS)) : [];
+    const texts = couldFit ? known.map(([i, j]) => numberOf(quantity.values[at(i, j)])) : [];
     const fit = couldFit && texts.every((text) => text.length * character + room <= cellWidth());
     layers.find(({ id }) => id === "numbers").box.disabled = !fit;
     if (!fit || !isShown("numbers")) return false;
