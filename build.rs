@@ -11,7 +11,8 @@ use std::process::{Command, ExitCode};
 
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json;
-use bristle_codegen::back::rust::{Origin, emit};
+use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::source::Origin;
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
 use bristle_codegen::fingerprint::{digest, sources};
 use bristle_codegen::ir::kernel::Kernel;

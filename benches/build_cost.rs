@@ -9,7 +9,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use bristle_codegen::MAKER;
-use bristle_codegen::back::rust::{Origin, count_operations, emit};
+use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;

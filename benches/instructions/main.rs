@@ -1,8 +1,8 @@
 //! Instructions of the stepping path, counted by Valgrind and compared with `counts.csv`.
 //!
 //! ```sh
-//! cargo bench --bench instructions                # fails if a count is off by more than the margin
-//! cargo bench --bench instructions -- --accept    # writes the present counts
+//! cargo bench -p bristle-instructions             # fails if a count is off by more than the margin
+//! cargo bench -p bristle-instructions -- --accept    # writes the present counts
 //! ```
 //!
 //! Times vary with the machine and its load, instruction counts hardly do. Valgrind does not support AVX-512, so lanes are
@@ -27,7 +27,7 @@ use bristle_study::document::Document;
 
 /// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit changes many.
 const MARGIN: f64 = 0.05;
-const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions/counts.csv");
+const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.csv");
 
 /// The subjects, with enough repetitions for an accurate count.
 const SUBJECTS: [(&str, usize); 18] = [

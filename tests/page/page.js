@@ -3,7 +3,7 @@
 //   node page.js REPORTS SCREENSHOTS
 //
 // REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, deburring.html of
-// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, and simulate three turns. brush.html of
+// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, simulate three turns, and compare tools. brush.html of
 // examples/brush.toml and tilted.html are pages that `bristle brush` has written.
 
 import assert from "node:assert/strict";
@@ -589,6 +589,34 @@ for (const colorScheme of ["light", "dark"]) {
     });
   }
 }
+
+test("named tools are chosen by their names", async () => {
+  const { page, close } = await open(report("tools"));
+  const choice = page.locator('#choices [data-path="tool"]');
+  assert.deepEqual(await choice.locator("option").allTextContents(), ["plain", "brush_2"]);
+  assert.match(await page.textContent("#summary"), /tool plain, brush_2 \(2 tools\)/);
+  await choice.selectOption({ label: "brush_2" });
+  // The underscore is not that of a symbol.
+  assert.match(await page.textContent("#readout"), /tool brush_2: /);
+  await page.keyboard.press("Tab");
+  await page.focus("#map");
+  await page.keyboard.press("Enter");
+  assert.match(await page.textContent("#case-title"), /tool brush_2$/);
+  assert.match(await page.textContent("#settings"), /plain: 1.18\u202fmmbrush_2: 800\u202fµm/);
+  await shot(page, "tools-1280-light");
+  await close();
+});
+
+test("tools alone have a curve without a line between them", async () => {
+  const { page, close } = await open(report("names"), { width: NARROW });
+  const texts = await page.locator("#map svg text").allTextContents();
+  assert.ok(["plain", "brush_2"].every((name) => texts.includes(name)), texts.join());
+  assert.equal(await page.locator("#map svg polyline").count(), 0);
+  assert.equal(await page.locator("#map svg circle.point").count(), 2);
+  await fitsAcross(page);
+  await shot(page, "names-360-light");
+  await close();
+});
 
 /** The number of colours on a canvas. */
 const colours = (page, canvas) =>

@@ -4,129 +4,21 @@
 //! the printer adds the parentheses that precedence needs. The functions are generic over the scalar type, so
 //! that one source serves single values and several at once.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 use syn::Ident;
 
-use crate::back::json::fingerprint;
-use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
+use crate::back::source::{EmitError, Language, Origin, count_operations, header, uses, write_body};
+use crate::ir::constant::Constant;
+use crate::ir::graph::{Node, NodeId};
+use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
 use crate::ir::unit::Unit;
 
-/// Why a kernel cannot be emitted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum EmitError {
-    /// An output needs a symbol that no input provides.
-    #[error("kernel `{kernel}` uses `{symbol}`, which is not one of its inputs")]
-    UnboundSymbol {
-        /// Name of the kernel.
-        kernel: String,
-        /// Name of the symbol.
-        symbol: String,
-    },
-    /// A constant is infinite or not a number.
-    #[error("kernel `{kernel}` holds the constant {value}, which is not finite")]
-    NonFiniteConstant {
-        /// Name of the kernel.
-        kernel: String,
-        /// The constant.
-        value: String,
-    },
-    /// The expressions cannot be written as JSON, on which their fingerprint is based.
-    #[error("the expressions have no fingerprint: {0}")]
-    Fingerprint(String),
-    /// The tokens are not valid Rust: a defect of the emitter.
-    #[error("the emitted code does not parse: {0}")]
-    Syntax(String),
-}
-
-/// How many operations a kernel takes; a shared one counts once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OperationCount {
-    /// Additions, subtractions and changes of sign.
-    pub additions: usize,
-    /// Multiplications, squares included.
-    pub multiplications: usize,
-    /// Divisions.
-    pub divisions: usize,
-    /// Square roots, sines, cosines, arc sines, comparisons, and evaluations of `S` and its derivatives.
-    pub functions: usize,
-}
-
-impl OperationCount {
-    /// All operations.
-    pub fn total(&self) -> usize {
-        self.additions + self.multiplications + self.divisions + self.functions
-    }
-}
-
-impl std::fmt::Display for OperationCount {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { additions, multiplications, divisions, functions } = self;
-        write!(
-            formatter,
-            "{additions} additions, {multiplications} multiplications, {divisions} divisions, {functions} functions"
-        )
-    }
-}
-
 /// A function of more operations than this is not marked to be inlined.
 const MAX_INLINED_OPERATIONS: usize = 1000;
-
-/// Counts the operations of a kernel.
-pub fn count_operations(kernel: &Kernel) -> OperationCount {
-    let mut count = OperationCount::default();
-    for id in kernel.computed() {
-        match kernel.graph.node(id) {
-            Node::Constant(_) | Node::Symbol(_) => {}
-            Node::Add(..) | Node::Sub(..) | Node::Neg(_) => count.additions += 1,
-            Node::Mul(..) => count.multiplications += 1,
-            Node::Div(..) => count.divisions += 1,
-            Node::Powi(_, exponent) => {
-                count.multiplications += exponent.unsigned_abs().saturating_sub(1) as usize;
-                count.divisions += usize::from(exponent < 0);
-            }
-            Node::Sqrt(_)
-            | Node::Sin(_)
-            | Node::Cos(_)
-            | Node::Asin(_)
-            | Node::LessThan(..)
-            | Node::HalfAngleSquared(..) => count.functions += 1,
-        }
-    }
-    count
-}
-
-fn given(kernel: &Kernel) -> BTreeMap<NodeId, Ident> {
-    let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
-    elements.map(|(name, node)| (*node, format_ident!("{name}"))).collect()
-}
-
-/// What the header of emitted source says about its origin.
-#[derive(Clone, Copy, Debug)]
-pub struct Origin<'a> {
-    /// What the source computes, in one line.
-    pub title: &'a str,
-    /// What made the expressions: an engine with its version, and what it derived them from.
-    pub maker: &'a str,
-    /// The command that makes the source again.
-    pub again: &'a str,
-}
-
-/// The header: origin, fingerprint of the expressions, and operations.
-fn header(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
-    let fingerprint = fingerprint(kernels).map_err(|error| EmitError::Fingerprint(error.to_string()))?;
-    let operations: usize = kernels.iter().map(|kernel| count_operations(kernel).total()).sum();
-    let Origin { title, maker, again } = origin;
-    let lines = format!(
-        "{title}\nMade by {maker}; do not edit.\nSHA-256 of the expressions: {fingerprint}\n\
-         To make it again: {again}\nOperations: {operations}."
-    );
-    Ok(lines.lines().map(|line| format!("// {line}").trim_end().to_string() + "\n").collect())
-}
 
 /// The formatted Rust source of `kernels`, below a header that states its `origin`.
 ///
@@ -141,7 +33,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
         functions.push('\n');
         functions.push_str(&emit_kernel(kernel)?);
     }
-    Ok(header(kernels, origin)? + &functions)
+    Ok(header(kernels, origin, "//")? + &functions)
 }
 
 /// `tokens` as formatted source.
@@ -153,9 +45,6 @@ fn format(tokens: TokenStream) -> Result<String, EmitError> {
 fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
     let function = format_ident!("{}", kernel.name);
     let result = format_ident!("{}", camel_case(&kernel.name));
-    if let Some(symbol) = kernel.unbound_symbol() {
-        return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol: symbol.into() });
-    }
     let body = Body::new(kernel)?;
 
     let summary = kernel.summary.lines().map(|line| format!(" {line}"));
@@ -246,86 +135,12 @@ struct Body {
     expressions: BTreeMap<NodeId, syn::Expr>,
 }
 
-/// Expressions deeper than this are cut by a `let`, for the reader and for the parser's stack.
-const MAX_DEPTH: usize = 6;
-
 impl Body {
     fn new(kernel: &Kernel) -> Result<Self, EmitError> {
-        let given = given(kernel);
-        let order = kernel.computed();
-        let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
-        for operand in
-            order.iter().flat_map(|&id| computed_operands(kernel.graph.node(id))).chain(kernel.output_nodes())
-        {
-            *uses.entry(operand).or_default() += 1;
-        }
-        let mut body = Self { uses: uses.clone(), statements: String::new(), expressions: BTreeMap::new() };
-        let mut statements = Vec::new();
-        let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
-        for (id, name) in given {
-            body.expressions.insert(id, syn::parse_quote!(#name));
-        }
-        let bases: BTreeSet<NodeId> = order.iter().filter_map(|&id| base_of_power(&kernel.graph, id)).collect();
-        let mut names = 0;
-        for id in order {
-            let node = kernel.graph.node(id);
-            let expression = body.operation(kernel, node)?;
-            for operand in computed_operands(node) {
-                // Expressions are dropped after their last use.
-                let left = uses.get_mut(&operand).expect("every operand is counted");
-                *left -= 1;
-                if *left == 0 {
-                    body.expressions.remove(&operand);
-                }
-            }
-            let depth = 1 + computed_operands(node).filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
-            // A power repeats its base, and a constant is as short as a name.
-            let shared = body.uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
-            if shared && !matches!(node, Node::Constant(_)) {
-                let name = format_ident!("t{names}");
-                names += 1;
-                statements.push(quote!(let #name = #expression;));
-                if statements.len() == STATEMENTS_AT_A_TIME {
-                    body.statements.push_str(&format_statements(&std::mem::take(&mut statements))?);
-                }
-                body.expressions.insert(id, syn::parse_quote!(#name));
-            } else {
-                body.expressions.insert(id, expression);
-                depths.insert(id, depth);
-            }
-        }
-        body.statements.push_str(&format_statements(&statements)?);
-        Ok(body)
-    }
-
-    fn operation(&self, kernel: &Kernel, node: Node) -> Result<syn::Expr, EmitError> {
-        let of = |id: NodeId| &self.expressions[&id];
-        Ok(match node {
-            Node::Constant(constant) => {
-                let value = constant.value();
-                if !value.is_finite() {
-                    return Err(EmitError::NonFiniteConstant { kernel: kernel.name.clone(), value: value.to_string() });
-                }
-                constant_expression(value)
-            }
-            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
-            Node::Add(a, b) => binary(of(a), syn::parse_quote!(+), of(b)),
-            Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
-            Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),
-            Node::Div(a, b) => binary(of(a), syn::parse_quote!(/), of(b)),
-            Node::Neg(a) => negative(of(a)),
-            Node::Powi(_, 0) => constant_expression(1.0),
-            Node::Powi(a, exponent) => power(of(a), exponent),
-            Node::Sqrt(a) => method(of(a), "sqrt", None),
-            Node::Sin(a) => method(of(a), "sin", None),
-            Node::Cos(a) => method(of(a), "cos", None),
-            Node::Asin(a) => method(of(a), "asin", None),
-            Node::LessThan(a, b) => method(of(a), "less_than", Some(of(b))),
-            Node::HalfAngleSquared(order, a) => {
-                let (order, argument) = (Literal::u8_unsuffixed(order), of(a));
-                syn::parse_quote!(T::half_angle_squared::<#order>(#argument))
-            }
-        })
+        let mut rust = Rust { statements: String::new(), pending: Vec::new() };
+        let expressions = write_body(kernel, &mut rust)?;
+        rust.format_pending()?;
+        Ok(Self { uses: uses(kernel), statements: rust.statements, expressions })
     }
 
     fn value(&self, output: &Output) -> TokenStream {
@@ -345,6 +160,64 @@ impl Body {
     }
 }
 
+/// Rust, with the statements written so far.
+struct Rust {
+    statements: String,
+    /// Statements that are not formatted yet.
+    pending: Vec<TokenStream>,
+}
+
+impl Rust {
+    fn format_pending(&mut self) -> Result<(), EmitError> {
+        self.statements.push_str(&format_statements(&std::mem::take(&mut self.pending))?);
+        Ok(())
+    }
+}
+
+impl Language for Rust {
+    type Expression = syn::Expr;
+
+    fn given(&self, name: &str) -> syn::Expr {
+        let name = format_ident!("{name}");
+        syn::parse_quote!(#name)
+    }
+
+    fn constant(&self, constant: Constant) -> syn::Expr {
+        constant_expression(constant.value())
+    }
+
+    fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a syn::Expr) -> syn::Expr {
+        match node {
+            Node::Constant(constant) => self.constant(constant),
+            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
+            Node::Add(a, b) => binary(of(a), syn::parse_quote!(+), of(b)),
+            Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
+            Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),
+            Node::Div(a, b) => binary(of(a), syn::parse_quote!(/), of(b)),
+            Node::Neg(a) => negative(of(a)),
+            Node::Powi(a, exponent) => power(of(a), exponent),
+            Node::Sqrt(a) => method(of(a), "sqrt", None),
+            Node::Sin(a) => method(of(a), "sin", None),
+            Node::Cos(a) => method(of(a), "cos", None),
+            Node::Asin(a) => method(of(a), "asin", None),
+            Node::LessThan(a, b) => method(of(a), "less_than", Some(of(b))),
+            Node::HalfAngleSquared(order, a) => {
+                let (order, argument) = (Literal::u8_unsuffixed(order), of(a));
+                syn::parse_quote!(T::half_angle_squared::<#order>(#argument))
+            }
+        }
+    }
+
+    fn intermediate(&mut self, number: usize, value: syn::Expr) -> Result<syn::Expr, EmitError> {
+        let name = format_ident!("t{number}");
+        self.pending.push(quote!(let #name = #value;));
+        if self.pending.len() == STATEMENTS_AT_A_TIME {
+            self.format_pending()?;
+        }
+        Ok(syn::parse_quote!(#name))
+    }
+}
+
 /// Statements as the lines of a function's body.
 fn format_statements(statements: &[TokenStream]) -> Result<String, EmitError> {
     let function = format(quote!(fn body() { #(#statements)* }))?;
@@ -352,13 +225,6 @@ fn format_statements(statements: &[TokenStream]) -> Result<String, EmitError> {
     // Without the enclosing function; an empty one is a single line.
     lines.pop();
     Ok(lines.iter().skip(1).map(|line| format!("{line}\n")).collect())
-}
-
-fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
-    match graph.node(id) {
-        Node::Powi(base, exponent) => (exponent != 0).then_some(base),
-        _ => None,
-    }
 }
 
 fn binary(left: &syn::Expr, operator: syn::BinOp, right: &syn::Expr) -> syn::Expr {

@@ -5,8 +5,10 @@
 use std::fmt::Write;
 
 use bristle_codegen::back::json::to_json;
+use bristle_codegen::back::languages::{SourceFile, c, matlab, numpy, sympy};
 use bristle_codegen::back::print::{self, Form, equations, walkthrough};
-use bristle_codegen::back::rust::{Origin, count_operations, emit};
+use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::simplify::RULES;
 use bristle_codegen::model::chain::Motion;
@@ -85,6 +87,22 @@ fn emitted_whole_equations() {
         let kernels = whole(1, motion, Purpose::Computing);
         let source = emit(&kernels, origin("One segment.")).expect("the equations can be emitted");
         insta::assert_snapshot!(format!("{start}whole_1"), source);
+    }
+}
+
+#[test]
+fn other_languages() {
+    let origin = origin("Two segments.");
+    let [computing, reading] = [Purpose::Computing, Purpose::Reading].map(|purpose| whole(2, Motion::Planar, purpose));
+    let mut files = c::emit(&computing, origin).expect("the equations can be emitted");
+    files.extend(matlab::emit(&computing, origin).expect("the equations can be emitted"));
+    let python = [("numpy.py", numpy::emit(&computing, origin)), ("sympy.py", sympy::emit(&reading, origin))];
+    files.extend(python.map(|(name, text)| SourceFile { name: name.into(), text: text.expect("see above") }));
+    // `S`, which the plane does not need.
+    let spatial = matlab::emit(&whole(1, Motion::Spatial, Purpose::Computing), origin).expect("see above");
+    files.extend(spatial.into_iter().filter(|file| file.name == "half_angle_squared.m"));
+    for SourceFile { name, text } in files {
+        insta::assert_snapshot!(name.replace('.', "_"), text);
     }
 }
 

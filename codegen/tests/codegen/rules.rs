@@ -1,7 +1,8 @@
 //! Is it right? Simplified expressions have the values of the raw ones; the derivation has its known form.
 
 use crate::expressions::{Instruction, VARIABLES, build, value};
-use bristle_codegen::back::rust::{EmitError, Origin, emit};
+use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};

@@ -14,6 +14,7 @@ use bristle_study::advice::AdviceError;
 use bristle_study::brush::BrushStudyError;
 use bristle_study::explain::UnknownKey;
 use bristle_study::input_error::InputError;
+use bristle_study::joined::JoinError;
 use bristle_study::results::DataError;
 use bristle_text::shown_path;
 use thiserror::Error;
@@ -46,6 +47,8 @@ pub enum CliError {
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
     Derive(#[from] DeriveError),
+    #[error("this form of the equations is several files; name their directory by --out DIR")]
+    NoDirectory,
     #[error("{}: {error}", shown_path(path))]
     Comparison { path: PathBuf, error: Box<ComparisonError> },
     #[error("{}: --strict refuses settings that are unusual\n{}", shown_path(path), warnings.join("\n"))]
@@ -70,6 +73,11 @@ pub enum CliError {
     Saved(#[from] SavedError),
     #[error("{}: {error}", shown_path(path))]
     Advice { path: PathBuf, error: AdviceError },
+    /// Studies that cannot be compared.
+    #[error(transparent)]
+    Join(#[from] Box<JoinError>),
+    #[error("`{}` holds a study of its own: choose another directory for the comparison", shown_path(.0))]
+    OfAStudy(PathBuf),
     #[error("cannot start threads: {0}")]
     Threads(io::Error),
     #[error(transparent)]

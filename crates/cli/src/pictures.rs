@@ -21,7 +21,7 @@ use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use crate::saved::{Contact, SavedError, saved_brush, saved_case, saved_study};
-use crate::terminal::{say, show};
+use crate::terminal::{say, show, width};
 
 /// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
@@ -133,6 +133,14 @@ pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurem
     Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
 }
 
+/// The measured forces of the `study` that is saved in a directory.
+pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measurement>, PicturesError> {
+    if !study.measured {
+        return Ok(Vec::new());
+    }
+    measured_forces(&directory.join(MEASURED), &Format::of_tools(&study.study))
+}
+
 /// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
 /// study that this one does not have.
 pub fn draw_study(
@@ -148,7 +156,7 @@ pub fn draw_study(
     let mut message = write_pictures(directory, &drawn.pictures, threads, figures)?;
     remove_others(directory, &drawn.pictures, figures, is_of_study);
     if !drawn.note.is_empty() && figures.are_drawn() {
-        message.push_str(&format!(" ({})", drawn.note));
+        message.push_str(&format!("\n  ({})", drawn.note));
     }
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
@@ -191,10 +199,9 @@ pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<V
         return Err(SavedError::NoResults(saved.to_owned()).into());
     }
     let study = match study {
-        Some((SavedStudy { study, measured, .. }, results)) => {
-            let measured =
-                if measured { measured_forces(&saved.join(MEASURED), &TableFormat::default())? } else { Vec::new() };
-            Some((study, results, measured))
+        Some((study, results)) => {
+            let measured = measured_of(saved, &study)?;
+            Some((study.study, results, measured))
         }
         None => None,
     };
@@ -294,5 +301,5 @@ fn remove_others(directory: &Path, pictures: &[Picture], figures: &Figures, is_o
 /// Tells the user what was drawn, and shows how measured and simulated forces compare.
 pub fn say_drawn(Drawn { message, comparisons }: &Drawn) -> io::Result<()> {
     say(message);
-    if comparisons.is_empty() { Ok(()) } else { show(comparison_table(comparisons)) }
+    if comparisons.is_empty() { Ok(()) } else { show(comparison_table(comparisons, width())) }
 }

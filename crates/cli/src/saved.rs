@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_report::figures::Brush;
 use bristle_report::vtk::is_file_name;
 use bristle_study::results::{
-    DataError, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments, read_history,
-    read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
+    DataError, Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments,
+    read_history, read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
 };
 use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
@@ -57,8 +56,8 @@ pub enum SavedError {
     NoResults(PathBuf),
     /// A directory has no results of a study.
     #[error(
-        "`{}` has no {STUDY}\n   = help: advice compares the cases of a study; name a directory that `bristle study` has \
-         written to; if an older version wrote it, run the command again",
+        "`{}` has no {STUDY}\n   = help: name a directory that `bristle study` has written to; if an older version wrote it, run the command \
+         again",
         shown_path(.0)
     )]
     NoStudy(PathBuf),
@@ -73,8 +72,8 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     let saved = read_study(&text, &name)?;
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
-    if saved.version != env!("CARGO_PKG_VERSION") || saved.equations != FINGERPRINT {
-        let version = shortened(&saved.version);
+    if saved.origin != Origin::here() {
+        let version = shortened(&saved.origin.version);
         say(format_args!(
             "note: `{}` was simulated by another build of Bristle, version {version}",
             shown_path(&directory.join(RUNS))

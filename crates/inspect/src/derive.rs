@@ -2,8 +2,10 @@
 
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
+use bristle_codegen::back::languages::{self, SourceFile};
 use bristle_codegen::back::print::{self, Form};
-use bristle_codegen::back::rust::{EmitError, Origin, emit};
+use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
@@ -78,6 +80,14 @@ pub enum DeriveFormat {
     Rust,
     /// The expression graph.
     Json,
+    /// C11: a header and a source file.
+    C,
+    /// Function files for MATLAB and GNU Octave; for whole equations also a script of one pass.
+    Matlab,
+    /// A Python module of functions on NumPy arrays.
+    Numpy,
+    /// A Python module of functions that return SymPy matrices.
+    Sympy,
 }
 
 impl DeriveFormat {
@@ -89,8 +99,21 @@ impl DeriveFormat {
             Self::Markdown => "markdown",
             Self::Rust => "rust",
             Self::Json => "json",
+            Self::C => "c",
+            Self::Matlab => "matlab",
+            Self::Numpy => "numpy",
+            Self::Sympy => "sympy",
         }
     }
+}
+
+/// Equations in some form.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Derived {
+    /// One text.
+    Text(String),
+    /// Several files that belong together.
+    Files(Vec<SourceFile>),
 }
 
 /// Why the equations cannot be shown.
@@ -114,37 +137,72 @@ pub enum DeriveError {
 ///
 /// # Errors
 /// If there are no segments, or a form cannot be written.
-pub fn derive(equations: Equations, format: DeriveFormat) -> Result<String, DeriveError> {
+pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, DeriveError> {
     if matches!(equations, Equations::Whole { segments: 0, .. }) {
         return Err(DeriveError::NoSegments);
     }
     let again = equations.command(format);
-    let form = match format {
-        DeriveFormat::Math => Form::Text,
-        DeriveFormat::Latex => Form::Latex,
-        DeriveFormat::Markdown => Form::Markdown,
-        DeriveFormat::Rust | DeriveFormat::Json => return written_for_programs(equations, format, &again),
-    };
-    Ok(match equations {
-        Equations::Kernels | Equations::PlanarKernels => {
-            print::kernels(form, &equations.title(), &equations.derived(Purpose::Reading)?, &again)
+    let title = format!("{}.", equations.title());
+    let origin = Origin { title: &title, maker: MAKER, again: &again };
+    let computing = || equations.derived(Purpose::Computing);
+    Ok(match format {
+        DeriveFormat::Math => Derived::Text(written_for_people(equations, Form::Text, &again)?),
+        DeriveFormat::Latex => Derived::Text(written_for_people(equations, Form::Latex, &again)?),
+        DeriveFormat::Markdown => Derived::Text(written_for_people(equations, Form::Markdown, &again)?),
+        DeriveFormat::Json => Derived::Text(to_json(&computing()?, GENERATOR)?),
+        DeriveFormat::Rust => {
+            let source = emit(&computing()?, origin)?;
+            // The import goes below the header, which ends at the first empty line.
+            Derived::Text(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
         }
-        Equations::Whole { segments, motion } if form == Form::Markdown => {
-            print::walkthrough(segments, motion, &again)?
-        }
-        Equations::Whole { segments, motion } => {
-            print::equations(form, segments, motion, &equations.derived(Purpose::Reading)?, &again)
+        DeriveFormat::Numpy => Derived::Text(languages::numpy::emit(&computing()?, origin)?),
+        DeriveFormat::Sympy => Derived::Text(languages::sympy::emit(&equations.derived(Purpose::Reading)?, origin)?),
+        DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
+        DeriveFormat::Matlab => {
+            let mut files = languages::matlab::emit(&computing()?, origin)?;
+            if let Equations::Whole { segments, motion } = equations {
+                files.push(one_pass(segments, motion));
+            }
+            Derived::Files(files)
         }
     })
 }
 
-fn written_for_programs(equations: Equations, format: DeriveFormat, again: &str) -> Result<String, DeriveError> {
-    let kernels = equations.derived(Purpose::Computing)?;
-    if format == DeriveFormat::Json {
-        return Ok(to_json(&kernels, GENERATOR)?);
-    }
-    let title = format!("{}.", equations.title());
-    let source = emit(&kernels, Origin { title: &title, maker: MAKER, again })?;
-    // The import goes below the header, which ends at the first empty line.
-    Ok(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
+fn written_for_people(equations: Equations, form: Form, again: &str) -> Result<String, DeriveError> {
+    Ok(match equations {
+        Equations::Kernels | Equations::PlanarKernels => {
+            print::kernels(form, &equations.title(), &equations.derived(Purpose::Reading)?, again)
+        }
+        Equations::Whole { segments, motion } if form == Form::Markdown => print::walkthrough(segments, motion, again)?,
+        Equations::Whole { segments, motion } => {
+            print::equations(form, segments, motion, &equations.derived(Purpose::Reading)?, again)
+        }
+    })
+}
+
+/// A MATLAB function that integrates one pass with the whole equations, MODEL "One contact".
+fn one_pass(segments: usize, motion: Motion) -> SourceFile {
+    let [start, clamp, nodes, loads] = match motion {
+        Motion::Planar => [
+            "  start = [tool.start_angle * ones(n, 1); tool.rate * ones(n, 1); 0];",
+            "  radial = [cos(beta); sin(beta)];\n  across = [-sin(beta); cos(beta)];",
+            "  heights = clamp.position(2) + chain.h * cumsum(sin(q));",
+            "  Q = chain.h * cos(q) .* outer;",
+        ],
+        Motion::Spatial => [
+            "  start = [repmat([pi/2; tool.start_angle], n, 1); repmat([0; tool.rate], n, 1); 0];",
+            "  radial = [cos(beta); sin(beta); 0];\n  across = [-sin(beta); cos(beta); 0];",
+            "  phi = q(1:2:end);\n  theta = q(2:2:end);\n  heights = clamp.position(2) + chain.h * cumsum(sin(phi) .* sin(theta));",
+            "  Q = chain.h * reshape([cos(phi) .* sin(theta) .* outer, sin(phi) .* cos(theta) .* outer]', [], 1);",
+        ],
+    };
+    let text = include_str!("one_pass.m")
+        .replace("@SEGMENTS@", &segments.to_string())
+        .replace("@AXES@", &motion.axes().to_string())
+        .replace("@PREFIX@", &motion.name_for(""))
+        .replace("@START@", start)
+        .replace("@CLAMP@", clamp)
+        .replace("@NODES@", nodes)
+        .replace("@LOADS@", loads);
+    SourceFile { name: "one_pass.m".into(), text }
 }

@@ -6,10 +6,11 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 
+use crate::document::Document;
 use crate::materials::Material;
 use crate::stability::place;
 use crate::study::{CaseResult, Study};
-use crate::text::layout::{WARNING_WIDTH, aligned, wrap_at};
+use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
 /// By which share a setting is changed.
@@ -87,24 +88,28 @@ impl Assumptions {
         })
     }
 
-    /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the study sweeps is not one of them.
+    /// [`Assumptions::of_contact`] for the case of the study of a `document` with the highest tool force. What the study sweeps is not one of
+    /// them.
     #[must_use]
-    pub fn of_study(study: &Study, results: &[CaseResult], unstated: &[&'static Parameter]) -> Self {
-        let is_swept =
-            |parameter: &&Parameter| study.sweeps().iter().any(|sweep| sweep.parameter().path == parameter.path);
-        let unstated: Vec<&'static Parameter> = unstated.iter().copied().filter(|each| !is_swept(each)).collect();
+    pub fn of_study(study: &Study, results: &[CaseResult], document: &Document<'_>) -> Self {
         let force = |case: &usize| {
             results[*case].as_ref().map_or(f64::NEG_INFINITY, |summary| summary.metrics.tool_contact_normal_force_n)
         };
         // Of equal ones the first.
         let highest = (0..results.len()).rev().max_by(|a, b| force(a).total_cmp(&force(b)));
         let Some(case) = highest else { return Self::default() };
-        Self { row: Some(case + 1), ..Self::of_contact(&study.settings(case), &unstated) }
+        let tool = study.tool(case).map(|tool| tool.name.as_str());
+        let is_swept = |parameter: &&Parameter| study.sweep(parameter.path).is_some();
+        let unstated: Vec<&'static Parameter> =
+            document.unstated_of(tool).into_iter().filter(|each| !is_swept(each)).collect();
+        let contact = Self::of_contact(&study.settings(case), &unstated).with_material(document.material_of(tool));
+        let of_tool = tool.map(|name| format!("tool {name}, ")).unwrap_or_default();
+        Self { row: Some(case + 1), place: of_tool + &contact.place, ..contact }
     }
 
-    /// The settings as a table for a terminal 80 columns wide; empty if there are none.
+    /// The settings as a table, with prose in lines of at most `width` columns; empty if there are none.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, width: usize) -> String {
         if self.list.is_empty() {
             return String::new();
         }
@@ -125,14 +130,14 @@ impl Assumptions {
         let rows: Vec<Vec<String>> = std::iter::once(heading).chain(self.list.iter().map(row)).collect();
         let mut text = aligned(&rows).join("\n") + "\n";
         let row = self.row.map_or_else(String::new, |row| format!(" (row {row})"));
-        wrap_at(
-            WARNING_WIDTH,
+        wrap(
+            width,
             &mut text,
             "  ",
             &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place),
         );
         if let Some(note) = self.material_note() {
-            wrap_at(WARNING_WIDTH, &mut text, "  ", &note);
+            wrap(width, &mut text, "  ", &note);
         }
         text.truncate(text.trim_end().len());
         text
@@ -142,9 +147,9 @@ impl Assumptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Document;
     use crate::study::run_study;
     use crate::testing::brush;
+    use crate::text::layout::WIDTH;
 
     const FILE: &str = concat!(
         brush!(4),
@@ -203,7 +208,7 @@ mod tests {
         let assumptions = Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
         let modulus = assumptions.list.iter().find(|each| each.parameter.key() == "youngs_modulus_pa");
         assert_eq!(modulus.map(|modulus| modulus.value), Some(3.59e9));
-        let table = assumptions.text();
+        let table = assumptions.text(WIDTH);
         let note = table.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             note.contains("filament.youngs_modulus_pa are those of filament.material = \"PA6.6\", as published"),
@@ -223,12 +228,15 @@ mod tests {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let study = document.study().expect("a study");
         let results = run_study(&study, None, || {}).expect("the threads start");
-        let assumptions = Assumptions::of_study(&study, &results, &document.unstated());
-        let text = assumptions.text();
+        let assumptions = Assumptions::of_study(&study, &results, &document);
+        let text = assumptions.text(WIDTH);
         assert!(!text.contains("friction") && text.contains("filament.damping_ratio"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         let force = |row: usize| results[row - 1].as_ref().map_or(0.0, |case| case.metrics.tool_contact_normal_force_n);
         assert!((1..=4).all(|row| force(row) <= force(assumptions.row.expect("a row"))));
-        assert_eq!(Assumptions::of_study(&study, &results, &[]).text(), "");
+        let stated = ["filament.density_kg_m3=1110", "filament.damping_ratio=0.05", "contact.stiffness_n_m=1e5"];
+        let stated = stated.map(str::to_owned);
+        let whole = Document::parse_with(FILE, "case.toml", &stated).expect("a document");
+        assert_eq!(Assumptions::of_study(&study, &results, &whole).text(WIDTH), "");
     }
 }

@@ -6,9 +6,8 @@ use bristle::model::metrics::Metrics;
 use serde::Serialize;
 
 use crate::advice::{Limits, Outcome, Place};
-use crate::slices::equation;
 use crate::study::{CaseResult, CaseSummary, Study, Sweep};
-use crate::text::layout::{aligned, wrap};
+use crate::text::layout::{aligned, wrap, wrap_beside};
 use crate::text::number::spanning;
 
 /// Advice on even work considers cases with at least this part of the highest force on edges.
@@ -100,17 +99,18 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
 /// The swept values of a case. As in other advice, `*` marks an end of the study.
 fn place(study: &Study, case: usize) -> String {
     let value = |(sweep, value): (&Sweep, f64)| {
-        let text = equation(sweep.parameter(), value);
+        let text = sweep.setting().equation(value);
         let [low, high] = [f64::min, f64::max].map(|of| sweep.values().iter().copied().reduce(of).unwrap_or(value));
-        if low < high && (value == low || value == high) { format!("{text}*") } else { text }
+        let is_number = sweep.setting().parameter().is_some();
+        if is_number && low < high && (value == low || value == high) { format!("{text}*") } else { text }
     };
     let values: Vec<String> = study.sweeps().iter().zip(study.values(case)).map(value).collect();
     if values.is_empty() { "The only case.".to_owned() } else { format!("At {}.", values.join(", ")) }
 }
 
 impl EdgeAdvice {
-    /// Adds the advice to a text for a terminal 100 columns wide.
-    pub fn write(&self, text: &mut String) {
+    /// Adds the advice to a text, in lines of at most `width` columns.
+    pub fn write(&self, text: &mut String, width: usize) {
         let headings = [["row", "F_n,w", "share of", "evenness"], ["", "on edge", "p_n", ""]];
         let row = |about: &EdgeSentence| {
             [
@@ -126,10 +126,11 @@ impl EdgeAdvice {
         text.push_str("Work on the edge\n");
         lines.by_ref().take(headings.len()).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         for (line, about) in lines.zip(&self.advice) {
-            text.push_str(&format!("{}\n", about.topic.heading()));
-            wrap(text, &format!("{line}  "), &about.sentence);
+            wrap(width, text, "", about.topic.heading());
+            wrap_beside(width, text, &line, &about.sentence);
         }
         wrap(
+            width,
             text,
             "",
             "Evenness is the mean of the work per length around the edge over its largest value: 1 if the filament works \

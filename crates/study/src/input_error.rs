@@ -42,6 +42,12 @@ pub enum Problem {
         /// The parser's message.
         message: String,
     },
+    /// A number as people write it, not as TOML has it.
+    #[error("{what}")]
+    Number {
+        /// The number, and what is wrong with it.
+        what: String,
+    },
     /// A key that does not name a setting.
     #[error("unknown key `{}`: expected {expected}", shown(key, LONGEST_KEY))]
     UnknownKey {
@@ -72,13 +78,19 @@ pub enum Problem {
         /// Dotted path of the other.
         other: &'static str,
     },
-    /// An option for a key that the study sweeps.
+    /// An option, or a setting of a named tool, for a key that the study sweeps.
     #[error("`{key}` has no effect, because the study sweeps `{swept}`")]
     Swept {
         /// Dotted path of the key.
         key: &'static str,
         /// Dotted path of the swept setting, the same or one that states the same.
         swept: &'static str,
+    },
+    /// An option for a key that each named tool of the study states.
+    #[error("`{key}` has no effect, because each tool of the study states it")]
+    OfEachTool {
+        /// Dotted path of the key.
+        key: &'static str,
     },
     /// A value that is not allowed for the key.
     #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]

@@ -29,7 +29,7 @@ use thiserror::Error;
 use crate::brush::Interaction;
 use crate::digest::digest;
 use crate::origin::{CHECK_DIGITS, LONGEST_PATH, each_difference, listed, programs, sealed, settings, unsealed};
-use crate::study::{CaseResult, CaseSummary, Study, SweepText};
+use crate::study::{CaseResult, CaseSummary, Study, SweepText, Tool, ToolText};
 use crate::uncertainty::ForceScatter;
 use bristle::equations::FINGERPRINT;
 use bristle::model::metrics::Metrics;
@@ -110,8 +110,11 @@ struct Header<S> {
     equations: String,
     /// SHA-256 of the code that solves them.
     solver: String,
-    /// The settings. Those that are swept have their first value.
+    /// The settings, of the first tool if tools are compared. Those that are swept have their first value.
     settings: S,
+    /// The tools that are compared.
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    tools: Vec<ToolText<S>>,
     sweeps: Vec<SweepText>,
 }
 
@@ -155,7 +158,8 @@ impl Journal {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             equations: FINGERPRINT.to_owned(),
             solver: SOLVER.clone(),
-            settings: study.base(),
+            settings: study.base().clone(),
+            tools: study.tool_texts(),
             sweeps: study.sweep_texts(),
         };
         let header = sealed("", &header);
@@ -300,6 +304,31 @@ fn unlike(study: &Study, line: &[u8]) -> JournalError {
     }
 }
 
+/// The differences of the tools of a journal from those here, as sentences.
+fn tool_differences(there: &[ToolText<Value>], here: &[Tool], is_swept: impl Fn(&str) -> bool) -> Vec<String> {
+    let names = |names: Vec<&str>| match names[..] {
+        [] => "none".to_owned(),
+        _ => names.iter().map(|name| shown(name, LONGEST_PATH)).collect::<Vec<_>>().join(", "),
+    };
+    let [names_there, names_here] = [
+        names(there.iter().map(|tool| tool.name.as_str()).collect()),
+        names(here.iter().map(|tool| tool.name.as_str()).collect()),
+    ];
+    if names_there != names_here {
+        return vec![format!("tools: {names_there} there, {names_here} here")];
+    }
+    let of_tool = |(there, here): (&ToolText<Value>, &Tool)| {
+        let mut differences = settings(&there.settings, &here.settings, &is_swept);
+        each_difference(&there.held, &here.text().held, |path, there, here| {
+            let text = |value: Option<&f64>| value.map_or("not stated".to_owned(), |value| format!("{value:?}"));
+            differences.push(format!("{}: {} there, {} here", shown(path, LONGEST_PATH), text(there), text(here)));
+        });
+        let with_name = |difference| format!("tool {}, {difference}", here.name);
+        differences.into_iter().map(with_name).collect::<Vec<_>>()
+    };
+    there.iter().zip(here).flat_map(of_tool).collect()
+}
+
 /// The differences of a journal's header from that of `study`, as sentences.
 fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let mut differences = programs(&there.version, &there.equations, [&there.solver, &*SOLVER]);
@@ -310,7 +339,11 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
     // The base has only the first value of a setting that is swept on both sides.
     let is_swept = |path: &str| sweeps_there.contains_key(path) && sweeps_here.contains_key(path);
-    differences.extend(settings(&there.settings, study.base(), is_swept));
+    let (tools_there, tools_here) = (&there.tools, study.tools());
+    if tools_there.is_empty() || tools_here.is_empty() {
+        differences.extend(settings(&there.settings, study.base(), is_swept));
+    }
+    differences.extend(tool_differences(tools_there, tools_here, is_swept));
     each_difference(&sweeps_there, &sweeps_here, |path, there, here| {
         let [there, here] = [there, here].map(|values| match values.map(Vec::as_slice) {
             None => "not swept".to_owned(),

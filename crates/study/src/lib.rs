@@ -6,8 +6,8 @@
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
 //! 3. [`brush`]: what a case with filaments that touch has beyond its metrics; [`uncertainty`]: sampled tools of a case, and the band of their forces;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes; [`checkpoint`]: the state of a stopped brush;
-//! 5. [`results`], [`measured`]: saved results read back, and measured forces to compare with them;
-//! 6. [`slices`], [`limited_work`], [`stability`], [`touch`], [`advice`]: what a study shows, warns about and advises.
+//! 5. [`results`], [`joined`], [`measured`]: saved results read back, several of them as one study, and measured forces to compare with them;
+//! 6. [`slices`], [`differences`], [`limited_work`], [`stability`], [`touch`], [`advice`]: what a study shows, warns about and advises.
 //!
 //! Nothing here touches a file or a terminal: the interface is text.
 
@@ -16,12 +16,14 @@ pub mod assumptions;
 pub mod brush;
 pub mod checkpoint;
 pub mod control_points;
+pub mod differences;
 pub mod digest;
 pub mod document;
 pub mod edges;
 pub mod explain;
 pub mod first_file;
 pub mod input_error;
+pub mod joined;
 pub mod journal;
 pub mod limited_work;
 pub mod materials;

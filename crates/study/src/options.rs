@@ -8,6 +8,8 @@ use toml::de::{DeArray, DeTable, DeValue, Error};
 
 use bristle::model::parameters::Parameter;
 
+use crate::document::TOOLS;
+
 /// The section of the sweeps, whose keys are paths themselves.
 const STUDY: &str = "study";
 
@@ -30,6 +32,16 @@ impl<'t> Assignment<'t> {
         // The path of a sweep may have quotes, as in a file.
         let key = if section == STUDY { key.trim_matches('"') } else { key };
         Some(Self { section, key, key_span: 0..path.len(), value, value_span: value_start..option.len() })
+    }
+
+    /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a study.
+    pub fn tool(&self) -> Option<[&'t str; 2]> {
+        let rest = self.key.strip_prefix(TOOLS)?.strip_prefix('.').filter(|_| self.section == STUDY)?;
+        let (name, path) = match rest.strip_prefix('"') {
+            Some(quoted) => quoted.split_once("\".")?,
+            None => rest.split_once('.')?,
+        };
+        Some([name, path])
     }
 
     /// The value as TOML. A word needs no quotes.
@@ -67,6 +79,34 @@ pub(crate) fn state<'t>(
     entries.remove(key);
     entries
         .insert(Spanned::new(key_span, Cow::Borrowed(key)), Spanned::new(value_span.clone(), at(value, &value_span)));
+}
+
+/// [`state`] for a setting of a named tool, below the keys `parents` of the tree.
+pub(crate) fn state_of_tool<'t>(
+    table: &mut DeTable<'t>,
+    parents: [&'t str; 2],
+    [name, path]: [&'t str; 2],
+    value: DeValue<'t>,
+    spans: [Range<usize>; 2],
+) {
+    let mut tool = table;
+    for key in [parents[0], parents[1], name] {
+        let entry = Spanned::new(spans[0].clone(), Cow::Borrowed(key));
+        let new = || Spanned::new(spans[0].clone(), DeValue::Table(DeTable::new()));
+        let DeValue::Table(entries) = tool.entry(entry).or_insert_with(new).get_mut() else { return };
+        tool = entries;
+    }
+    // Those with their paths in quotes.
+    let group = Parameter::find(path).into_iter().flat_map(Parameter::group);
+    group.for_each(|same| drop(tool.remove(same.path)));
+    match path.split_once('.') {
+        Some((section, key)) => state(tool, [section, key], value, spans),
+        None => {
+            let [key_span, value_span] = spans;
+            let value = Spanned::new(value_span.clone(), at(value, &value_span));
+            tool.insert(Spanned::new(key_span, Cow::Borrowed(path)), value);
+        }
+    }
 }
 
 /// A value all of whose parts are at one place.

@@ -95,7 +95,7 @@ pub(crate) fn each_difference<V: PartialEq>(
 }
 
 /// The values within an object of objects, by dotted path.
-fn leaves(value: &Value) -> BTreeMap<String, Value> {
+pub(crate) fn leaves(value: &Value) -> BTreeMap<String, Value> {
     let mut found = BTreeMap::new();
     let mut open = vec![(String::new(), value)];
     while let Some((path, value)) = open.pop() {

@@ -5,9 +5,10 @@ use std::ops::Bound;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
+use crate::document::{SECTIONS, TOOLS};
 use crate::materials::MATERIALS;
 use crate::measured::{DECIMALS, Quantity, SEPARATORS};
-use crate::study::SHORT_NAMES;
+use crate::study::{SHORT_NAMES, TOOL};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 
@@ -20,9 +21,9 @@ pub fn input_schema() -> String {
     format!("{:#}\n", file_schema())
 }
 
-/// Whether the keys of a section are no settings: those of the sweeps are paths of settings.
-pub(crate) fn is_stated_elsewhere(section: &str) -> bool {
-    section == STUDY
+/// Whether a key of a section is the path of a setting of another: those of the sweeps are.
+pub(crate) fn is_stated_elsewhere(section: &str, key: &str) -> bool {
+    section == STUDY && key != TOOLS
 }
 
 /// The schema of an input file.
@@ -53,7 +54,6 @@ pub(crate) fn file_schema() -> Value {
     for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
         state_choice(&mut schema["properties"][parameter.section()], parameter);
     }
-    schema["properties"][STUDY] = study_schema();
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["filament"]["properties"]["material"] = json!({
         "type": "string",
@@ -61,6 +61,7 @@ pub(crate) fn file_schema() -> Value {
                         dry material at room temperature. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
         "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
     });
+    schema["properties"][STUDY] = study_schema(tool_schema(&schema));
     schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
         "type": "string",
         "minLength": 1,
@@ -122,7 +123,20 @@ fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
     }
 }
 
-fn study_schema() -> Value {
+/// A named tool: settings of some sections, none of them required, under their sections or with their paths in quotes.
+fn tool_schema(schema: &Value) -> Value {
+    let mut properties = Map::new();
+    for section in SECTIONS {
+        let keys = &schema["properties"][section]["properties"];
+        let of_section = json!({ "type": "object", "properties": keys, "additionalProperties": false });
+        properties.insert(section.to_owned(), of_section);
+        let quoted = keys.as_object().into_iter().flatten();
+        properties.extend(quoted.map(|(key, property)| (format!("{section}.{key}"), property.clone())));
+    }
+    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+fn study_schema(tool: Value) -> Value {
     let sweep = json!({
         "anyOf": [
             { "type": "array", "items": { "type": "number" }, "minItems": 1 },
@@ -139,14 +153,22 @@ fn study_schema() -> Value {
         ],
     });
     let paths = PARAMETERS.iter().map(|parameter| parameter.path);
+    let tools = json!({
+        "description": "Named tools that the study compares: what each states in place of the file, as in [study.tools.fine] with \
+                        filament.diameter_m = 0.6e-3 and tool.filament_count = 20000.",
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": tool,
+    });
     let sweeps: Map<String, Value> = SHORT_NAMES
         .into_iter()
         .map(|(short, _)| short)
         .chain(paths)
         .map(|name| (name.to_owned(), sweep.clone()))
+        .chain([(TOOLS.to_owned(), tools)])
         .collect();
     json!({
-        "description": "The settings that `bristle study` sweeps.",
+        "description": "The settings that `bristle study` sweeps, and the tools that it compares.",
         "type": "object",
         "properties": sweeps,
         "additionalProperties": false,
@@ -165,7 +187,9 @@ fn measured_schema() -> Value {
         });
         (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
     };
-    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).collect();
+    let tool =
+        json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
+    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();
     let keys = Quantity::ALL.map(Quantity::key);
     json!({
         "description": "Measured tool forces, which `bristle study` compares with simulated ones.",

@@ -3,19 +3,15 @@
 //! Figures and comparisons show a study slice by slice.
 
 use crate::measured::Speed;
-use crate::study::{DEPTH, SPEED, Study, VELOCITY};
-use crate::text::number::short;
+use crate::study::{DEPTH, OFFSET, SPEED, Setting, Study, Sweep, TOOL};
 use bristle::model::parameters::Parameter;
-
-/// The path of the setting that says where the workpiece is.
-const OFFSET: &str = "workpiece.offset_m";
 
 /// One of the two settings that vary.
 #[derive(Clone, Debug)]
 pub struct Side {
     /// The setting.
-    pub parameter: &'static Parameter,
-    /// The distinct values in SI units, ascending. There is at least one.
+    pub setting: Setting,
+    /// The distinct values in SI units, ascending; positions of named tools. There is at least one.
     pub values: Vec<f64>,
     /// Offset in case numbers of each value from the first value of its sweep.
     offsets: Vec<usize>,
@@ -29,27 +25,28 @@ pub struct Slice {
     /// The vertical setting.
     pub y: Side,
     /// The swept settings that have one value in this slice and other values in other slices.
-    pub fixed: Vec<(&'static Parameter, f64)>,
+    pub fixed: Vec<(Setting, f64)>,
     /// Number of the case at the first value of both sides.
     origin: usize,
 }
 
 impl Side {
-    /// A swept setting, or one that has the same value in all cases.
-    fn new(study: &Study, parameter: &'static Parameter) -> Self {
+    /// An axis of the study, or a setting that has the same value in all cases.
+    fn new(study: &Study, setting: &Setting) -> Self {
+        let setting = setting.clone();
         let mut stride = study.case_count();
         for sweep in study.sweeps() {
             stride /= sweep.values().len();
-            if sweep.parameter().path == parameter.path {
+            if sweep.path() == setting.path() {
                 let mut sorted: Vec<(f64, usize)> =
                     sweep.values().iter().enumerate().map(|(index, &value)| (value, index * stride)).collect();
                 sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
                 sorted.dedup_by(|next, first| next.0 == first.0);
                 let (values, offsets) = sorted.into_iter().unzip();
-                return Self { parameter, values, offsets };
+                return Self { setting, values, offsets };
             }
         }
-        Self { parameter, values: vec![parameter.get(study.base())], offsets: vec![0] }
+        Self { values: vec![study.value(&setting, 0)], setting, offsets: vec![0] }
     }
 
     /// Whether the setting has more than one value.
@@ -57,77 +54,16 @@ impl Side {
         self.values.len() > 1
     }
 
-    /// Symbol or key, without the unit.
-    pub fn symbol(&self) -> &'static str {
-        symbol(self.parameter)
-    }
-
-    /// A short word for file names.
-    pub fn word(&self) -> &'static str {
-        match self.parameter.path {
-            VELOCITY => "velocity",
-            SPEED => "speed",
-            DEPTH => "depth",
-            OFFSET => "offset",
-            _ => self.parameter.key(),
-        }
-    }
-
-    /// The full name with its unit, for an axis.
-    pub fn label(&self) -> String {
-        match self.parameter.path {
-            VELOCITY => "brushing velocity v_b in m/s".to_owned(),
-            SPEED => "rotational speed n_w in rpm".to_owned(),
-            DEPTH => "penetration depth a_e in mm".to_owned(),
-            OFFSET => "offset of the workpiece in mm".to_owned(),
-            path if self.parameter.unit.is_empty() => path.to_owned(),
-            path => format!("{path} in {}", self.parameter.unit),
-        }
-    }
-
-    /// From SI to the unit of the label.
-    pub fn factor(&self) -> f64 {
-        factor(self.parameter)
-    }
-
-    /// The values in the unit of the label.
+    /// The values in the unit in which people read them.
     pub fn shown(&self) -> Vec<f64> {
-        self.values.iter().map(|value| value * self.factor()).collect()
+        self.values.iter().map(|value| value * self.setting.factor()).collect()
     }
-}
-
-/// Symbol or key of a setting.
-fn symbol(parameter: &'static Parameter) -> &'static str {
-    match parameter.path {
-        VELOCITY => "v_b",
-        SPEED => "n_w",
-        DEPTH => "a_e",
-        OFFSET => "offset",
-        _ => parameter.key(),
-    }
-}
-
-/// Whether a setting is shown in mm.
-fn is_in_mm(parameter: &Parameter) -> bool {
-    [DEPTH, OFFSET].contains(&parameter.path)
-}
-
-/// From SI to the unit in which a setting is shown.
-fn factor(parameter: &Parameter) -> f64 {
-    if is_in_mm(parameter) { 1e3 } else { 1.0 }
-}
-
-/// A setting and its value, as in `v_b = 10 m/s`.
-pub fn equation(parameter: &'static Parameter, value: f64) -> String {
-    let number = short(value * factor(parameter));
-    let unit = if is_in_mm(parameter) { "mm" } else { parameter.unit };
-    format!("{} = {number} {unit}", symbol(parameter)).trim_end().to_owned()
 }
 
 impl Slice {
     /// Where the speed of a tool lies along the horizontal side of a slice of [`process_slices`].
     pub fn at_speed(&self, study: &Study, speed: Speed) -> f64 {
-        let is_rotational = self.x.parameter.path == SPEED;
+        let is_rotational = self.x.setting.path() == SPEED;
         let settings = || study.settings(self.case(0, 0));
         match speed {
             Speed::Velocity(velocity) if is_rotational => {
@@ -151,16 +87,17 @@ impl Slice {
 
     /// The values that distinguish this slice from the others, as text. Empty if there is only one slice.
     pub fn condition(&self) -> String {
-        self.fixed.iter().map(|&(parameter, value)| equation(parameter, value)).collect::<Vec<_>>().join(", ")
+        self.fixed.iter().map(|(setting, value)| setting.equation(*value)).collect::<Vec<_>>().join(", ")
     }
 
     /// The values that distinguish this slice from the others, as a suffix for file names.
     pub fn suffix(&self) -> String {
-        self.fixed.iter().map(|(parameter, value)| format!("_{}_{}", parameter.key(), short(*value))).collect()
+        self.fixed.iter().map(|(setting, value)| format!("_{}_{}", setting.key(), setting.file_word(*value))).collect()
     }
 }
 
 /// Some or all of the slices of a study.
+#[derive(Default)]
 pub struct Slices {
     /// At most the number requested, evenly spread.
     pub chosen: Vec<Slice>,
@@ -170,47 +107,64 @@ pub struct Slices {
 
 /// At most `limit` slices of brushing velocity, or of rotational speed if the study states that, and penetration depth.
 pub fn process_slices(study: &Study, limit: usize) -> Slices {
-    let [velocity, depth] = process_parameters(study);
-    slices(study, velocity, depth, limit)
+    let [velocity, depth] = process_settings(study);
+    slices(study, &velocity, &depth, limit)
 }
 
 /// At most `limit` slices of the two most informative settings: the first two that vary among velocity, depth and the further
 /// sweeps, fastest first. A study of one case has none.
 pub fn telling_slices(study: &Study, limit: usize) -> Slices {
-    let [velocity, depth] = process_parameters(study);
-    let further = study.sweeps().iter().rev().map(|sweep| sweep.parameter());
-    let further = further.filter(|parameter| ![velocity.path, DEPTH].contains(&parameter.path));
-    let mut varying: Vec<&'static Parameter> =
-        [velocity, depth].into_iter().chain(further).filter(|parameter| Side::new(study, parameter).varies()).collect();
+    let varying = varying(study);
     if varying.is_empty() {
-        return Slices { chosen: Vec::new(), total: 0 };
+        return Slices::default();
     }
     // If only one setting varies, the other side shows the single value of depth or velocity.
-    varying.extend([depth, velocity].into_iter().filter(|parameter| !Side::new(study, parameter).varies()));
-    slices(study, varying[0], varying[1], limit)
+    let [velocity, depth] = process_settings(study);
+    let single = [depth, velocity].into_iter().filter(|setting| !Side::new(study, setting).varies());
+    let settings: Vec<Setting> = varying.into_iter().chain(single).collect();
+    slices(study, &settings[0], &settings[1], limit)
+}
+
+/// At most `limit` slices of the most informative setting and the named tools; none if there is one tool, or if these are
+/// [`telling_slices`] already.
+pub fn tool_slices(study: &Study, limit: usize) -> Slices {
+    match &varying(study)[..] {
+        [first, _, .., tool] if tool.path() == TOOL => slices(study, first, tool, limit),
+        _ => Slices::default(),
+    }
+}
+
+/// The settings that vary: velocity or rotational speed, depth, then the others from the fastest to the named tools.
+fn varying(study: &Study) -> Vec<Setting> {
+    let process = process_settings(study);
+    let is_further = |setting: &Setting| process.iter().all(|other| other.path() != setting.path());
+    let further = study.sweeps().iter().rev().map(|sweep| sweep.setting().clone()).filter(is_further);
+    let all: Vec<Setting> = process.iter().cloned().chain(further).collect();
+    all.into_iter().filter(|setting| Side::new(study, setting).varies()).collect()
 }
 
 /// At most `limit` slices of the offset of the workpiece and penetration depth; none if one of them does not vary.
 pub fn offset_slices(study: &Study, limit: usize) -> Slices {
-    let [x, y] = [OFFSET, DEPTH].map(|path| Parameter::find(path).expect("the table has offset and depth"));
-    if ![x, y].iter().all(|parameter| Side::new(study, parameter).varies()) {
-        return Slices { chosen: Vec::new(), total: 0 };
+    match [OFFSET, DEPTH].map(|path| study.sweep(path).map(Sweep::setting)) {
+        [Some(x), Some(y)] if [x, y].iter().all(|setting| Side::new(study, setting).varies()) => {
+            slices(study, x, y, limit)
+        }
+        _ => Slices::default(),
     }
-    slices(study, x, y, limit)
 }
 
-fn process_parameters(study: &Study) -> [&'static Parameter; 2] {
-    [study.speed(), Parameter::find(DEPTH).expect("the table has the depth")]
+fn process_settings(study: &Study) -> [Setting; 2] {
+    [study.speed(), Parameter::find(DEPTH).expect("the table has the depth")].map(Setting::Number)
 }
 
-fn slices(study: &Study, x: &'static Parameter, y: &'static Parameter, limit: usize) -> Slices {
-    let further = study.sweeps().iter().map(|sweep| sweep.parameter());
+fn slices(study: &Study, x: &Setting, y: &Setting, limit: usize) -> Slices {
+    let further = study.sweeps().iter().map(Sweep::setting);
     let further: Vec<Side> = further
-        .filter(|parameter| ![x.path, y.path].contains(&parameter.path))
-        .map(|parameter| Side::new(study, parameter))
+        .filter(|setting| ![x.path(), y.path()].contains(&setting.path()))
+        .map(|setting| Side::new(study, setting))
         .filter(Side::varies)
         .collect();
-    let [x, y] = [x, y].map(|parameter| Side::new(study, parameter));
+    let [x, y] = [x, y].map(|setting| Side::new(study, setting));
     let total = further.iter().map(|side| side.values.len()).product();
     let slice = |number: usize| {
         let mut slice = Slice { x: x.clone(), y: y.clone(), fixed: Vec::new(), origin: 0 };
@@ -218,7 +172,7 @@ fn slices(study: &Study, x: &'static Parameter, y: &'static Parameter, limit: us
         for side in &further {
             stride /= side.values.len();
             let position = number / stride % side.values.len();
-            slice.fixed.push((side.parameter, side.values[position]));
+            slice.fixed.push((side.setting.clone(), side.values[position]));
             slice.origin += side.offsets[position];
         }
         slice
@@ -239,6 +193,7 @@ pub fn spread(count: usize, limit: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::document::Document;
+    use crate::study::VELOCITY;
 
     #[test]
     fn a_selection_keeps_first_and_last() {
@@ -286,7 +241,7 @@ mod tests {
     fn the_two_settings_that_tell_most_make_the_planes() {
         let sides = |sweeps: &str| {
             let slices = telling_slices(&study(sweeps), 9).chosen;
-            slices.iter().map(|slice| [slice.x.word(), slice.y.word()]).next()
+            slices.iter().map(|slice| [&slice.x, &slice.y].map(|side| side.setting.word())).next()
         };
         let (velocity, depth) = ("brushing_velocity_m_s = [5.0, 6.0]\n", "penetration_depth_m = [1e-3, 2e-3]\n");
         let segments = "\"filament.segments\" = [3, 4]\n";
@@ -297,6 +252,6 @@ mod tests {
         assert_eq!(sides(segments), Some(["segments", "depth"]));
         assert_eq!(sides("\"filament.segments\" = [3]\n"), None);
         let one = telling_slices(&study(segments), 1).chosen.remove(0);
-        assert_eq!(equation(one.y.parameter, one.y.values[0]), "a_e = 1 mm");
+        assert_eq!(one.y.setting.equation(one.y.values[0]), "a_e = 1 mm");
     }
 }

@@ -4,8 +4,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
-use crate::slices::equation;
-use crate::study::{CaseResult, DEPTH, Study, VELOCITY};
+use crate::study::{CaseResult, DEPTH, Study, VELOCITY, equation};
 use crate::text::layout::{help, warning};
 use crate::text::number::spanning;
 
@@ -34,11 +33,11 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
         unstable.len(),
         results.len(),
         spanning(amplification(&worst)),
-        place(&settings),
+        place_in(study, worst),
         worst + 1
     ));
     // A study that sweeps the tilt shows it already.
-    if study.sweeps().iter().all(|sweep| sweep.parameter().path != TILT) {
+    if study.sweep(TILT).is_none() {
         let line = format!("\"{TILT}\" = [0.0, 1e-4, 1e-3, 1e-2]");
         let how = "compare tilts of the clamp, by this line under [study]:";
         text.push_str(&format!("\n{}", help_with(&settings, how, &line)));
@@ -68,6 +67,12 @@ fn help_with(settings: &Settings, how: &str, line: &str) -> String {
     let is_tilted = settings.filament.lateral_tilt_rad != 0.0;
     let aim = if is_tilted { "to see how the tilt matters" } else { "to see what an imperfect filament does" };
     help(&format!("{aim}, {how}"), line)
+}
+
+/// Tool, velocity and depth of a case of a study, counted from 0.
+pub(crate) fn place_in(study: &Study, case: usize) -> String {
+    let tool = study.tool(case).map(|tool| format!("tool {}, ", tool.name)).unwrap_or_default();
+    tool + &place(&study.settings(case))
 }
 
 /// Velocity and depth of a case.

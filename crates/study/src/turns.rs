@@ -9,7 +9,7 @@ use bristle::model::parameters::MAX_TURNS;
 use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::Pass;
 
-use crate::stability::place;
+use crate::stability::place_in;
 use crate::study::{CaseResult, Study, TURNS};
 use crate::text::layout::{help, warning};
 
@@ -86,7 +86,7 @@ pub fn study_turns_warnings(study: &Study, results: &[CaseResult]) -> Vec<String
              runs.csv): its impulse then differs from that of its first pass.",
             results.len(),
             percent(residual),
-            place(&study.settings(worst)),
+            place_in(study, worst),
             worst + 1
         );
         warnings.push(with_help(&statement));

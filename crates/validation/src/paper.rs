@@ -45,7 +45,7 @@ impl Grid {
         axes.extend(paper.sweeps().iter().cloned());
         let study = Study::new(paper.settings(0), axes).map_err(|error| unusable(&error))?;
         let values = |path: &str| {
-            let axis = study.sweeps().iter().find(|axis| axis.parameter().path == path);
+            let axis = study.sweep(path);
             axis.map(|axis| axis.values().to_vec()).unwrap_or_default()
         };
         let (velocities, depths) = (values(VELOCITY), values(DEPTH));

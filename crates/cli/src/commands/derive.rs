@@ -4,11 +4,11 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_inspect::derive::{DeriveFormat, Equations, Motion, derive};
+use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
-use crate::files::{StagedFile, directory_of, occupy};
+use crate::files::{StagedFile, directory_of, occupy, prepare_directory};
 use crate::terminal::{print, say_written};
 use crate::values::parse_count;
 
@@ -26,8 +26,8 @@ pub struct DeriveArgs {
     /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
-    /// File to write instead of stdout
-    #[arg(long, value_name = "FILE")]
+    /// File to write instead of stdout; for c and matlab, the directory of their files, which they require
+    #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
 }
 
@@ -66,6 +66,14 @@ pub enum Format {
     Rust,
     /// The expression graph
     Json,
+    /// C11, a header and a source file
+    C,
+    /// Function files for MATLAB and GNU Octave; with --segments also one_pass.m, which integrates a contact
+    Matlab,
+    /// A Python module on NumPy arrays
+    Numpy,
+    /// A Python module that makes SymPy matrices; takes minutes beyond 100 segments
+    Sympy,
 }
 
 impl From<Format> for DeriveFormat {
@@ -76,20 +84,33 @@ impl From<Format> for DeriveFormat {
             Format::Markdown => Self::Markdown,
             Format::Rust => Self::Rust,
             Format::Json => Self::Json,
+            Format::C => Self::C,
+            Format::Matlab => Self::Matlab,
+            Format::Numpy => Self::Numpy,
+            Format::Sympy => Self::Sympy,
         }
     }
 }
 
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    let equations = derive(arguments.into(), arguments.format.into())?;
-    match &arguments.out {
-        None => print(&equations)?,
-        Some(path) => {
+    match (derive(arguments.into(), arguments.format.into())?, arguments.out.as_deref()) {
+        (Derived::Text(text), None) => print(&text)?,
+        (Derived::Text(text), Some(path)) => {
             let name = path.file_name().and_then(OsStr::to_str);
             let _occupied = occupy(directory_of(path), &[("", &|leftover| Some(leftover) == name)])?;
-            let file = StagedFile::write(path.clone(), |out| out.write_all(equations.as_bytes()))?;
+            let file = StagedFile::write(path.to_owned(), |out| out.write_all(text.as_bytes()))?;
             say_written(&file.commit()?);
+        }
+        (Derived::Files(files), out) => {
+            let directory = out.ok_or(CliError::NoDirectory)?;
+            prepare_directory(directory)?;
+            let _occupied = occupy(directory, &[("", &|name| files.iter().any(|file| file.name == name))])?;
+            let staged: Result<Vec<StagedFile>, _> =
+                files.iter().map(|file| StagedFile::text(directory, &file.name, &file.text)).collect();
+            for file in staged? {
+                say_written(&file.commit()?);
+            }
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -11,6 +11,7 @@ use crate::terminal::print;
 pub mod advise;
 pub mod brush;
 pub mod compare;
+pub mod compare_studies;
 pub mod derive;
 pub mod evaluate;
 pub mod explain;
@@ -33,6 +34,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Derive(arguments) => derive::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::CompareStudies(arguments) => compare_studies::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),

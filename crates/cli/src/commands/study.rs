@@ -11,12 +11,12 @@ use bristle::simulation::Simulation;
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
-use bristle_report::tables::study_tables;
+use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::check_brushes;
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
-use bristle_study::results::{study_text, write_runs};
+use bristle_study::results::{Origin, study_text_from, write_runs};
 use bristle_study::stability::study_warning;
 use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
 use bristle_study::text::number::counted;
@@ -34,17 +34,17 @@ use crate::pictures::{
 };
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
-use crate::terminal::{say, say_at_the_end, say_written, show};
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
-const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
 const LONGEST_FAILURE: usize = 400;
 
-/// Simulate all cases of [study] in a file, and write DIR/runs.csv, DIR/report.html and DIR/figures
+/// Simulate all cases of [study] in a file, and write runs.csv, a page and figures
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -53,55 +53,67 @@ const LONGEST_FAILURE: usize = 400;
 ///   penetration_depth_m = [0.5e-3, 1.0e-3]
 ///   "filament.segments" = [10, 25, 50]
 ///
-/// The cases are all combinations. runs.csv has one row per case: settings, contact metrics,
-/// solver statistics, and status (ok or the error). A build with the feature parquet also writes
-/// this table as runs.parquet. A case that fails does not stop the others; the exit status is
-/// then 3. report.html is a page to explore in a browser. It shows maps, each contact in motion,
-/// and the settings.
+/// The cases are all combinations. DIR/runs.csv has one row per case: settings,
+/// contact metrics, solver statistics, and status (ok or the error). A build with
+/// the feature parquet also writes this table as runs.parquet. A case that fails
+/// does not stop the others; the exit status is then 3. DIR/report.html is a page
+/// to explore in a browser. It shows maps, each contact in motion, and the
+/// settings.
 ///
-/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot DIR` redraws
-/// them. If the input file names measured forces, the figures compare them with the simulated
-/// ones, and DIR/measured_comparison.csv lists the deviations:
+/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot
+/// DIR` redraws them. If the input file names measured forces, the figures compare
+/// them with the simulated ones, and DIR/measured_comparison.csv lists the
+/// deviations:
 ///
 ///   [measured]
 ///   file = "forces.csv"
-///   columns = { rotational_speed_rpm = "n [rpm]", penetration_depth_m = "ae [mm]", force_n = "Fz [kN]" }
+///   columns.rotational_speed_rpm = "n [rpm]"
+///   columns.penetration_depth_m = "ae [mm]"
+///   columns.force_n = "Fz [kN]"
 ///
-/// Without columns, those of that file are brushing_velocity_m_s, penetration_depth_m, force_n and,
-/// if there is one, std_n. Separator and decimal comma are recognised.
+/// Without columns, those of that file are brushing_velocity_m_s,
+/// penetration_depth_m, force_n and, if there is one, std_n. Separator and decimal
+/// comma are recognised.
 ///
-/// If the properties of the filaments are not known exactly, state standard deviations. The study
-/// then repeats each case with sampled tools. It shows the band that contains 95 % of their forces,
-/// and how much each property contributes to it:
+/// If the properties of the filaments are not known exactly, state standard
+/// deviations. The study then repeats each case with sampled tools. It shows the
+/// band that contains 95 % of their forces, and how much each property contributes
+/// to it:
 ///
 ///   [uncertainty]
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
 ///
-/// With [brush], the filaments of a case touch each other. Before the first case is simulated, all
-/// cases are checked: filaments must not overlap, nor need more memory than is available.
+/// With [brush], the filaments of a case touch each other. Before the first case
+/// is simulated, all cases are checked: filaments must not overlap, nor need more
+/// memory than is available.
 ///
-/// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
-/// filament does in them. The tables mark them with !. If filaments come back still vibrating,
-/// a warning says how to simulate turn after turn.
+/// If cases are laterally unstable, a warning says how many, and how to see what
+/// an imperfect filament does in them. The tables mark them with !. If filaments
+/// come back still vibrating, a warning says how to simulate turn after turn.
 ///
-/// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
-/// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
-/// after a power failure those of the last tenth of a second. The results are the same to the bit.
-/// A journal from other settings or another build of Bristle is refused; --restart discards it.
-/// Only one study at a time can write to a directory.
+/// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command
+/// resumes it. Each completed case is a line of DIR/journal.jsonl. Only the cases
+/// in progress are lost, and after a power failure those of the last tenth of a
+/// second. The results are the same to the bit. A journal from other settings or
+/// another build of Bristle is refused; --restart discards it. Only one study at a
+/// time can write to a directory.
 ///
-/// With --json each line on stdout is an object. While cases are simulated, at most ten per second:
-///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,"seconds_left":0.12}
-/// done counts the cases with a result, failures those of them that failed. rate is in cases per
-/// second; rate and seconds_left are null while unknown. At the end:
+/// With --json each line on stdout is an object. While cases are simulated, at
+/// most ten per second:
+///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,
+///    "seconds_left":0.12}
+/// done counts the cases with a result, failures those of them that failed. rate
+/// is in cases per second; rate and seconds_left are null while unknown. At the
+/// end:
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
 ///    "files":["results/runs.csv","results/study.json","results/report.html"]}
-/// resumed counts the cases that were already in the journal, and files lists the files written.
+/// resumed counts the cases that were already in the journal, and files lists the
+/// files written.
 ///
-/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a journal only.
-/// `bristle merge` makes results of the directories of all shards, which may come from different
-/// machines.
+/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a
+/// journal only. `bristle merge` makes results of the directories of all shards,
+/// which may come from different machines.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct StudyCommandArgs {
@@ -192,7 +204,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
-            "shard {shard}: its {} in `{path}`; `bristle merge` makes results of all shards",
+            "shard {shard}: its {} in `{path}`\n`bristle merge` makes results of all shards",
             if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
         ));
     }
@@ -230,10 +242,10 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
 
     let total = study.case_count();
-    let assumptions = Assumptions::of_study(&study, &results, &document.unstated()).with_material(document.material());
+    let assumptions = Assumptions::of_study(&study, &results, &document);
     let comparisons = compare(&study, &results, &measured);
     let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
-    let files = write_results(arguments, &study, &results, &page, &measured)?;
+    let files = write_results(&arguments.out, &study, &Origin::here(), &results, &page, &measured)?;
     let (out, threads) = (&arguments.out, arguments.threads());
     let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, &figures)?;
 
@@ -265,8 +277,11 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
 
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
-    show(study_tables(study, results))?;
-    if assumptions.list.is_empty() { Ok(()) } else { show(assumptions.text()) }
+    if !study.tools().is_empty() {
+        show(format_args!("{}\n", tools_table(study, width())))?;
+    }
+    show(study_tables(study, results, width()))?;
+    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
 
 /// Tells the user what the journal held when the study started.
@@ -327,28 +342,30 @@ fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
     let _ = ctrlc::try_set_handler(stop);
 }
 
-/// Writes the results of a study, their page, and the `measured` forces that they are compared with. Returns the paths.
-fn write_results(
-    arguments: &StudyArgs,
+/// Writes the results of a study to a directory, their `origin`, their page, and the `measured` forces that they are compared with. Returns the paths.
+pub fn write_results(
+    directory: &Path,
     study: &Study,
+    origin: &Origin,
     results: &[CaseResult],
     page: &str,
     measured: &[Measurement],
 ) -> Result<Vec<PathBuf>, CliError> {
     let total = study.case_count();
     let unfinished = |error| CliError::Unfinished { error, done: total, total };
-    let directory = &arguments.out;
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| out.write_all(&runs)).map_err(unfinished)?];
-    let settings = study_text(study, &runs, !measured.is_empty());
+    let settings = study_text_from(study, origin, &runs, !measured.is_empty());
     #[cfg(feature = "parquet")]
     {
         let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, &settings);
         staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
     }
     if !measured.is_empty() {
-        staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured)).map_err(unfinished)?);
+        staged.push(
+            StagedFile::text(directory, MEASURED, &measured_text(measured, &study.tool_names())).map_err(unfinished)?,
+        );
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
     staged.push(StagedFile::text(directory, REPORT, page).map_err(unfinished)?);

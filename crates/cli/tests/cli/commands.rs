@@ -409,7 +409,7 @@ fn figures_fit_what_is_swept() {
     let (names, _) = study("\"filament.segments\" = [4, 3]");
     assert!(names.len() == 8 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
     let (names, message) = study("\"filament.segments\" = [4]");
-    assert!(names.is_empty() && message.contains("no figures (one case alone"), "{message}");
+    assert!(names.is_empty() && message.contains("no figures\n  (one case alone"), "{message}");
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
     assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
@@ -624,8 +624,11 @@ fn evaluate_prints_the_equations_at_a_state() {
 /// What `derive` can derive, for 1 segment.
 const EQUATIONS: [&str; 4] = ["--segments 1", "--segments 1 --planar", "--kernels", "--kernels --planar"];
 
-/// All values of `--format` in `derive`.
-const FORMATS: [&str; 5] = ["math", "latex", "markdown", "rust", "json"];
+/// The values of `--format` in `derive` that are one text.
+const FORMATS: [&str; 7] = ["math", "latex", "markdown", "rust", "json", "numpy", "sympy"];
+
+/// Those that are several files, each with a file that the whole equations of motion in space have.
+const FORMATS_OF_FILES: [(&str, &str); 2] = [("c", "bristle_chain.c"), ("matlab", "one_pass.m")];
 
 #[test]
 fn derive_prints_or_writes() {
@@ -649,6 +652,49 @@ fn derive_gives_the_same_bytes_in_every_process() {
             let run = || workspace.bristle(&format!("derive {equations} --format {format}")).assert().success();
             assert_eq!(run().get_output().stdout, run().get_output().stdout, "{equations} {format}");
         }
+    }
+}
+
+#[test]
+fn several_files_go_to_a_directory() {
+    let workspace = Workspace::new();
+    for (format, file) in FORMATS_OF_FILES {
+        let refused = workspace.refuse(&format!("derive --segments 1 --format {format}"));
+        assert!(refused.contains("--out DIR"), "{refused}");
+        let command = format!("derive --segments 1 --format {format} --out");
+        for directory in ["one", "two"] {
+            workspace.bristle(&format!("{command} {format}/{directory}")).assert().success().stdout("");
+        }
+        let [one, two] = ["one", "two"].map(|directory| files(&workspace.path(&format!("{format}/{directory}"))));
+        assert_eq!(one, two);
+        assert!(one.iter().any(|(name, _)| name == file));
+    }
+}
+
+/// The variable names Octave's program, which not every machine has.
+#[test]
+fn a_pass_in_octave_has_the_impulse_of_the_program() {
+    let Ok(octave) = std::env::var("BRISTLE_TEST_OCTAVE") else {
+        println!("skipped: BRISTLE_TEST_OCTAVE does not name a program");
+        return;
+    };
+    let workspace = Workspace::new();
+    workspace.write("case.toml", FILE);
+    for (motion, segments) in [("--planar", 3), ("", 2)] {
+        workspace.bristle(&format!("derive --segments {segments} {motion} --format matlab --out m")).assert().success();
+        let simulate = "simulate case.toml --out one --no-figures --set process.brushing_velocity_m_s=20.0";
+        workspace.bristle(&format!("{simulate} --set filament.segments={segments}")).assert().success();
+        let metrics: Value = serde_json::from_str(&workspace.read("one/metrics.json")).expect("JSON");
+        let script = "m = one_pass(20, 1e-3); printf('%.17g\\n', m.contact_normal_impulse_n_s)";
+        let output = std::process::Command::new(&octave)
+            .args(["--no-gui", "--quiet", "--norc", "--eval", script])
+            .current_dir(workspace.path("m"))
+            .output()
+            .expect("Octave starts");
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+        let impulse: f64 = printed.trim().parse().unwrap_or_else(|_| panic!("{output:?}"));
+        let expected = metrics["contact_normal_impulse_n_s"].as_f64().expect("a number");
+        assert!((impulse / expected - 1.0).abs() < 1e-4, "{motion}: {impulse:e} {expected:e}");
     }
 }
 

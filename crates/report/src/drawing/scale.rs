@@ -13,6 +13,8 @@ pub struct Axis {
     pub logarithmic: bool,
     /// Whether zero is shown.
     pub zero: Zero,
+    /// The names of the coordinates 0, 1, 2 and so on; empty if coordinates are numbers.
+    pub names: Vec<String>,
 }
 
 /// Whether a linear axis shows zero.
@@ -32,12 +34,17 @@ const LEAST_PART: f64 = 0.01;
 impl Axis {
     /// A linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
-        Self { label: label.into(), logarithmic: false, zero: Zero::Between }
+        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new() }
     }
 
     /// A logarithmic axis.
     pub fn logarithmic(label: impl Into<Cow<'static, str>>) -> Self {
         Self { logarithmic: true, ..Self::linear(label) }
+    }
+
+    /// An axis with a place for each of some names.
+    pub fn named(label: impl Into<Cow<'static, str>>, names: Vec<String>) -> Self {
+        Self { names, ..Self::linear(label) }
     }
 
     /// A linear axis that always shows zero.
@@ -83,6 +90,10 @@ impl Scale {
     /// The scale of an axis that shows `values` (coordinates) with a margin.
     #[must_use]
     pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
+        if !axis.names.is_empty() {
+            let (ticks, high) = (named_ticks(&axis.names), axis.names.len() as f64 - 0.5);
+            return Self { axis, low: -0.5, high, ticks, factor: String::new() };
+        }
         let (low, high) = range(values, &axis);
         let margin = 0.04 * (high - low);
         let (low, high) = (low - margin, high + margin);
@@ -140,6 +151,18 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
 pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
     let shown = value.abs() < 1e300 && (value > 0.0 || !axis.logarithmic);
     shown.then(|| if axis.logarithmic { value.log10() } else { value })
+}
+
+/// Names at their places, cut if they are too long to stand side by side.
+fn named_ticks(names: &[String]) -> Vec<(f64, String)> {
+    /// Characters that have room along an axis.
+    const ROOM: usize = 80;
+    let longest = (ROOM / names.len()).max(4);
+    let cut = |name: &String| match name.chars().count() {
+        length if length <= longest => name.clone(),
+        _ => name.chars().take(longest - 1).chain(['…']).collect(),
+    };
+    labelled((0..names.len()).map(|place| place as f64), |place| cut(&names[place as usize]))
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that the labels leave out.

@@ -1,12 +1,12 @@
 //! Figures of the tool force and its uncertainty: bands, measured points, and the sources of scatter.
 
-use super::{Family, Picture, Sides, View, axis_over, selection};
+use super::{Family, Picture, Sides, View, axis_along, joined, selection, values_of};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_study::measured::{Measurement, Simulated, same, tool_force};
+use bristle_study::slices::Slice;
 use bristle_study::slices::spread;
-use bristle_study::slices::{Slice, equation};
 use bristle_study::study::CaseSummary;
 use bristle_study::text::number::short;
 use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
@@ -47,15 +47,15 @@ impl View<'_> {
         if curves.iter().all(|curve| ![Look::Band, Look::Bars].contains(&curve.look) || curve.points.is_empty()) {
             return None;
         }
-        let selection = selection(levels.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(levels.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
             title: "Contact normal force of the tool with scattering filaments".to_owned(),
             subtitle: self.subtitle([self.band_text(shown_as), selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
-        let name = format!("scatter_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("scatter_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
@@ -77,7 +77,7 @@ impl View<'_> {
             let points = x.shown().into_iter().zip(&known);
             let points: Vec<(f64, f64)> =
                 points.map(|(at, known)| (at, known.as_ref().map_or(f64::NAN, index))).collect();
-            curves.push(Curve::new(name, Look::Joined, points));
+            curves.push(Curve::new(name, joined(x), points));
         };
         for (position, Input { symbol, name, .. }) in INPUTS.iter().enumerate() {
             if known.iter().flatten().any(|indices| indices[position] > 0.0) {
@@ -88,17 +88,17 @@ impl View<'_> {
         if known.iter().all(Option::is_none) {
             return None;
         }
-        let at = equation(y.parameter, y.values[row]);
+        let at = y.setting.equation(y.values[row]);
         let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
         let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
         let diagram = Diagram {
             title: "Sources of the scatter in the tool force".to_owned(),
             subtitle: self.subtitle([at, deviations]),
-            x: axis_over(x),
+            x: axis_along(x),
             y: Axis::from_zero("first-order Sobol index"),
             curves,
         };
-        let name = format!("sobol_over_{}{}", x.word(), self.slice.suffix());
+        let name = format!("sobol_over_{}{}", x.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
@@ -119,23 +119,24 @@ impl View<'_> {
                 let force = |along| summary(along).and_then(force).unwrap_or(f64::NAN);
                 over.shown().into_iter().enumerate().map(|(along, at)| (at, force(along))).collect::<Vec<_>>()
             };
-            let name = equation(of.parameter, of.values[member]);
+            let name = of.setting.legend(of.values[member]);
             // Pens of one colour.
             let brush = curve(&|summary| Some(summary.metrics.tool_contact_normal_force_n));
             let alone = curve(&|summary| Some(summary.brush.as_ref()?.tool_contact_normal_force_alone_n));
-            curves.push(Curve::new(format!("brush, {name}"), Look::Joined, brush).with_pen(index));
-            curves.push(Curve::new(format!("alone, {name}"), Look::Line, alone).with_pen(index + COLORS.len()));
+            curves.push(Curve::new(format!("brush, {name}"), joined(over), brush).with_pen(index));
+            let line = if over.setting.names().is_some() { Look::Markers } else { Look::Line };
+            curves.push(Curve::new(format!("alone, {name}"), line, alone).with_pen(index + COLORS.len()));
         }
         let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
-        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(members.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
             title: "Contact normal force of the tool with and without interaction".to_owned(),
             subtitle: self.subtitle([selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
-        let name = format!("interaction_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("interaction_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
@@ -168,9 +169,9 @@ impl View<'_> {
         let Banded { mut curves, shown_as, has_gaps } = self.banded(sides, &levels, "simulated, ");
         let mut has_means = false;
         for (index, &level) in levels.iter().enumerate() {
-            let name = equation(of.parameter, level);
+            let name = of.setting.legend(level);
             let points = measured.iter().filter(|point| same(place(point).1, level));
-            let points = points.map(|point| Marked::of(place(point).0 * over.factor(), point)).collect();
+            let points = points.map(|point| Marked::of(place(point).0 * over.setting.factor(), point)).collect();
             let Marks { marks, are_means } = Marks::of(points);
             has_means |= are_means;
             let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
@@ -187,15 +188,15 @@ impl View<'_> {
             (false, true) => "bars of markers: ± standard deviation".to_owned(),
             (false, false) => "measured without standard deviations".to_owned(),
         };
-        let selection = selection(levels.len(), total, &format!("measured values of {}", of.symbol()));
+        let selection = selection(levels.len(), total, &format!("measured {}", values_of(of)));
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
             subtitle: self.subtitle([format!("{}; {bars}", self.band_text(shown_as)), selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
-        let name = format!("measured_over_{}{}", over.word(), self.slice.suffix());
+        let name = format!("measured_over_{}{}", over.setting.word(), self.slice.suffix());
         Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
@@ -229,7 +230,10 @@ impl View<'_> {
             .iter()
             .map(|along| along.iter().map(|simulated| simulated.and_then(|simulated| self.band(simulated))).collect())
             .collect();
-        let are_apart = !overlap(&bands);
+        // Nothing lies between tools.
+        let is_named = over.setting.names().is_some();
+        let are_apart = !is_named && !overlap(&bands);
+        let shift = |index: usize| BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
         let places = over.shown();
         let mut curves = Vec::new();
         for (index, (along, bands)) in simulated.iter().zip(&bands).enumerate() {
@@ -237,13 +241,17 @@ impl View<'_> {
             if are_apart {
                 curves.extend(areas(&banded).map(|area| area.with_pen(index)));
             } else {
-                let shift = BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
-                curves.push(bars(&banded).with_pen(index).shifted(shift));
+                curves.push(bars(&banded).with_pen(index).shifted(shift(index)));
             }
             let line = places.iter().zip(along);
             let line = line.map(|(&at, simulated)| (at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
-            let name = format!("{prefix}{}", equation(of.parameter, levels[index]));
-            curves.push(Curve::new(name, Look::Line, line.collect()).with_pen(index));
+            let name = format!("{prefix}{}", of.setting.legend(levels[index]));
+            let curve = if is_named {
+                Curve::new(name, Look::Markers, line.collect()).shifted(shift(index))
+            } else {
+                Curve::new(name, Look::Line, line.collect())
+            };
+            curves.push(curve.with_pen(index));
         }
         let shown_as = if are_apart { "band" } else { "bars on curves, side by side" };
         Banded { curves, shown_as, has_gaps: simulated.iter().flatten().any(Option::is_none) }

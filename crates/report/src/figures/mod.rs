@@ -15,11 +15,11 @@ use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle_study::brush::Interaction;
-use bristle_study::measured::{Measurement, relative_uncertainty};
+use bristle_study::measured::{Measurement, points_of, relative_uncertainty};
 use bristle_study::slices::spread;
-use bristle_study::slices::{Side, Slice, equation, offset_slices, process_slices, telling_slices};
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY};
-use bristle_study::text::number::{labels, short, significant};
+use bristle_study::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
+use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
+use bristle_study::text::number::{short, significant};
 use bristle_study::text::quantity::shown_metrics;
 
 mod brush;
@@ -175,12 +175,14 @@ fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
 /// metric that is drawn, without optional ones that are zero in all cases; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`, brushes `interaction_over_velocity`,
-/// `interaction_over_depth` and `interaction_factor_map`. Further sweeps have figures for each
-/// of their values, at most four, with the value at the end of the name. Studies of the rotational speed have `speed` instead of
+/// `interaction_over_depth` and `interaction_factor_map`. Further sweeps and named tools have figures for each
+/// of their values, at most four, with the value at the end of the name. Named tools also share diagrams with one curve each, as in
+/// `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the rotational speed have `speed` instead of
 /// `velocity` in the names.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement], format: &Format) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
-    let (offsets, process) = (offset_slices(study, MAX_SLICES), process_slices(study, MAX_SLICES));
+    let [of_tools, offsets, process] =
+        [tool_slices, offset_slices, process_slices].map(|slices| slices(study, MAX_SLICES));
     let view_of = |slice| View { study, results, slice, format };
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
@@ -195,6 +197,11 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
                 pictures.push(view.curves(metric, *family));
             }
         }
+    }
+    for slice in &of_tools.chosen {
+        let view = view_of(slice);
+        let metrics = shown_metrics(Prominence::Headline, results);
+        pictures.extend(metrics.map(|metric| view.curves(metric, Family::OverX)));
     }
     if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
         for slice in &offsets.chosen {
@@ -229,8 +236,9 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     if !measured.is_empty() {
         for slice in &process.chosen {
             let view = view_of(slice);
+            let own: Vec<Measurement> = points_of(study, slice, measured).collect();
             for family in [Family::OverX, Family::OverY] {
-                pictures.extend(view.measured(measured, family));
+                pictures.extend(view.measured(&own, family));
             }
         }
     }
@@ -239,7 +247,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
 
 /// Whether a slice is over velocity, or rotational speed, and depth.
 fn is_map(slice: &Slice) -> bool {
-    [VELOCITY, SPEED].contains(&slice.x.parameter.path) && slice.y.parameter.path == DEPTH && slice.y.varies()
+    [VELOCITY, SPEED].contains(&slice.x.setting.path()) && slice.y.setting.path() == DEPTH && slice.y.varies()
 }
 
 /// Whether [`study_figures`] can make a figure of this name.
@@ -294,7 +302,7 @@ impl View<'_> {
     fn uncertainty<R>(&self, metric: &Column<R>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(&self.study.settings(case));
-        let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.parameter.section() == "tool");
+        let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.setting.section() == "tool");
         if metric.display.scope != Scope::Tool || relative == 0.0 || varies {
             return String::new();
         }
@@ -324,7 +332,8 @@ impl View<'_> {
         let side = |side: &Side, shown: &[usize]| {
             let all = side.shown();
             let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
-            map::Side { label: side.label(), labels: labels(values.iter().copied()), values }
+            let labels = side.setting.labels(shown.iter().map(|&position| side.values[position]));
+            map::Side { label: side.setting.label(), labels, values }
         };
         let shown = || rows.iter().flat_map(|&row| columns.iter().map(move |&column| (column, row)));
         let values: Vec<Option<f64>> = shown().map(|(column, row)| self.value(metric, column, row)).collect();
@@ -376,7 +385,7 @@ impl View<'_> {
             members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
         let means = means_of_flat(&family).filter(|_| metric.display.scale == record::Scale::Linear);
         let curve = |(position, values): (usize, &Vec<Option<f64>>)| {
-            let name = equation(of.parameter, of.values[members[position]]);
+            let name = of.setting.legend(of.values[members[position]]);
             let (name, on_axis): (_, Box<dyn Fn(f64) -> f64>) = match &means {
                 Some(means) => {
                     let mean = means[position];
@@ -386,7 +395,7 @@ impl View<'_> {
                 None => (name, Box::new(|value| value)),
             };
             let points = shown.iter().zip(values).map(|(&at, value)| (at, value.map_or(f64::NAN, &on_axis)));
-            Curve::new(name, Look::Joined, points.collect())
+            Curve::new(name, joined(over), points.collect())
         };
         let mut curves: Vec<Curve> = family.iter().enumerate().map(curve).collect();
         if let Some(Level { value, in_curves: Some(name), .. }) = style(metric).level
@@ -395,19 +404,20 @@ impl View<'_> {
             let ends = [shown[0], shown[shown.len() - 1]];
             curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value)).to_vec()));
         }
-        let selection = selection(members.len(), of.values.len(), &format!("values of {}", of.symbol()));
+        let selection = selection(members.len(), of.values.len(), &values_of(of));
         let failures = self.failures(family.into_iter().flatten(), "gaps");
         let diagram = Diagram {
             title: title(metric),
             subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: match means {
                 Some(_) => Axis::linear("deviation from the mean in %"),
                 None => axis_of(metric, Axis::amount),
             },
             curves,
         };
-        let name = format!("{}_over_{}{}", metric.display.file_name, over.word(), self.slice.suffix());
+        let by = if of.setting.names().is_some() { "_by_tool" } else { "" };
+        let name = format!("{}_over_{}{by}{}", metric.display.file_name, over.setting.word(), self.slice.suffix());
         Picture { name, canvas: diagram.draw_in(self.format) }
     }
 }
@@ -417,11 +427,15 @@ const DECADES: f64 = 100.0;
 /// Largest change along a curve, as a part of its mean, that is flat next to curves at other levels.
 const FLAT: f64 = 0.1;
 
-/// The axis of a setting: logarithmic if its values span decades.
-fn axis_over(side: &Side) -> Axis {
+/// The axis along a side: logarithmic if its values span decades.
+fn axis_along(side: &Side) -> Axis {
+    let label = side.setting.label();
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
-    let spans = least > 0.0 && largest >= DECADES * least;
-    if spans { Axis::logarithmic(side.label()) } else { Axis::linear(side.label()) }
+    match side.setting.names() {
+        Some(names) => Axis::named(label, names.to_vec()),
+        None if least > 0.0 && largest >= DECADES * least => Axis::logarithmic(label),
+        None => Axis::linear(label),
+    }
 }
 
 /// The means of several curves that each look flat because their levels differ by more than each of them changes; none if they do
@@ -441,6 +455,16 @@ fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
         values.len() > 1 && changes(values) < FLAT * mean(values).abs() && changes(values) < FLAT * (highest - lowest)
     };
     (known.len() > 1 && known.iter().all(is_flat) && lowest > 0.0).then_some(means)
+}
+
+/// How points along a side are drawn: nothing lies between tools.
+fn joined(side: &Side) -> Look {
+    if side.setting.names().is_some() { Look::Markers } else { Look::Joined }
+}
+
+/// What the values of a side are.
+fn values_of(side: &Side) -> String {
+    if side.setting.names().is_some() { "tools".to_owned() } else { format!("values of {}", side.setting.symbol()) }
 }
 
 /// How many values are shown, unless all are.
@@ -635,6 +659,7 @@ mod tests {
             penetration_depth_m: depth,
             force_n: -1.0,
             std_n: Some(0.0),
+            tool: None,
         };
         let measured = [point(10.0, 1e-3), point(10.5, 1.5e-3), point(1e9, 1e-9)];
         for sweeps in sweeps {
@@ -670,6 +695,7 @@ mod tests {
             penetration_depth_m: 1e-3 * f64::from(1 + index % 3),
             force_n: 20.0 * f64::from(index).sin(),
             std_n: Some(1.0),
+            tool: None,
         };
         let measured: Vec<Measurement> = (0..60_000).map(point).collect();
         for Picture { name, canvas } in study_figures(&study, &results, &measured, &Format::default()).pictures {

@@ -76,16 +76,15 @@ function symbol(text) {
 function rich(text) {
   const unbroken = text.replace(/ ([=>]) /g, "\u00a0$1\u00a0");
   return unbroken
-    .split(/(Δ?\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*|(?<!\p{L})(?:[Rω](?!\p{L})|\p{L}(?=\u00a0=)))/u)
-    .map((part) => {
-      return part.includes("_") || /^\p{L}$/u.test(part) ? symbol(part) : part;
-    });
+    .split(/((?<![\p{L}\p{N}_])Δ?\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*|(?<!\p{L})(?:[Rω](?!\p{L})|\p{L}(?=\u00a0=)))/u)
+    // The symbols are the odd parts.
+    .map((part, k) => (k % 2 === 1 ? symbol(part) : part));
 }
 
 /** Text of a drawing, in which symbols such as `F_n,w` have subscripts. */
 function svgText(attributes, text) {
-  const parts = text.split(/(\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*)/u).map((part) => {
-    if (!part.includes("_")) return part;
+  const parts = text.split(/((?<![\p{L}\p{N}_])Δ?\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*)/u).map((part, k) => {
+    if (k % 2 === 0) return part;
     const [base, index] = part.split("_");
     // The empty part returns to the baseline.
     return [

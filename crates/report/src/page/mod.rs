@@ -156,15 +156,17 @@ fn escape_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// A swept setting in the page.
+/// An axis of the study in the page.
 #[derive(Serialize)]
-struct AxisData {
+struct AxisData<'a> {
     path: &'static str,
     symbol: &'static str,
     name: &'static str,
     unit: &'static str,
-    /// The values shown.
+    /// The values shown; of named tools their positions.
     values: Vec<f64>,
+    /// The names of the values shown; none if they are numbers.
+    names: Option<Vec<&'a str>>,
     /// Their positions among all values, and the number of all values, which give the row of a case in `runs.csv`.
     positions: Vec<usize>,
     count: usize,
@@ -198,18 +200,22 @@ fn quantity<R: Record>(
 
 fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], comparisons: &[Comparison]) -> Value {
     let shown = Selection::shown(study);
-    let axes: Vec<AxisData> = study
+    let axes: Vec<AxisData<'_>> = study
         .sweeps()
         .iter()
         .zip(&shown.positions)
         .map(|(axis, positions)| {
-            let &Parameter { path, symbol, name, unit, .. } = axis.parameter();
+            let setting = axis.setting();
+            let parameter = setting.parameter();
+            let names =
+                setting.names().map(|names| positions.iter().map(|&position| names[position].as_str()).collect());
             AxisData {
-                path,
-                symbol,
-                name,
-                unit,
+                path: setting.path(),
+                symbol: parameter.map_or("", |parameter| parameter.symbol),
+                name: setting.name(),
+                unit: parameter.map_or("", |parameter| parameter.unit),
                 values: positions.iter().map(|&position| axis.values()[position]).collect(),
+                names,
                 positions: positions.clone(),
                 count: axis.values().len(),
             }
@@ -256,9 +262,8 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
         "cases": study.case_count(),
         "failed": results.iter().filter(|result| result.is_err()).count(),
         "axes": axes,
-        "settings": settings(&study.settings(0), |parameter| {
-            study.varies(parameter)
-        }),
+        "tools": study.tools().iter().map(|tool| &tool.name).collect::<Vec<_>>(),
+        "settings": study_settings(study),
         "quantities": quantities,
         "brush": study.has_brush(),
         "measured": measured::measured_data(study, comparisons),
@@ -298,6 +303,24 @@ fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     let rate = settings.angular_velocity_rad_s();
     let impulse = summary.metrics.contact_normal_impulse_n_s;
     rounded(tool_force(impulse, settings.tool.filament_count_uncertainty, rate))
+}
+
+/// The settings of a study. Those that differ between named tools have a value for each.
+fn study_settings(study: &Study) -> Vec<Value> {
+    let tools = study.tools().len().max(1);
+    let first_case = |tool: usize| study.settings(tool * (study.case_count() / tools));
+    let mut of_tools = (0..tools).map(|tool| settings(&first_case(tool), |parameter| study.varies(parameter)));
+    let mut merged = of_tools.next().unwrap_or_default();
+    let others: Vec<Vec<Value>> = of_tools.collect();
+    for (position, entry) in merged.iter_mut().enumerate() {
+        let others = others.iter().map(|settings| &settings[position]["value"]);
+        if others.clone().any(|other| *other != entry["value"]) {
+            let values: Vec<Value> = std::iter::once(&entry["value"]).chain(others).cloned().collect();
+            entry["value"] = Value::Null;
+            entry["by_tool"] = json!(values);
+        }
+    }
+    merged
 }
 
 /// All settings; those that are swept have no value. Without a brush there are none of `[brush]`.

@@ -70,7 +70,8 @@ class Grid {
     return this.named
       .map((axis) => {
         const place = this.axes.indexOf(axis);
-        return `${axis.label} = ${withUnit(axis.values[place < 0 ? 0 : places[place]], axis.scale)}`;
+        const value = axisText(axis, place < 0 ? 0 : places[place]);
+        return axis.names ? `${axis.label} ${value}` : `${axis.label} = ${value}`;
       })
       .join(", ");
   }
@@ -95,6 +96,18 @@ function findRanges(quantities) {
 /** Whether a case is known to be laterally unstable. */
 function isUnstable(study, index) {
   return study.quantities.find(({ key }) => key === UNSTABLE).values[index] === 1;
+}
+
+/** A value of an axis with its unit, or a name. */
+function axisText({ names, values, scale }, place) {
+  return names?.[place] ?? withUnit(values[place], scale);
+}
+
+/** A value of an axis as it stands beside the axis: a number, or a name that is cut if it is long. */
+function tickText({ names, values, scale }, place) {
+  if (!names) return number(values[place] * scale.factor, 4);
+  const letters = [...names[place]];
+  return letters.length > 18 ? `${letters.slice(0, 17).join("")}…` : names[place];
 }
 
 /** Label of an axis: quantity and unit. */
@@ -178,7 +191,7 @@ function createOverview(study, grid, open) {
     byId("layers").hidden = !upward;
     for (const axis of sliced) {
       const place = grid.axes.indexOf(axis);
-      const options = axis.values.map((value, i) => element("option", { value: i }, withUnit(value, axis.scale)));
+      const options = axis.values.map((_, i) => element("option", { value: i }, axisText(axis, i)));
       const choose = element(
         "select",
         { "data-path": axis.path, onchange: () => ((places[place] = Number(choose.value)), draw()) },
@@ -193,7 +206,8 @@ function createOverview(study, grid, open) {
   /** Sizes in pixels, from the available width. */
   function measure() {
     const width = map.clientWidth;
-    const [left, right, top, bottom] = [upward ? 50 : 64, 8, 8, 44];
+    const names = upward?.names ? upward.values.map((_, j) => tickText(upward, j).length) : [];
+    const [left, right, top, bottom] = [upward ? Math.max(50, 26 + 7 * Math.max(0, ...names)) : 64, 8, 8, 44];
     // Before the page has been laid out the width is zero.
     const inner = Math.max(0, width - left - right);
     const wanted = upward ? Math.min(inner * 0.66, rows * 64) : inner * 0.5;
@@ -281,7 +295,7 @@ function createOverview(study, grid, open) {
 
   function drawMapAxes() {
     const bottom = layout.top + layout.height;
-    const labels = across.values.map((value) => number(value * across.scale.factor, 4));
+    const labels = across.values.map((_, i) => tickText(across, i));
     const widest = Math.max(...labels.map((label) => label.length)) * 7 + 10;
     for (const i of labelledPlaces(across, Math.floor(layout.inner / widest))) {
       const x = left(i) + cellWidth() / 2;
@@ -296,7 +310,7 @@ function createOverview(study, grid, open) {
         svgElement("line", { class: "axis", x1: layout.left - 4, x2: layout.left, y1: y, y2: y }),
         svgText(
           { x: layout.left - 7, y: y + 4, "text-anchor": "end" },
-          number(upward.values[j] * upward.scale.factor, 4),
+          tickText(upward, j),
         ),
       );
     }
@@ -374,19 +388,24 @@ function createOverview(study, grid, open) {
         ),
       );
     }
-    // Powers of ten of the unit that is shown, or its round values.
+    // Powers of ten of the unit that is shown, or its round values; names have their places.
+    const named = across.names ? [...labelledPlaces(across, Math.max(2, Math.floor(layout.inner / 130)))] : null;
     const inUnit = across.values.map((value) => acrossPlace(value * across.scale.factor));
-    const round = ticks(Math.min(...inUnit), Math.max(...inUnit), Math.max(2, layout.inner / 90));
+    const [first, last] = [Math.min(...inUnit), Math.max(...inUnit)];
+    const round = named ?? ticks(first, last, Math.max(2, layout.inner / 90));
     for (const value of spansDecades ? round.filter(Number.isInteger) : round) {
       const shown = spansDecades ? 10 ** value : value;
       const [x] = curvePlace(shown / across.scale.factor, null);
-      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": "middle" }, number(shown, 4)));
+      const anchor = !named ? "middle" : value === first ? "start" : value === last ? "end" : "middle";
+      const text = named ? tickText(across, value) : number(shown, 4);
+      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, text));
     }
     const order = across.values.map((_, i) => i).sort((a, b) => across.values[a] - across.values[b]);
     const solved = order
       .filter((i) => quantity.values[at(i, 0)] !== null)
       .map((i) => curvePoint(i).map((v) => v.toFixed(1)));
-    drawing.append(svgElement("polyline", { class: "line", points: solved.join(" ") }));
+    // Nothing lies between tools.
+    if (!across.names) drawing.append(svgElement("polyline", { class: "line", points: solved.join(" ") }));
     for (const i of order) {
       const [x, y] = curvePoint(i);
       const lost = quantity.values[at(i, 0)] === null ? " lost" : "";
@@ -410,7 +429,7 @@ function createOverview(study, grid, open) {
       drawCells();
       drawMapAxes();
       if (isShown("stability")) drawUnstable();
-      const lines = layers.filter(({ id, of }) => of && isShown(id));
+      const lines = layers.filter(({ id, of }) => of && !upward.names && isShown(id));
       const drawn = lines.map((line) => ({ ...line, path: separatingLine(line) })).filter(({ path }) => path);
       for (const { id, path } of drawn) {
         drawing.append(...["contour-case", "contour"].map((part) => svgElement("path", { class: `${part} ${id}`, d: path })));

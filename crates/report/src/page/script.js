@@ -44,21 +44,29 @@ function showHead() {
   }
 }
 
-/** From the first to the last of the swept values. */
-function rangeText({ values, scale }) {
+/** From the first to the last of the swept values, or names. */
+function rangeText({ names, values, scale }) {
+  if (names) return names.length > 4 ? `${names[0]}\u00a0…\u00a0${names.at(-1)}` : names.join(", ");
   const last = withUnit(values.at(-1), scale);
   return values.length === 1 ? last : `${number(values[0] * scale.factor)}\u00a0…\u00a0${last}`;
 }
 
-function countText({ count }) {
+function countText({ count, names }) {
+  if (names) return count === 1 ? "1 tool" : `${number(count)} tools`;
   return count === 1 ? "1 value" : `${number(count)} values`;
 }
 
 /** A setting's value and unit, or the range of a swept one. */
 function settingText(setting) {
   const swept = grid.axes.find((axis) => axis.path === setting.path);
+  if (swept === undefined && setting.by_tool) return byToolText(setting);
   if (swept === undefined) return fixedSettingText(setting);
   return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
+}
+
+/** A setting's value for each of the tools, which differ in it. */
+function byToolText({ by_tool: values, unit }) {
+  return study.tools.map((name, k) => element("div", {}, `${name}: `, ...fixedSettingText({ value: values[k], unit })));
 }
 
 function showOrigin() {

@@ -1,7 +1,7 @@
 //! The answer of a study in two sentences.
 
 use super::{Cited, Limits, TIER, cells, force, highest};
-use crate::slices::{Slice, equation, process_slices};
+use crate::slices::{Slice, process_slices};
 use crate::study::{CaseResult, Study};
 use crate::text::number::{counted, significant, uncertain};
 use crate::text::quantity::Readable;
@@ -77,7 +77,7 @@ impl Place<'_> {
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let sides = [equation(x.parameter, x.values[across]), equation(y.parameter, y.values[up])];
+        let sides = [(x, across), (y, up)].map(|(side, at)| side.setting.equation(side.values[at]));
         sides.into_iter().chain([self.slice.condition()]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 

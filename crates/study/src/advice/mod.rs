@@ -16,14 +16,15 @@ use std::ops::Range;
 
 use bristle::model::settings::Settings;
 use serde::Serialize;
+use serde_json::Value;
 use thiserror::Error;
 
 use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
-use crate::slices::{Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, FRICTION, Study};
-use crate::text::layout::{aligned, wrap};
-use crate::text::number::{counted, labels, short, spanning};
+use crate::slices::{Side, Slice, process_slices};
+use crate::study::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
+use crate::text::layout::{aligned, wrap, wrap_beside};
+use crate::text::number::{counted, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
 
@@ -80,6 +81,12 @@ pub enum AdviceError {
 pub struct Advice {
     /// The limits requested.
     pub limits: Limits,
+    /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolAdvice>,
+    /// The names of the tools that are left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools_without_case: Vec<String>,
     /// One section for each combination of the settings swept in addition to velocity and depth.
     pub sections: Vec<Section>,
     /// Advice on edges, if a filament touches one.
@@ -95,8 +102,8 @@ pub struct Advice {
 /// Advice from cases that differ only in velocity and depth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Section {
-    /// Path and value of each further swept setting.
-    pub settings: BTreeMap<&'static str, f64>,
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
     /// The advice, topic by topic.
     pub advice: Vec<Sentence>,
     /// Settings between simulated cases, if a force is asked for.
@@ -104,6 +111,18 @@ pub struct Section {
     pub interpolated: Vec<Suggestion>,
     /// What the advice leaves out, and why.
     pub notes: Vec<String>,
+    #[serde(skip)]
+    slice: Slice,
+}
+
+/// The best case of a named tool.
+#[derive(Clone, Debug, Serialize)]
+pub struct ToolAdvice {
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
+    /// The advice.
+    #[serde(flatten)]
+    pub advice: Sentence,
     #[serde(skip)]
     slice: Slice,
 }
@@ -144,6 +163,8 @@ pub enum Topic {
     PerDepth,
     /// A local maximum over the velocity along the tier.
     Tier,
+    /// The best case of a named tool.
+    OfTool,
 }
 
 /// A case that advice cites.
@@ -252,12 +273,44 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
-        let settings = slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect();
+        let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
         Section { settings, advice, interpolated, notes, slice }
     };
-    let sections = slices.into_iter().map(section).collect();
+    let sections: Vec<Section> = slices.into_iter().map(section).collect();
     let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
-    Ok(Advice { limits, sections, edges, forces, machine })
+    let tools = best_of_tools(study, &sections, &limits);
+    let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
+    let names = study.tools().iter().map(|tool| tool.name.clone());
+    let tools_without_case = names.filter(|name| !is_advised(name)).collect();
+    Ok(Advice { limits, tools, tools_without_case, sections, edges, forces, machine })
+}
+
+/// The best case of each named tool, ranked as the cases of a section are.
+fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<ToolAdvice> {
+    let rank = |a: &Cited, b: &Cited| match limits.target_force_n {
+        Some(target) => (force(a) - target).abs().total_cmp(&(force(b) - target).abs()),
+        None => {
+            let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
+            holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a)))
+        }
+    };
+    // The first that is within the limits, if there are any.
+    let is_best = |sentence: &&Sentence| match sentence.topic {
+        Topic::Highest => *limits == Limits::default(),
+        topic => [Topic::WithinLimits, Topic::NearTarget].contains(&topic),
+    };
+    let best = |tool: &Tool| {
+        let is_own = |section: &&Section| section.settings.get(TOOL).is_some_and(|name| *name == tool.name);
+        let of_tool = sections.iter().filter(is_own);
+        let cells = of_tool.filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
+        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(a, b))?;
+        let sentence = format!("Tool {}; it {}.", tool.name, cell.outcome.motion());
+        let advice = about(Topic::OfTool, cell, sentence, &[]);
+        Some(ToolAdvice { settings: section.settings.clone(), advice, slice: section.slice.clone() })
+    };
+    let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
+    tools.sort_by(|a, b| rank(&a.advice.cell, &b.advice.cell));
+    tools
 }
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
@@ -270,7 +323,7 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
              sweep it."
         ));
     }
-    let at = study.sweeps().iter().position(|sweep| sweep.parameter().path == FRICTION)?;
+    let at = study.sweeps().iter().position(|sweep| sweep.path() == FRICTION)?;
     let stride: usize = study.sweeps()[at + 1..].iter().map(|sweep| sweep.values().len()).product();
     let values = study.sweeps()[at].values();
     let here = case / stride % values.len();
@@ -296,7 +349,7 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
             row: case + 1,
             place: Place::of(&settings),
             outcome: Outcome::new(&settings, summary),
-            speed: format!("{} {}", short(slice.x.values[x]), slice.x.parameter.unit),
+            speed: slice.x.setting.text(slice.x.values[x]),
             position: [x, y],
         })
     };
@@ -462,7 +515,7 @@ impl Adviser<'_> {
         let least = highest(&solved[..below], |cell| -force(cell))?;
         let falls = format!(
             "Above this {} it falls to {} at {} (row {})",
-            self.slice.x.word(),
+            self.slice.x.setting.word(),
             self.newtons(least),
             least.speed,
             least.row
@@ -549,6 +602,7 @@ impl Topic {
             Self::AtDepth => "Highest force at each penetration depth",
             Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
             Self::PerDepth => "Most force per penetration depth",
+            Self::OfTool => "Best case of each tool",
             Self::Tier => {
                 "Local maxima over the velocity along the tier, the line ε_tc = ½ between sweeping and striking"
             }
@@ -566,16 +620,26 @@ impl Advice {
         suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
     }
 
-    /// The advice for a terminal 100 columns wide: a table with one sentence per row.
+    /// The advice in lines of at most `width` columns: a table with one sentence per row.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, width: usize) -> String {
         let mut text = String::new();
+        if let Some(best) = self.tools.first() {
+            let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
+            self.write_lines(&mut text, &best.slice, &lines, width);
+        }
+        if !self.tools_without_case.is_empty() {
+            wrap(width, &mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
+        }
+        if !self.tools.is_empty() || !self.tools_without_case.is_empty() {
+            text.push('\n');
+        }
         for section in &self.sections {
-            self.write_section(&mut text, section);
+            self.write_section(&mut text, section, width);
             text.push('\n');
         }
         if let Some(edges) = &self.edges {
-            edges.write(&mut text);
+            edges.write(&mut text, width);
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
@@ -598,42 +662,46 @@ impl Advice {
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
              and strikes elsewhere.",
         );
-        wrap(&mut text, "", &legend);
+        wrap(width, &mut text, "", &legend);
         text
     }
 
-    fn write_section(&self, text: &mut String, section: &Section) {
+    fn write_section(&self, text: &mut String, section: &Section, width: usize) {
         let Section { slice, advice, interpolated, notes, .. } = section;
         let condition = slice.condition();
         if !condition.is_empty() {
-            wrap(text, "", &format!("With {condition}"));
+            wrap(width, text, "", &format!("With {condition}"));
         }
-        let [speed, unit] = [slice.x.symbol(), slice.x.parameter.unit].map(|text| format!("{text} "));
+        // Suggestions follow what they are an alternative to.
+        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
+        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
+        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
+        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat(), width);
+        notes.iter().for_each(|note| wrap(width, text, "", note));
+    }
+
+    /// Writes lines about cases of a slice, below the headings of their cells.
+    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line], width: usize) {
+        let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
             [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
             [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
         ]
         .map(|heading| heading.into_iter().map(str::to_owned).collect());
-        // Suggestions follow what they are an alternative to.
-        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
-        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
-        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
-        let lines = [cited(ranking), suggested, cited(others)].concat();
         let rows: Vec<Vec<String>> = headings.into_iter().chain(lines.iter().map(|line| line.cells.clone())).collect();
         let mut aligned = aligned(&rows).into_iter();
         if !lines.is_empty() {
             aligned.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         }
         let mut heading = "";
-        for (cells, line) in aligned.zip(&lines) {
+        for (cells, line) in aligned.zip(lines) {
             if heading != line.heading {
                 heading = &line.heading;
-                text.push_str(&format!("{heading}\n"));
+                wrap(width, text, "", heading);
             }
-            wrap(text, &format!("{cells}  "), &line.sentence);
+            wrap_beside(width, text, &cells, &line.sentence);
         }
-        notes.iter().for_each(|note| wrap(text, "", note));
     }
 
     /// The line of a sentence.
@@ -643,12 +711,13 @@ impl Advice {
             let at = cell.position[side];
             let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
             let is_end = at == 0 || at + 1 == sides[side].values.len();
-            let label = &labels(sides[side].shown().into_iter())[at];
+            let Side { setting, values, .. } = sides[side];
+            let label = &setting.labels(values.iter().copied())[at];
             format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
         });
         // The study states the velocity or the rotational speed.
         let heading = match topic {
-            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.parameter.name),
+            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.setting.name()),
             _ => topic.heading().to_owned(),
         };
         let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
@@ -730,6 +799,7 @@ impl Line {
 mod tests {
     use super::*;
     use crate::document::Document;
+    use crate::text::layout::WIDTH;
     use bristle::model::metrics::{ContactRecord, Metrics};
     use bristle::simulation::Pass;
 
@@ -1034,12 +1104,9 @@ mod tests {
         let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
         let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
-        let settings = |section: &Section| section.settings["tool.filament_count"];
-        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [1000.0, 2000.0]);
-        let text = advice.text();
-        assert!(
-            text.contains("With filament_count = 1000\n") && text.contains("With filament_count = 2000\n"),
-            "{text}"
-        );
+        let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
+        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [Some(1000.0), Some(2000.0)]);
+        let text = advice.text(WIDTH);
+        assert!(text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"), "{text}");
     }
 }

@@ -63,7 +63,8 @@ pub enum Simulated {
 impl Suggestion {
     /// The value of a side in the unit of its label.
     pub(super) fn shown(&self, side: &Side) -> String {
-        short(side.factor() * side.parameter.get(&self.settings))
+        let value = side.setting.parameter().map_or(0.0, |parameter| parameter.get(&self.settings));
+        short(side.setting.factor() * value)
     }
 
     /// Simulates it.
@@ -128,7 +129,7 @@ pub(super) fn suggestions(
         let [first, second] = [a, b].map(|cell| results[cell.row - 1].as_ref().ok());
         let summary = between(first?, second?, share);
         let mut settings = study.settings(a.row - 1);
-        side.parameter.set(&mut settings, value);
+        side.setting.parameter()?.set(&mut settings, value);
         let (place, outcome) = (Place::of(&settings), Outcome::new(&settings, &summary));
         limits.allow(&place, &outcome).then_some(Suggestion {
             between_rows: [a.row, b.row],

@@ -1,8 +1,8 @@
 //! Hints at measured points that a study cannot be compared with, most of them by their unit.
 
-use super::{Measurement, Quantity, compared_slices, weights};
+use super::{Measurement, Quantity, compared_slices, points_of, weights};
 use crate::plausibility::Unusual;
-use crate::slices::Side;
+use crate::slices::{Side, Slice};
 use crate::study::Study;
 use crate::text::number::short;
 
@@ -20,13 +20,13 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let from_slice = speeds[0] / measured[0].speed.value();
     let far = [far_values(Quantity::Depth, &depths, &slice.y, 1.0), far_values(speed, &speeds, &slice.x, from_slice)];
     let far: Vec<Unusual> = far.into_iter().flatten().collect();
-    let is_within = |point: &Measurement| {
-        let inside = |side: &Side, at: f64| weights(side, at).is_some();
-        slices.iter().any(|slice| {
+    let inside = |side: &Side, at: f64| weights(side, at).is_some();
+    let has_point = |slice: &Slice| {
+        points_of(study, slice, measured).any(|point| {
             inside(&slice.y, point.penetration_depth_m) && inside(&slice.x, slice.at_speed(study, point.speed))
         })
     };
-    if far.is_empty() && !measured.iter().any(is_within) {
+    if far.is_empty() && !slices.iter().any(has_point) {
         let statement = format!(
             "None of the {} measured points lies within the study, so that none can be compared. The study has {} and {}; forces \
              between its cases are interpolated, and never extrapolated.",
@@ -46,21 +46,24 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
     let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
     let far: Vec<f64> = values.iter().copied().filter(is_far).collect();
     let first = *far.first()?;
-    let unit = quantity.unit_between(first / factor, [least / factor / 2.0, 2.0 * largest / factor]);
-    let unit = unit.or_else(|| quantity.unit_names().nth(1)).unwrap_or_default();
+    let [least, largest] = [least, largest].map(|end| end / factor);
     let key = quantity.key();
+    let slip = match quantity.unit_between(first / factor, [least / 2.0, 2.0 * largest]) {
+        Some(unit) => format!("State it, as in columns.{key} = {{ column = \"…\", unit = \"{unit}\" }}."),
+        None => "State it under columns, or decimal = \".\" if commas separate thousands.".to_owned(),
+    };
     let rotational = match quantity {
         Quantity::Velocity => ", or a column of rotational speeds, which is `rotational_speed_rpm`",
         _ => "",
     };
     let own = quantity.unit_names().next().unwrap_or_default();
     let statement = format!(
-        "{} of {} measured values of `{key}` are far outside of the study, the first with {} {own}; the study has {}. A likely slip: the \
-         unit of the column{rotational}. State it, as in columns = {{ {key} = {{ column = \"…\", unit = \"{unit}\" }} }}.",
+        "{} of {} measured values of `{key}` are far outside of the study, the first with {} {own}; the study has {}{own}. A likely slip: the \
+         unit of the column{rotational}. {slip}",
         far.len(),
         values.len(),
         short(first / factor),
-        range(side)
+        if side.varies() { format!("{} to {} ", short(least), short(largest)) } else { format!("{} ", short(least)) }
     );
     Some(Unusual { path: "measured.file", statement })
 }
@@ -68,7 +71,8 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
 /// The values of a side in words.
 fn range(side: &Side) -> String {
     let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
-    let (symbol, unit) = (side.symbol(), side.parameter.unit);
+    // In the unit of the key, as in the table.
+    let (symbol, unit) = (side.setting.symbol(), side.setting.parameter().map_or("", |parameter| parameter.unit));
     if side.varies() { format!("{symbol} = {least} to {largest} {unit}") } else { format!("{symbol} = {least} {unit}") }
 }
 
@@ -84,7 +88,13 @@ mod tests {
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
              brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
         let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
-        let point = |speed, penetration_depth_m| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n: None };
+        let point = |speed, penetration_depth_m| Measurement {
+            speed,
+            penetration_depth_m,
+            force_n: 1.0,
+            std_n: None,
+            tool: None,
+        };
         let told = |points: &[Measurement]| {
             unusual_points(&study, points).into_iter().map(|unusual| unusual.statement).collect::<Vec<_>>()
         };
@@ -92,7 +102,7 @@ mod tests {
         assert_eq!(told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(30.0), 1e-3)]), [""; 0]);
         let millimetres = told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(15.0), 2.0)]);
         assert!(millimetres.len() == 1 && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`"));
-        assert!(millimetres[0].contains("first with 2 m; the study has a_e = 0.001 to 0.004 m"), "{millimetres:?}");
+        assert!(millimetres[0].contains("first with 2 m; the study has 0.001 to 0.004 m"), "{millimetres:?}");
         assert!(millimetres[0].contains("unit = \"mm\""), "{millimetres:?}");
         let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
         assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");

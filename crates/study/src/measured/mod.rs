@@ -12,7 +12,8 @@ use bristle::model::settings::Settings;
 
 use crate::results::MAX_ROWS;
 use crate::slices::{Side, Slice, process_slices};
-use crate::study::{CaseResult, CaseSummary, Study};
+use crate::study::{CaseResult, CaseSummary, Setting, Study};
+use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
 pub use hints::unusual_points;
@@ -22,6 +23,8 @@ pub use table::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS, measured_tex
 const MAX_SLICES: usize = 1000;
 /// The largest numbers of slices, and of points in each, that are printed.
 const MAX_PRINTED: (usize, usize) = (4, 40);
+/// Forces from here on, in N, are printed as powers of ten.
+const LARGEST_IN_FULL: f64 = 1e5;
 /// Relative difference up to which values are the same: a file may round differently from a sweep.
 const SAME: f64 = 1e-9;
 
@@ -64,6 +67,8 @@ pub struct Measurement {
     pub force_n: f64,
     /// Its standard deviation in N, if it is known.
     pub std_n: Option<f64>,
+    /// The position of the tool that it was measured with among the named tools of the study; `None` if the table does not say.
+    pub tool: Option<usize>,
 }
 
 /// Whether two values are the same except for rounding.
@@ -144,8 +149,8 @@ pub struct Deviation {
 /// Measured points compared with the study, at one value of each further sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Path and value of each further sweep.
-    pub fixed: Vec<(&'static str, f64)>,
+    /// Each further setting of the study, and its value.
+    pub fixed: Vec<(Setting, f64)>,
     /// The values that distinguish this comparison from the others; empty if it is the only one.
     pub condition: String,
     /// The points in the order of the file.
@@ -156,6 +161,11 @@ impl Comparison {
     /// Whether the simulated force has a band at some point.
     fn has_bands(&self) -> bool {
         self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.band_n.is_some())
+    }
+
+    /// Whether the number of filaments makes the simulated force uncertain at some point.
+    fn has_uncertainty(&self) -> bool {
+        self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.uncertainty_n > 0.0)
     }
 
     /// Bias, RMSE and number of points within one standard deviation. `None` if no point can be compared.
@@ -181,18 +191,17 @@ impl Comparison {
 }
 
 /// Compares measured forces with those of a study: once for each combination of the settings swept in addition to velocity
-/// and depth. Of more than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000 points, so
+/// and depth, and of named tools each with the points of its own. Of more than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000 points, so
 /// that there are some million differences at most.
 #[must_use]
 pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
     let slices = compared_slices(study, measured).into_iter();
     slices
         .map(|slice| Comparison {
-            fixed: slice.fixed.iter().map(|&(parameter, value)| (parameter.path, value)).collect(),
+            fixed: slice.fixed.clone(),
             condition: slice.condition(),
-            points: measured
-                .iter()
-                .map(|&measured| {
+            points: points_of(study, &slice, measured)
+                .map(|measured| {
                     let Measurement { speed, penetration_depth_m, .. } = measured;
                     let across = slice.at_speed(study, speed);
                     let simulated = tool_force(study, results, &slice, across, penetration_depth_m);
@@ -203,12 +212,23 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
         .collect()
 }
 
-/// The slices that are compared with measured forces; none without a measured force.
+/// The points that belong to the tool of a slice.
+pub fn points_of<'m>(
+    study: &Study,
+    slice: &Slice,
+    measured: &'m [Measurement],
+) -> impl Iterator<Item = Measurement> + 'm {
+    let tool = study.tool_of(slice.case(0, 0));
+    measured.iter().copied().filter(move |point| point.tool.is_none_or(|own| own == tool))
+}
+
+/// The slices that are compared with measured forces; none without a measured force, and none of a tool without one.
 fn compared_slices(study: &Study, measured: &[Measurement]) -> Vec<Slice> {
     if measured.is_empty() {
         return Vec::new();
     }
-    process_slices(study, (MAX_ROWS / measured.len()).clamp(2, MAX_SLICES)).chosen
+    let slices = process_slices(study, (MAX_ROWS / measured.len()).clamp(2, MAX_SLICES)).chosen;
+    slices.into_iter().filter(|slice| points_of(study, slice, measured).next().is_some()).collect()
 }
 
 /// Relative uncertainty of the tool force: that of the number of filaments.
@@ -229,9 +249,11 @@ pub fn tool_force(
     let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| interpolate(results, slice, [across, depth], value);
     let force_n = at(&|summary| Some(summary.metrics.tool_contact_normal_force_n))?;
     let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
+    let [x, y] =
+        [(&slice.x, across), (&slice.y, depth)].map(|(side, at)| weights(side, at).map_or(0, |around| around[0].0));
     Ok(Simulated {
         force_n,
-        uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(0, 0))),
+        uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(x, y))),
         band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
     })
 }
@@ -270,7 +292,7 @@ fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
 
 /// A force with this many decimals, or as a power of ten if it would not fit into a table.
 fn newtons(force: f64, decimals: usize) -> String {
-    if force.abs() < 1e8 { format!("{force:.decimals$}") } else { format!("{force:.2e}") }
+    if force.abs() < LARGEST_IN_FULL { format!("{force:.decimals$}") } else { format!("{force:.2e}") }
 }
 
 /// A difference of forces, with its sign.
@@ -279,69 +301,76 @@ fn signed(difference: f64) -> String {
     format!("{sign}{}", newtons(difference, 1))
 }
 
-/// The deviations as a table for people.
+/// The deviations as a table for people, with prose in lines of at most `width` columns.
 #[must_use]
-pub fn comparison_table(comparisons: &[Comparison]) -> String {
+pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
     let mut text = String::new();
     for comparison in comparisons.iter().take(MAX_PRINTED.0) {
-        text.push_str("F_n,w in N: simulated and measured");
-        if !comparison.condition.is_empty() {
-            text.push_str(&format!(", {}", comparison.condition));
-        }
-        let heading = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
+        let condition = match comparison.condition.as_str() {
+            "" => String::new(),
+            condition => format!(", {condition}"),
+        };
+        wrap(width, &mut text, "", &format!("F_n,w in N: simulated and measured{condition}"));
         let first = comparison.points.first().map(|point| point.measured);
-        let speed = match first.map(|first| first.speed) {
-            Some(Speed::Rotational(_)) => "n_w in rpm",
-            _ => "v_b in m/s",
+        let [speed, unit] = match first.map(|first| first.speed) {
+            Some(Speed::Rotational(_)) => ["n_w", "rpm"],
+            _ => ["v_b", "m/s"],
         };
         let has_std = first.is_some_and(|first| first.std_n.is_some());
-        let (of_measured, of_within) = if has_std { ("measured ± std", "  within std") } else { ("measured", "") };
-        text.push_str(&format!("\n  {speed}  a_e in mm  {of_measured:>18}  {heading:>18}  difference{of_within}\n"));
-        for point @ Point { measured, simulated, .. } in comparison.points.iter().take(MAX_PRINTED.1) {
-            let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
-            let speed = short(measured.speed.value());
-            let depth = short(1e3 * measured.penetration_depth_m);
-            let left = measured.std_n.map_or_else(|| newtons(measured.force_n, 1), |std| pair(measured.force_n, std));
-            let right = match simulated {
-                Ok(Simulated { force_n, uncertainty_n, band_n }) => {
-                    let within = match point.is_within() {
-                        Some(is_within) => format!("  {:>10}", if is_within { "yes" } else { "no" }),
-                        None => String::new(),
-                    };
-                    let simulated = match band_n {
-                        Some([lower, upper]) => {
-                            format!("{} [{} … {}]", newtons(*force_n, 1), newtons(*lower, 0), newtons(*upper, 0))
-                        }
-                        None => pair(*force_n, *uncertainty_n),
-                    };
-                    format!("{simulated:>18}  {:>10}{within}", signed(force_n - measured.force_n))
-                }
-                Err(missing) => missing.name().to_owned(),
-            };
-            text.push_str(&format!("  {speed:>10}  {depth:>9}  {left:>18}  {right}\n"));
-        }
+        let std = if has_std { "± std" } else { "" };
+        let spread = match (comparison.has_bands(), comparison.has_uncertainty()) {
+            (true, _) => "95 %",
+            (false, true) => "± N_f",
+            (false, false) => "",
+        };
+        let headings =
+            [[speed, "a_e", "measured", "simulated", "difference", "within"], [unit, "mm", std, spread, "", "std"]]
+                .map(|heading| heading.map(str::to_owned));
+        let points = comparison.points.iter().take(MAX_PRINTED.1).map(row_of_point);
+        let shown = if has_std { headings[0].len() } else { headings[0].len() - 1 };
+        let rows: Vec<Vec<String>> = headings.into_iter().chain(points).map(|row| row[..shown].to_vec()).collect();
+        aligned(&rows).iter().for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         if comparison.points.len() > MAX_PRINTED.1 {
             text.push_str(&format!("  … and {} more points\n", comparison.points.len() - MAX_PRINTED.1));
         }
-        text.push_str(&match comparison.deviation() {
+        let verdict = match comparison.deviation() {
             Some(Deviation { count, bias_n, rmse_n, within }) => {
                 let within = within.map_or_else(String::new, |within| {
                     format!(", within ± std {within} ({:.0} %)", 100.0 * within as f64 / count as f64)
                 });
                 format!(
-                    "  {count} of {} points compared: bias {} N, RMSE {} N{within}\n",
+                    "{count} of {} points compared: bias {} N, RMSE {} N{within}",
                     comparison.points.len(),
                     signed(bias_n),
                     newtons(rmse_n, 1)
                 )
             }
-            None => "  no point can be compared\n".to_owned(),
-        });
+            None => "no point can be compared".to_owned(),
+        };
+        wrap(width, &mut text, "  ", &verdict);
     }
     if comparisons.len() > MAX_PRINTED.0 {
         text.push_str(&format!("… and {} more comparisons\n", comparisons.len() - MAX_PRINTED.0));
     }
     text
+}
+
+/// A point as a row of the table: speed, depth, measured and simulated force, difference, and whether it is within the deviation.
+fn row_of_point(point: &Point) -> [String; 6] {
+    let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+    let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
+    let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
+    let simulated = match point.simulated {
+        Ok(Simulated { force_n, band_n: Some([lower, upper]), .. }) => {
+            format!("{} [{} … {}]", newtons(force_n, 1), newtons(lower, 0), newtons(upper, 0))
+        }
+        Ok(Simulated { force_n, uncertainty_n: 0.0, band_n: None }) => newtons(force_n, 1),
+        Ok(Simulated { force_n, uncertainty_n, band_n: None }) => pair(force_n, uncertainty_n),
+        Err(missing) => missing.name().to_owned(),
+    };
+    let difference = point.difference_n().map(signed).unwrap_or_default();
+    let within = point.is_within().map_or("", |is_within| if is_within { "yes" } else { "no" });
+    [short(speed.value()), short(1e3 * penetration_depth_m), measured, simulated, difference, within.to_owned()]
 }
 
 /// Writes `measured_comparison.csv`: a heading, then one row per point.
@@ -362,14 +391,18 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
         "simulated_force_n",
         "simulated_uncertainty_n",
     ];
-    let further = further.iter().map(|(path, _)| *path);
+    let further = further.iter().map(|(setting, _)| setting.path());
     let verdict = ["difference_n", "within_std", "status"];
     writer.write_record(further.chain(names).chain(bands.iter().copied()).chain(verdict))?;
     for comparison in comparisons {
         for point in &comparison.points {
-            let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+            let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
             let number = |number: f64| format!("{number:?}");
-            let mut row: Vec<String> = comparison.fixed.iter().map(|(_, value)| number(*value)).collect();
+            let of_axis = |(setting, value): &(Setting, f64)| match setting.names() {
+                Some(_) => setting.text(*value),
+                None => number(*value),
+            };
+            let mut row: Vec<String> = comparison.fixed.iter().map(of_axis).collect();
             row.extend([speed.value(), penetration_depth_m, force_n].map(number));
             let simulated = point.simulated.ok();
             let optional = |value: Option<f64>| value.map_or_else(String::new, number);
@@ -392,7 +425,8 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
 mod tests {
     use super::*;
     use crate::document::Document;
-    use crate::study::{CaseSummary, DEPTH, VELOCITY};
+    use crate::study::{CaseSummary, DEPTH, Sweep, VELOCITY};
+    use crate::text::layout::WIDTH;
     use bristle::model::metrics::Metrics;
 
     /// Two velocities, three depths that are not evenly spaced.
@@ -418,13 +452,14 @@ mod tests {
     }
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
-        Measurement { speed: Speed::Velocity(velocity), penetration_depth_m, force_n, std_n: Some(std_n) }
+        let speed = Speed::Velocity(velocity);
+        Measurement { speed, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
     }
 
     #[test]
     fn forces_are_interpolated_within_the_study_only() {
         let study = study();
-        assert_eq!(study.sweeps().iter().map(|sweep| sweep.parameter().path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
+        assert_eq!(study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>(), [DEPTH, VELOCITY]);
         let force = |velocity, depth, failed| {
             let comparison = compare(&study, &results(&study, failed), &[point(velocity, depth, 0.0, 0.0)]);
             comparison[0].points[0].simulated.map(|simulated| simulated.force_n)
@@ -456,7 +491,8 @@ mod tests {
         let comparisons = compare(&study, &results(&study, None), &measured);
         let found = comparisons[0].points[0];
         assert!((found.across - 12.5).abs() < 1e-12 && found.is_within() == Some(true), "{found:?}");
-        assert!(comparison_table(&comparisons).contains("n_w in rpm"));
+        let table = comparison_table(&comparisons, WIDTH);
+        assert!(table.contains("\n    n_w  a_e ") && table.contains("\n    rpm   mm "), "{table}");
         let mut written = Vec::new();
         write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
         assert!(written.starts_with(b"rotational_speed_rpm,penetration_depth_m,measured_force_n,"));
@@ -480,18 +516,18 @@ mod tests {
         assert!((deviation.rmse_n - 175.0_f64.sqrt()).abs() < 1e-9);
         let uncertainty = comparisons[0].points[0].simulated.expect("a force").uncertainty_n;
         assert!((uncertainty - 20.0).abs() < 1e-9, "a tenth, like that of the filaments");
-        let table = comparison_table(&comparisons);
+        let table = comparison_table(&comparisons, WIDTH);
         assert!(table.contains("3 of 4 points compared: bias +5.0 N, RMSE 13.2 N, within ± std 2 (67 %)"), "{table}");
 
         let unsure = measured.map(|point| Measurement { std_n: None, ..point });
         let comparisons = compare(&study, &results(&study, None), &unsure);
         assert_eq!(comparisons[0].deviation(), Some(Deviation { within: None, ..deviation }));
-        let table = comparison_table(&comparisons);
+        let table = comparison_table(&comparisons, WIDTH);
         assert!(table.contains("RMSE 13.2 N\n") && !table.contains("std"), "{table}");
 
         let outside = compare(&study, &results(&study, None), &measured[3..]);
         assert_eq!(outside[0].deviation(), None);
-        assert!(comparison_table(&outside).contains("no point can be compared"));
+        assert!(comparison_table(&outside, WIDTH).contains("no point can be compared"));
     }
 
     #[test]
@@ -506,7 +542,10 @@ mod tests {
         let comparisons = compare(&study, &results, &measured);
         let deviation = comparisons[0].deviation().expect("two points");
         assert!(deviation.rmse_n == 1e308 && deviation.bias_n.abs() <= 1e308, "{deviation:?}");
-        let table = comparison_table(&comparisons);
-        assert!(table.contains("RMSE 1.00e308 N") && table.lines().all(|line| line.chars().count() <= 100), "{table}");
+        let table = comparison_table(&comparisons, WIDTH);
+        assert!(
+            table.contains("RMSE 1.00e308 N") && table.lines().all(|line| line.chars().count() <= WIDTH),
+            "{table}"
+        );
     }
 }

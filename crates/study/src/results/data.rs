@@ -8,7 +8,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 /// Versions of the formats of `study.json` and `case.json`.
-pub(super) const STUDY_FORMAT: u32 = 4;
+pub(super) const STUDY_FORMAT: u32 = 5;
 pub(super) const CASE_FORMAT: u32 = 3;
 
 /// Longest heading, and longest description of a problem, which may quote the file; in characters.

@@ -14,7 +14,9 @@ pub use brush::{
 };
 pub(crate) use data::MAX_ROWS;
 pub use data::{DataError, Source, Table};
-pub use saved::{FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text};
+pub use saved::{
+    FileHashes, Origin, SavedCase, SavedStudy, case_text, read_case, read_study, study_text, study_text_from,
+};
 pub use tables::{
     Cell, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses, run_columns, run_rows,
     write_history, write_metrics, write_profile, write_runs, write_shapes,
@@ -62,7 +64,8 @@ mod tests {
         let (study, mut results, saved, runs) = texts(FILE);
         let read = read_study(&saved, "study.json").expect("a study");
         assert_eq!(study_text(&read.study, runs.as_bytes(), read.measured), saved);
-        assert_eq!((read.version.as_str(), read.equations.as_str()), (env!("CARGO_PKG_VERSION"), FINGERPRINT));
+        assert_eq!(read.origin, Origin::here());
+        assert_eq!(read.origin.equations, FINGERPRINT);
         for case in 0..study.case_count() {
             assert_eq!(read.study.settings(case), study.settings(case));
         }
@@ -133,8 +136,8 @@ mod tests {
             assert!(saved.contains(old), "{old}");
             read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
         };
-        assert!(study_error("\"format\": 4", "\"format\": 1").contains("use the version"));
-        assert!(study_error("\"format\": 4", "\"format\": two").starts_with("study.json:2, column"));
+        assert!(study_error("\"format\": 5", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 5", "\"format\": two").starts_with("study.json:2, column"));
         assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
         assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
         assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));

@@ -9,21 +9,43 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{AGAIN, CASE_FORMAT, DataError, STUDY_FORMAT, Source};
 use crate::digest::digest;
-use crate::study::{Study, Sweep, SweepText};
+use crate::study::{Study, Sweep, SweepText, ToolText};
 use crate::uncertainty::check;
 
 const IN_JSON: &str = "checked settings have a form in JSON";
 const CHANGED: &str = "the file has changed since it was written";
+
+/// The build of Bristle that simulated a study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Its version.
+    pub version: String,
+    /// SHA-256 of its equations.
+    pub equations: String,
+}
+
+impl Origin {
+    /// This build.
+    #[must_use]
+    pub fn here() -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").to_owned(), equations: FINGERPRINT.to_owned() }
+    }
+
+    /// That of results some of which come from one build, and some from another.
+    #[must_use]
+    pub fn and(self, other: &Self) -> Self {
+        let both = |own: String, other: &String| if own == *other { own } else { format!("{own} and {other}") };
+        Self { version: both(self.version, &other.version), equations: both(self.equations, &other.equations) }
+    }
+}
 
 /// A study as read from `study.json`.
 #[derive(Clone, Debug)]
 pub struct SavedStudy {
     /// The grid of settings.
     pub study: Study,
-    /// Version of Bristle that simulated it.
-    pub version: String,
-    /// SHA-256 of the equations that simulated it.
-    pub equations: String,
+    /// The build that simulated it.
+    pub origin: Origin,
     /// Whether its directory also has measured forces.
     pub measured: bool,
     /// SHA-256 of its `runs.csv`.
@@ -41,7 +63,10 @@ struct StudyFile {
     runs_sha256: String,
     /// Whether `measured.csv` belongs to the results.
     measured: bool,
+    /// Those of the first tool, if tools are compared.
     settings: Settings,
+    /// The tools that are compared.
+    tools: Vec<ToolText>,
     axes: Vec<SweepText>,
     /// What is unusual about the settings, in sentences.
     warnings: Vec<String>,
@@ -59,11 +84,22 @@ impl StudyFile {
             runs_sha256,
             measured,
             settings,
+            tools,
             axes,
             warnings,
             own_sha256: _,
         } = self;
-        json_digest(&(format, bristle_version, equations_sha256, runs_sha256, measured, settings, axes, warnings))
+        json_digest(&(
+            format,
+            bristle_version,
+            equations_sha256,
+            runs_sha256,
+            measured,
+            settings,
+            tools,
+            axes,
+            warnings,
+        ))
     }
 }
 
@@ -119,17 +155,24 @@ impl CaseFile {
     }
 }
 
-/// The text of `study.json` for a `runs.csv` with the text `runs`. `measured` states whether measured forces belong to the
-/// results.
+/// [`study_text_from`] this build.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
+    study_text_from(study, &Origin::here(), runs, measured)
+}
+
+/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`. `measured` states whether measured forces belong to the
+/// results.
+#[must_use]
+pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bool) -> String {
     let mut file = StudyFile {
         format: STUDY_FORMAT,
-        bristle_version: env!("CARGO_PKG_VERSION").to_owned(),
-        equations_sha256: FINGERPRINT.to_owned(),
+        bristle_version: origin.version.clone(),
+        equations_sha256: origin.equations.clone(),
         runs_sha256: digest(runs),
         measured,
         settings: study.base().clone(),
+        tools: study.tool_texts(),
         axes: study.sweep_texts(),
         warnings: study.unusual().iter().map(|unusual| unusual.statement.clone()).collect(),
         own_sha256: String::new(),
@@ -175,15 +218,17 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
                 .map_err(|error| source.error(place(), None, format!("`{setting}`: {error}"), AGAIN))?,
         );
     }
-    let study = Study::new(file.settings, sweeps).map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    let tools = file.tools.into_iter().map(ToolText::tool).collect::<Result<Vec<_>, _>>();
+    let tools = tools.map_err(|path| source.error(1, None, format!("there is no setting `{path}`"), AGAIN))?;
+    let study = if tools.is_empty() { Study::new(file.settings, sweeps) } else { Study::of_tools(tools, sweeps) };
+    let study = study.map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
     // Checked last, because all checks above can state where the text is wrong.
     if digest != file.own_sha256 {
         return Err(source.error(1, None, CHANGED, AGAIN));
     }
     Ok(SavedStudy {
         study,
-        version: file.bristle_version,
-        equations: file.equations_sha256,
+        origin: Origin { version: file.bristle_version, equations: file.equations_sha256 },
         measured: file.measured,
         runs: file.runs_sha256,
     })

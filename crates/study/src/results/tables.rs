@@ -17,7 +17,7 @@ use super::data::{AGAIN, DataError, Source};
 use super::saved::SavedStudy;
 use crate::brush::Interaction;
 use crate::digest::digest;
-use crate::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, Sweep, VELOCITY};
+use crate::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, VELOCITY};
 use crate::uncertainty::ForceScatter;
 
 /// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
@@ -47,8 +47,12 @@ pub enum Cell {
 
 impl Cell {
     /// The value of a setting.
-    fn setting(parameter: &Parameter, value: f64) -> Self {
-        if parameter.range.whole { Self::Count(Some(value as usize)) } else { Self::Real(Some(value)) }
+    fn setting(setting: &Setting, value: f64) -> Self {
+        match setting {
+            Setting::Number(parameter) if parameter.range.whole => Self::Count(Some(value as usize)),
+            Setting::Number(_) => Self::Real(Some(value)),
+            Setting::Tool(_) => Self::Text(setting.text(value)),
+        }
     }
 
     /// The cell in a CSV file.
@@ -92,10 +96,12 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
     writer.flush()
 }
 
-/// The settings that are columns of a study's table: first the fixed columns, then the other swept settings.
-fn setting_columns(study: &Study) -> Vec<(&'static str, &'static Parameter)> {
-    let fixed = FIXED_COLUMNS.iter().filter_map(|(name, path)| Some((*name, Parameter::find(path)?)));
-    fixed.chain(further_parameters(study).map(|parameter| (parameter.path, parameter))).collect()
+/// The settings that are columns of a study's table: first the fixed columns, then the other axes.
+fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
+    let fixed = FIXED_COLUMNS.iter().filter_map(|(name, path)| Some((*name, Setting::Number(Parameter::find(path)?))));
+    let is_further = |sweep: &&Sweep| FIXED_COLUMNS.iter().all(|(_, path)| *path != sweep.path());
+    let further = study.sweeps().iter().filter(is_further);
+    fixed.chain(further.map(|sweep| (sweep.path(), sweep.setting().clone()))).collect()
 }
 
 /// Names of the columns of a study's table.
@@ -115,7 +121,7 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
     let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
     results.iter().enumerate().map(move |(case, result)| {
         let mut row: Vec<Cell> =
-            columns.iter().map(|(_, parameter)| Cell::setting(parameter, study.value(parameter, case))).collect();
+            columns.iter().map(|(_, setting)| Cell::setting(setting, study.value(setting, case))).collect();
         let summary = result.as_ref().ok();
         row.extend(cells::<Metrics>(summary.map(|summary| &summary.metrics)));
         if scatters {
@@ -133,12 +139,6 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
         row.push(Cell::Text(result.as_ref().err().map_or(OK, String::as_str).to_owned()));
         row
     })
-}
-
-/// The swept settings without a fixed column.
-fn further_parameters(study: &Study) -> impl Iterator<Item = &'static Parameter> {
-    let swept = study.sweeps().iter().map(Sweep::parameter);
-    swept.filter(|parameter| FIXED_COLUMNS.iter().all(|(_, path)| *path != parameter.path))
 }
 
 /// Writes `metrics.json`: one flat object, the speeds and the metrics first, then the solver's statistics, then the impulses of all
@@ -243,9 +243,9 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     let table = source.table(AGAIN)?;
     let mut settings = Vec::new();
     for (position, sweep) in study.sweeps().iter().enumerate() {
-        let path = sweep.parameter().path;
+        let path = sweep.path();
         let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
-        settings.push((position, sweep.parameter(), table.column(fixed.map_or(path, |(name, _)| name))?));
+        settings.push((position, sweep.setting(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
     let metrics = table.columns(&keys::<Metrics>())?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
@@ -260,8 +260,8 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     let mut results = Vec::with_capacity(table.rows().len());
     for (case, row) in table.rows().iter().enumerate() {
         let values: Vec<f64> = study.values(case).collect();
-        for &(position, parameter, column) in &settings {
-            let expected = parameter.format(values[position]);
+        for &(position, setting, column) in &settings {
+            let expected = Cell::setting(setting, values[position]).into_text();
             if row.get(column) != Some(expected.as_str()) {
                 let found = row.get(column).unwrap_or_default();
                 return Err(table.wrong(row, column, format!("`{}`, but study.json has {expected}", shortened(found))));

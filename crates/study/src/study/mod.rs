@@ -1,18 +1,24 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one swept setting and [`Study`] the grid of all. [`run_study`] simulates the cases.
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all. [`run_study`] simulates the cases.
 
 mod grid;
 mod scheduler;
+mod setting;
 mod shard;
 mod sweep;
+mod tool;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
+pub use setting::{Setting, TOOL, equation};
 pub use shard::{Shard, complete_shard};
 pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
+pub use tool::Tool;
 
+pub(crate) use setting::OFFSET;
 pub(crate) use sweep::{SweepText, TURNS, without_rounding_noise};
+pub(crate) use tool::ToolText;
 
 #[cfg(test)]
 mod tests {
@@ -115,6 +121,43 @@ mod tests {
         let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
         let error = Study::new(base(), many).expect_err("too many cases");
         assert_eq!(error, StudyError::TooManyCases);
+    }
+
+    #[test]
+    fn named_tools_change_slowest_and_have_their_own_settings() {
+        let text = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n\"contact.exponent\" = [1.0, 1.5]\n\
+             [study.tools.file]\n[study.tools.tapered]\nfilament.tip_diameter_m = 1e-3\n\
+             [study.tools.packed]\ntool.fill_factor = 0.5\nfilament.diameter_m = 1e-3\n";
+        let text = format!("{FILE}{text}");
+        let study = Document::parse(&text, "tools").and_then(|document| document.study()).expect("a study");
+        assert_eq!(
+            (study.case_count(), study.tool_names()),
+            (12, vec!["file".into(), "tapered".into(), "packed".into()])
+        );
+        assert_eq!(study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>(), [TOOL, "contact.exponent", VELOCITY]);
+        assert_eq!(study.values(7).collect::<Vec<_>>(), [1.0, 1.5, 10.0]);
+        // What a tool leaves out is the file's, also where it has no number.
+        let tips = [0, 4, 8].map(|case| study.settings(case).filament.tip_diameter_m);
+        assert_eq!(tips, [None, Some(1e-3), None]);
+        assert_eq!((study.tools()[1].held.len(), study.tools()[2].held.len()), (0, 1));
+        assert!((study.settings(11).fill_factor() - 0.5).abs() < 1e-12 && study.settings(11).contact.exponent == 1.5);
+        let plain = Study::new(base(), vec![list(VELOCITY, &[5.0])]).expect("the study is right");
+        assert!(plain.tools().is_empty() && plain.tool(0).is_none());
+    }
+
+    #[test]
+    fn tools_have_names_that_differ() {
+        let tool = |name: &str| Tool { name: name.to_owned(), settings: base(), held: Vec::new() };
+        let refused = |names: &[&str]| {
+            let tools = names.iter().map(|name| tool(name)).collect();
+            Study::of_tools(tools, vec![list(VELOCITY, &[5.0])]).expect_err("no names of tools")
+        };
+        for name in ["", " a", "a ", "=1", "a\nb", "a\u{202e}", &"a".repeat(41)] {
+            assert_eq!(refused(&["fine", name]), StudyError::ToolName { name: name.to_owned() });
+        }
+        for (name, other) in [("a b", "A_b"), ("a,b", "a;b"), ("fine", "fine")] {
+            assert!(matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }), "{name}");
+        }
     }
 
     #[test]

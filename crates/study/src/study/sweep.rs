@@ -1,8 +1,10 @@
-//! One swept setting and its values.
+//! One axis of a study: a setting and its values.
 
 use bristle::model::parameters::{Parameter, Violation};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use super::setting::{Setting, TOOL};
 
 /// Path of the setting that changes fastest in a study.
 pub const VELOCITY: &str = "process.brushing_velocity_m_s";
@@ -25,10 +27,10 @@ pub const MAX_CASES: usize = 1_000_000;
 /// The largest number of sampled tools in all cases of a study.
 pub const MAX_TOOLS: usize = 10_000_000;
 
-/// One swept setting and its values.
+/// One axis of a study: a setting and its values.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    parameter: &'static Parameter,
+    setting: Setting,
     values: Vec<f64>,
 }
 
@@ -83,7 +85,7 @@ impl Sweep {
         for (index, &value) in values.iter().enumerate() {
             parameter.check(value).map_err(|violation| SweepError::Value { index, violation })?;
         }
-        Ok(Self { parameter, values })
+        Ok(Self { setting: Setting::Number(parameter), values })
     }
 
     /// A sweep from `start` in equal steps up to and including `stop`.
@@ -114,10 +116,22 @@ impl Sweep {
         Self::list(parameter, (0..=last).map(value).collect())
     }
 
-    /// The swept setting.
+    /// The axis of named tools.
+    pub(super) fn tools(names: Vec<String>) -> Self {
+        let values = (0..names.len()).map(|position| position as f64).collect();
+        Self { setting: Setting::Tool(names.into()), values }
+    }
+
+    /// The setting that differs along the axis.
     #[must_use]
-    pub fn parameter(&self) -> &'static Parameter {
-        self.parameter
+    pub fn setting(&self) -> &Setting {
+        &self.setting
+    }
+
+    /// The path of this setting.
+    #[must_use]
+    pub fn path(&self) -> &'static str {
+        self.setting.path()
     }
 
     /// Its values, at least one.
@@ -128,10 +142,11 @@ impl Sweep {
 
     /// Position in the order of sweeps: 0 is the outermost.
     pub(super) fn rank(&self) -> usize {
-        match self.parameter.path {
-            VELOCITY | SPEED => 2,
-            DEPTH => 1,
-            _ => 0,
+        match self.path() {
+            VELOCITY | SPEED => 3,
+            DEPTH => 2,
+            TOOL => 0,
+            _ => 1,
         }
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! The TOML tree keeps the place of every key and value, so that each error can point at its cause.
 
+mod tools;
+
 use std::borrow::Cow;
 use std::ops::Range;
 
-use bristle_text::shown;
+use bristle_text::{shortened, shown};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
@@ -13,14 +15,18 @@ use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
 use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
-use crate::mistakes::{other_unit, value_mistake, without_unit};
+use crate::mistakes::{Mistake, other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
-use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, VELOCITY};
+use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 use crate::uncertainty::check;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 
-/// The section that states the sweeps.
+pub(crate) use tools::{SECTIONS, TOOLS};
+
+use tools::LocatedTool;
+
+/// The section that states the sweeps and the named tools.
 const STUDY: &str = "study";
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
@@ -61,6 +67,8 @@ pub struct Document<'t> {
     /// Place of the heading of `[study]`.
     study_span: Range<usize>,
     sweeps: Vec<LocatedSweep>,
+    /// The named tools of the study.
+    tools: Vec<LocatedTool<'t>>,
     /// The file of measured forces, and how it is written.
     measured: Option<(String, Format)>,
     /// The file of a profile's control points, with the place of its path.
@@ -84,6 +92,7 @@ struct LocatedMaterial {
 /// One entry of `[study]`.
 #[derive(Debug)]
 struct LocatedSweep {
+    parameter: &'static Parameter,
     sweep: Sweep,
     /// Place of the entry's value.
     span: Range<usize>,
@@ -130,6 +139,7 @@ impl<'t> Document<'t> {
             table: DeTable::new(),
             study_span: 0..0,
             sweeps: Vec::new(),
+            tools: Vec::new(),
             measured: None,
             control_points_file: None,
             control_points: Vec::new(),
@@ -137,11 +147,14 @@ impl<'t> Document<'t> {
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
-            let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
             let span = error.span().unwrap_or(document.end());
-            let mistake = value_mistake(document.source.line(span.start));
-            let usual = "an input file has sections like [filament] and lines like length_m = 0.040";
-            document.error(problem, span, &mistake.unwrap_or_else(|| usual.to_owned()))
+            let unreadable = format!("not valid TOML: {}", error.message());
+            let usual = match error.message() {
+                "duplicate key" => "each section, key and name of a tool stands in the file once",
+                _ => "an input file has sections like [filament] and lines like length_m = 0.040",
+            };
+            let (problem, advice) = not_toml(document.source.line(span.start), unreadable, usual);
+            document.error(problem, span, &advice)
         })?;
         document.table = root.into_inner();
         document.take_options()?;
@@ -152,14 +165,18 @@ impl<'t> Document<'t> {
         }
         if let Some(study) = document.table.remove(STUDY) {
             document.study_span = study.span();
-            if let DeValue::Table(entries) = study.get_ref() {
-                document.sweeps = document.read_sweeps(entries)?;
+            if let DeValue::Table(mut entries) = study.into_inner() {
+                let tools = entries.remove(TOOLS);
+                document.sweeps = document.read_sweeps(&entries)?;
+                document.tools = tools.map_or(Ok(Vec::new()), |tools| document.read_tools(&tools))?;
             }
         }
         if let Some(measured) = document.table.remove(MEASURED)
             && let DeValue::Table(entries) = measured.get_ref()
         {
-            document.measured = Some(document.read_measured(entries, measured.span())?);
+            let (file, format) = document.read_measured(entries, measured.span())?;
+            let tools = document.tools.iter().map(|tool| tool.name.clone()).collect();
+            document.measured = Some((file, Format { tools, ..format }));
         }
         document.control_points_file = document.take_control_points_file()?;
         document.material = document.take_material()?;
@@ -184,8 +201,8 @@ impl<'t> Document<'t> {
                 return Err(self.error(problem, there(key_span), &setting_meant(key)));
             }
             let value = assignment.parsed().map_err(|error| {
-                let problem = Problem::Unreadable { message: format!("not a TOML value: {}", error.message()) };
-                self.error(problem, there(value_span), &value_mistake(option).unwrap_or_default())
+                let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
+                self.error(problem, there(value_span), &advice)
             })?;
             let parameter = Parameter::find(&format!("{section}.{key}"));
             let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
@@ -199,7 +216,10 @@ impl<'t> Document<'t> {
                 return Err(self.error(problem, there(key_span), "give one of them: each follows from the other"));
             }
             let spans = [there(key_span), there(value_span)];
-            options::state(&mut self.table, [section, key], value, spans);
+            match assignment.tool() {
+                None => options::state(&mut self.table, [section, key], value, spans),
+                Some(tool) => options::state_of_tool(&mut self.table, [STUDY, TOOLS], tool, value, spans),
+            }
         }
         Ok(())
     }
@@ -209,10 +229,18 @@ impl<'t> Document<'t> {
         for (number, option) in self.source.options.iter().enumerate() {
             let Some(Assignment { section, key, key_span, .. }) = Assignment::of(option) else { continue };
             let Some(parameter) = Parameter::find(&format!("{section}.{key}")) else { continue };
+            let start = self.source.start_of_option(number);
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
-                let start = self.source.start_of_option(number);
                 let problem = Problem::Swept { key: parameter.path, swept: swept.path };
                 let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
+                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+            }
+            if let Some(first) = self.tools.first()
+                && self.tools.iter().all(|tool| parameter.group().any(|same| tool.states(same.path)))
+            {
+                let problem = Problem::OfEachTool { key: parameter.path };
+                let advice =
+                    format!("state it of a tool, as in --set study.tools.\"{}\".{}=…", first.name, parameter.path);
                 return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
             }
         }
@@ -255,6 +283,11 @@ impl<'t> Document<'t> {
         let Some(section) = self.table.get_mut(FILAMENT) else { return Ok(None) };
         let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
         let Some(value) = entries.remove(MATERIAL_KEY) else { return Ok(None) };
+        self.read_material(&value).map(Some)
+    }
+
+    /// Reads the name of a material.
+    fn read_material(&self, value: &Spanned<DeValue<'_>>) -> Result<LocatedMaterial, InputError> {
         let name = value.get_ref().as_str();
         if let Some(material) = name.and_then(Material::find) {
             let values =
@@ -262,7 +295,7 @@ impl<'t> Document<'t> {
                     let parameter = Parameter::find(path).expect("the table has what a material states");
                     (parameter, parameter.format(value))
                 });
-            return Ok(Some(LocatedMaterial { material, values, span: value.span() }));
+            return Ok(LocatedMaterial { material, values, span: value.span() });
         }
         let names = || MATERIALS.iter().map(|material| material.name);
         let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
@@ -276,12 +309,27 @@ impl<'t> Document<'t> {
     /// The material of the filaments, which states what the file does not.
     #[must_use]
     pub fn material(&self) -> Option<&'static Material> {
-        self.material.as_ref().map(|located| located.material)
+        self.material_of(None)
+    }
+
+    /// The material of the filaments of a named tool, or without a name of those of the file.
+    #[must_use]
+    pub fn material_of(&self, tool: Option<&str>) -> Option<&'static Material> {
+        self.located_material(self.named(tool)).map(|located| located.material)
+    }
+
+    fn located_material<'a>(&'a self, tool: Option<&'a LocatedTool<'_>>) -> Option<&'a LocatedMaterial> {
+        tool.and_then(|tool| tool.material.as_ref()).or(self.material.as_ref())
+    }
+
+    /// The tool of this name.
+    fn named(&self, name: Option<&str>) -> Option<&LocatedTool<'t>> {
+        self.tools.iter().find(|tool| Some(tool.name.as_str()) == name)
     }
 
     /// States what the material does and the tree does not, at the place of its name.
-    fn state_material<'a>(&'a self, table: &mut DeTable<'a>) {
-        let Some(LocatedMaterial { values, span, .. }) = &self.material else { return };
+    fn state_material<'a>(&'a self, table: &mut DeTable<'a>, tool: Option<&'a LocatedTool<'t>>) {
+        let Some(LocatedMaterial { values, span, .. }) = self.located_material(tool) else { return };
         for (parameter, text) in values {
             if find(table, parameter.path).is_none() {
                 let value = DeValue::parse(text).expect("a number is a value").into_inner();
@@ -292,7 +340,7 @@ impl<'t> Document<'t> {
 
     /// The settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
-        self.build(&[]).map(|built| built.settings)
+        self.build(None, &[]).map(|built| built.settings)
     }
 
     /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
@@ -305,7 +353,7 @@ impl<'t> Document<'t> {
             .into_iter()
             .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
             .collect();
-        self.build(&overrides).map(|built| built.settings)
+        self.build(None, &overrides).map(|built| built.settings)
     }
 
     /// Whether the file states the setting at a dotted path, regardless of its sweeps.
@@ -317,8 +365,18 @@ impl<'t> Document<'t> {
     /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
     #[must_use]
     pub fn unstated(&self) -> Vec<&'static Parameter> {
-        let is_unstated = |parameter: &&Parameter| parameter.decides_force && !self.states(parameter.path);
-        PARAMETERS.iter().filter(is_unstated).collect()
+        self.unstated_of(None)
+    }
+
+    /// [`Document::unstated`] of a named tool, or without a name of the file.
+    #[must_use]
+    pub fn unstated_of(&self, tool: Option<&str>) -> Vec<&'static Parameter> {
+        let tool = self.named(tool);
+        let states = |path: &str| {
+            let of_file = self.states(path) && !tool.is_some_and(|tool| tool.leaves_aside(path));
+            of_file || tool.is_some_and(|tool| tool.states(path))
+        };
+        PARAMETERS.iter().filter(|parameter| parameter.decides_force && !states(parameter.path)).collect()
     }
 
     /// The path of the measured forces as the file states it, relative to the file's directory, and how their table is written.
@@ -329,33 +387,65 @@ impl<'t> Document<'t> {
 
     /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
-        if self.sweeps.is_empty() {
+        if self.sweeps.is_empty() && self.tools.is_empty() {
             let problem = Problem::Missing {
                 key: STUDY.to_owned(),
-                allowed: "a section that sweeps at least one setting".to_owned(),
+                allowed: "a section that sweeps at least one setting, or names tools".to_owned(),
             };
             let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
             return Err(self.error(problem, self.study_span.clone(), advice));
         }
         self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
-        let first_values: Vec<String> =
-            self.sweeps.iter().map(|LocatedSweep { sweep, .. }| sweep.parameter().format(sweep.values()[0])).collect();
+        let first_values: Vec<String> = self
+            .sweeps
+            .iter()
+            .map(|LocatedSweep { parameter, sweep, .. }| parameter.format(sweep.values()[0]))
+            .collect();
         let overrides: Vec<Override<'_>> = self
             .sweeps
             .iter()
             .zip(&first_values)
-            .map(|(located, text)| Override { parameter: located.sweep.parameter(), text, span: located.span.clone() })
+            .map(|(LocatedSweep { parameter, span, .. }, text)| Override { parameter, text, span: span.clone() })
             .collect();
-        let Built { settings: base, table, followed } = self.build(&overrides)?;
+        let tools = self.tools.iter().map(|tool| self.build(Some(tool), &overrides)).collect::<Result<Vec<_>, _>>()?;
+        let built = if tools.is_empty() { vec![self.build(None, &overrides)?] } else { tools };
         let mut sweeps: Vec<Sweep> = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
-        // What follows from other settings does so in each case.
-        let held = followed.into_iter().filter(|(parameter, _)| !self.sweeps(parameter));
-        sweeps.extend(held.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()));
-        Study::new(base, sweeps).map_err(|error| {
+        // What follows from other settings does so in each case: what all tools state alike as an axis of one value.
+        let held = |built: &Built<'_>| {
+            let held = built.followed.iter().copied().filter(|(parameter, _)| !self.sweeps(parameter));
+            held.collect::<Vec<_>>()
+        };
+        let is_common = |&(parameter, value): &(&'static Parameter, f64)| {
+            let is_same = |(other, own): &(&'static Parameter, f64)| std::ptr::eq(*other, parameter) && *own == value;
+            built.iter().all(|built| built.followed.iter().any(is_same))
+        };
+        let common = held(&built[0]).into_iter().filter(is_common);
+        sweeps.extend(common.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()));
+        let tool = |(located, built): (&LocatedTool<'_>, &Built<'_>)| Tool {
+            name: located.name.clone(),
+            settings: built.settings.clone(),
+            held: held(built).into_iter().filter(|each| !is_common(each)).collect(),
+        };
+        let tools: Vec<Tool> = self.tools.iter().zip(&built).map(tool).collect();
+        let study = if tools.is_empty() {
+            Study::new(built[0].settings.clone(), sweeps)
+        } else {
+            Study::of_tools(tools, sweeps)
+        };
+        study.map_err(|error| {
+            let place = |path: &str| place(&built[0].table, path);
             let span = match &error {
-                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => place(&table, path),
-                StudyError::Case { violation, .. } => place(&table, violation.path),
+                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => place(path),
+                StudyError::Case { tool, violation, .. } => {
+                    let of_tool =
+                        self.tools.iter().zip(&built).find(|(located, _)| Some(&located.name) == tool.as_ref());
+                    of_tool
+                        .map_or_else(|| place(violation.path), |(_, built)| self::place(&built.table, violation.path))
+                }
+                StudyError::ToolName { name }
+                | StudyError::ToolsAlike { name, .. }
+                | StudyError::SomeBrushes { with: name, .. } => self.named(Some(name)).map(|tool| tool.span.clone()),
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
             };
             self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
@@ -364,13 +454,20 @@ impl<'t> Document<'t> {
 
     /// Whether the study sweeps a setting.
     fn sweeps(&self, parameter: &Parameter) -> bool {
-        self.sweeps.iter().any(|located| std::ptr::eq(located.sweep.parameter(), parameter))
+        self.sweeps.iter().any(|located| std::ptr::eq(located.parameter, parameter))
     }
 
-    /// Reads and checks the settings with some values replaced.
-    fn build<'a>(&'a self, overrides: &[Override<'a>]) -> Result<Built<'a>, InputError> {
+    /// Reads and checks the settings, those of a named tool if there is one, with some values replaced.
+    fn build<'a>(
+        &'a self,
+        tool: Option<&'a LocatedTool<'t>>,
+        overrides: &[Override<'a>],
+    ) -> Result<Built<'a>, InputError> {
         let mut table: DeTable<'a> = self.table.clone();
-        self.state_material(&mut table);
+        if let Some(tool) = tool {
+            tool.state(&mut table);
+        }
+        self.state_material(&mut table, tool);
         for Override { parameter, text, span } in overrides {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
             let section = table
@@ -428,7 +525,7 @@ impl<'t> Document<'t> {
             let refused = |found: String| {
                 let problem =
                     Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
-                self.error(problem, span.clone(), &text_mistake(value.get_ref()))
+                self.error(problem, span.clone(), &text_mistake(parameter.key(), value.get_ref()))
             };
             let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
             parameter.check(number).map_err(|violation| refused(violation.value))?;
@@ -457,13 +554,7 @@ impl<'t> Document<'t> {
     fn read_sweeps(&self, entries: &DeTable<'_>) -> Result<Vec<LocatedSweep>, InputError> {
         let mut entries: Vec<_> = entries.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        entries
-            .into_iter()
-            .map(|(key, value)| {
-                let sweep = self.read_sweep(key, value)?;
-                Ok(LocatedSweep { sweep, span: value.span() })
-            })
-            .collect()
+        entries.into_iter().map(|(key, value)| self.read_sweep(key, value)).collect()
     }
 
     /// Reads the entries of `[measured]`, whose heading is at `span`.
@@ -489,6 +580,8 @@ impl<'t> Document<'t> {
             separator: letter(SEPARATOR, &SEPARATORS)?,
             decimal: letter(DECIMAL, &DECIMALS)?,
             columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+            tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
+            tools: Vec::new(),
         };
         Ok((file, format))
     }
@@ -500,7 +593,7 @@ impl<'t> Document<'t> {
             let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
             return Err(self.not_allowed(path, columns, allowed));
         };
-        self.check_keys(&path, entries, &Quantity::ALL.map(Quantity::key))?;
+        self.check_keys(&path, entries, &[&Quantity::ALL.map(Quantity::key)[..], &[TOOL]].concat())?;
         if let (Some(_), Some(other)) =
             (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
         {
@@ -510,6 +603,15 @@ impl<'t> Document<'t> {
         }
         let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
         named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+    }
+
+    /// Reads the name of the column of named tools, if it is stated.
+    fn read_tool_column(&self, columns: &Spanned<DeValue<'_>>) -> Result<Option<String>, InputError> {
+        let Some(value) = columns.get_ref().as_table().and_then(|entries| entries.get(TOOL)) else { return Ok(None) };
+        let heading = value.get_ref().as_str().map(str::trim).filter(|heading| !heading.is_empty());
+        let path = format!("{MEASURED}.{COLUMNS}.{TOOL}");
+        let refused = || self.not_allowed(path, value, "the heading of a column with the names of tools".to_owned());
+        heading.map(|heading| Some(heading.to_owned())).ok_or_else(refused)
     }
 
     /// Reads the name of a column, with its unit if it is stated.
@@ -554,7 +656,11 @@ impl<'t> Document<'t> {
         self.error(problem, value.span(), "")
     }
 
-    fn read_sweep(&self, key: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> Result<Sweep, InputError> {
+    fn read_sweep(
+        &self,
+        key: &Spanned<Cow<'_, str>>,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<LocatedSweep, InputError> {
         let name = key.get_ref().as_ref();
         let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
         let study_key = format!("{STUDY}.{name}");
@@ -580,7 +686,8 @@ impl<'t> Document<'t> {
             let SweepRange { start, stop, step } = read(value).map_err(unreadable)?;
             Sweep::range(parameter, start, stop, step)
         };
-        sweep.map_err(|error| {
+        let located = |sweep| LocatedSweep { parameter, sweep, span: value.span() };
+        sweep.map(located).map_err(|error| {
             let span = match (&error, value.get_ref()) {
                 (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
                 _ => value.span(),
@@ -641,8 +748,9 @@ impl<'t> Document<'t> {
                 if value.span().start <= span.start && span.end <= value.span().end {
                     let allowed =
                         Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
+                    let advice = text_mistake(&path, value.get_ref());
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
-                    return self.error(problem, span, &text_mistake(value.get_ref()));
+                    return self.error(problem, span, &advice);
                 }
             }
         }
@@ -715,12 +823,24 @@ fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<
     T::deserialize(ValueDeserializer::from(value.clone()))
 }
 
-/// What is wrong with a text in the place of a number; empty if nothing more can be said.
-fn text_mistake(value: &DeValue<'_>) -> String {
+/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
+fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
+    match value_mistake(line) {
+        Some(Mistake { what, instead }) => (Problem::Number { what }, instead),
+        None => (Problem::Unreadable { message }, usual.to_owned()),
+    }
+}
+
+/// What is wrong with a text in the place of a number at a key; empty if nothing more can be said.
+fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
     let text =
         value.as_str().filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)));
     text.map_or_else(String::new, |text| {
-        value_mistake(&format!("= {text}")).unwrap_or_else(|| "write the number without quotes".to_owned())
+        let quotes = || match text.parse::<f64>() {
+            Ok(_) => format!("write the number without quotes: {}", shortened(text)),
+            Err(_) => "write the number without quotes".to_owned(),
+        };
+        value_mistake(&format!("{key} = {text}")).map_or_else(quotes, |mistake| mistake.instead)
     })
 }
 

@@ -1,0 +1,1 @@
+//! Counts of instructions. `main.rs` says what of.

@@ -1,0 +1,157 @@
+//! C11: a header and a source file without dependencies beyond `math.h`.
+
+use std::fmt::Write;
+
+use crate::back::languages::{
+    Dialect, FunctionBody, SourceFile, describe, documentation, literal, series_rows, title, uses_half_angle_squared,
+};
+use crate::back::source::{EmitError, Origin, comment, header};
+use crate::ir::constant::Constant;
+use crate::ir::kernel::{Kernel, Output, Shape};
+use crate::ir::special;
+
+/// The names of both files, without their extensions, and what stands before the names of functions.
+const NAME: &str = "bristle_chain";
+const PREFIX: &str = "bristle_";
+
+struct C;
+
+impl Dialect for C {
+    fn number(&self, value: Constant) -> String {
+        literal(value)
+    }
+
+    fn less_than(&self, a: &str, b: &str) -> String {
+        format!("({a} < {b} ? 1.0 : 0.0)")
+    }
+
+    fn half_angle_squared(&self, order: u8, u: &str) -> String {
+        format!("half_angle_squared({order}, {u})")
+    }
+
+    fn assignment(&self, name: &str, value: &str) -> String {
+        format!("    const double {name} = {value};\n")
+    }
+
+    fn element(&self, input: &str, index: usize) -> String {
+        format!("{input}[{index}]")
+    }
+}
+
+/// The C source of `kernels`: `bristle_chain.h` and `bristle_chain.c`.
+///
+/// Each kernel is a function that writes its one output, or the fields of a structure, through its last argument.
+///
+/// # Errors
+/// The kernel that cannot be written, and why.
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
+    let title = title(origin, "C11");
+    let head = header(kernels, Origin { title: &title, ..origin }, "//")?;
+    let mut declarations = format!(
+        "{head}\n#ifndef BRISTLE_CHAIN_H\n#define BRISTLE_CHAIN_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
+    );
+    let mut source = format!("{head}\n#include \"{NAME}.h\"\n\n#include <math.h>\n");
+    if uses_half_angle_squared(kernels) {
+        source += &half_angle_squared();
+    }
+    for kernel in kernels {
+        let declaration = declaration(kernel);
+        write!(declarations, "\n{}{}{declaration};\n", comment(&documentation(kernel), "//"), structure(kernel))
+            .expect("a string takes text");
+        let body = FunctionBody::new(kernel, &C)?;
+        let ignored: String = body.unused.iter().map(|name| format!("    (void){name};\n")).collect();
+        let results: String = kernel.outputs.iter().map(|output| assignments(kernel, output, &body)).collect();
+        write!(source, "\n{declaration} {{\n{ignored}{}{results}}}\n", body.statements).expect("a string takes text");
+    }
+    declarations += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
+    let file = |extension: &str, text| SourceFile { name: format!("{NAME}.{extension}"), text };
+    Ok(vec![file("h", declarations), file("c", source)])
+}
+
+/// The dimensions of an array in brackets.
+fn dimensions(shape: Shape) -> String {
+    match shape {
+        Shape::Scalar => String::new(),
+        Shape::Vector(length) => format!("[{length}]"),
+        Shape::Matrix(rows, columns) => format!("[{rows}][{columns}]"),
+    }
+}
+
+/// The structure of several outputs; nothing for a single one.
+fn structure(kernel: &Kernel) -> String {
+    if kernel.outputs.len() == 1 {
+        return String::new();
+    }
+    let field = |output: &Output| {
+        format!("    // {}\n    double {}{};\n", describe(output), output.name, dimensions(output.shape))
+    };
+    let fields: String = kernel.outputs.iter().map(field).collect();
+    format!("struct {PREFIX}{} {{\n{fields}}};\n", kernel.name)
+}
+
+fn declaration(kernel: &Kernel) -> String {
+    let mut arguments: Vec<String> = Vec::new();
+    for input in &kernel.inputs {
+        arguments.push(match input.elements.len() {
+            1 => format!("double {}", input.name),
+            length => format!("const double {}[{length}]", input.name),
+        });
+    }
+    arguments.push(match &kernel.outputs[..] {
+        [Output { shape: Shape::Scalar, .. }] => "double *result".into(),
+        [output] => format!("double result{}", dimensions(output.shape)),
+        _ => format!("struct {PREFIX}{} *result", kernel.name),
+    });
+    format!("void {PREFIX}{}(\n    {})", kernel.name, arguments.join(",\n    "))
+}
+
+/// The statements that write an output.
+fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String {
+    let place = match (&kernel.outputs[..], output.shape) {
+        ([_], Shape::Scalar) => "*result".into(),
+        ([_], _) => "result".into(),
+        _ => format!("result->{}", output.name),
+    };
+    let index = |k: usize| match output.shape {
+        Shape::Scalar => String::new(),
+        Shape::Vector(_) => format!("[{k}]"),
+        Shape::Matrix(_, columns) => format!("[{}][{}]", k / columns, k % columns),
+    };
+    let values = body.values(output);
+    values.iter().enumerate().map(|(k, value)| format!("    {place}{} = {value};\n", index(k))).collect()
+}
+
+fn half_angle_squared() -> String {
+    let (orders, terms) = (special::SERIES.len(), special::TERMS);
+    format!(
+        "\n// Power series of S and its derivatives, lowest power first.\n\
+         static const double SERIES[{orders}][{terms}] = {{\n{rows}\n}};\n\n\
+         // The derivative of order 0 to {max} of S(u) = acos(1 - u)^2 / 2, for u < 2.\n\
+         static double half_angle_squared(int order, double u) {{\n\
+         \x20   if (fabs(u) <= {limit:?}) {{\n\
+         \x20       double sum = 0.0;\n\
+         \x20       for (int k = {last}; k >= 0; k--) {{\n\
+         \x20           sum = sum * u + SERIES[order][k];\n\
+         \x20       }}\n\
+         \x20       return sum;\n\
+         \x20   }}\n\
+         \x20   const double cosine = 1.0 - u;\n\
+         \x20   const double sine_squared = u * (2.0 - u);\n\
+         \x20   const double sine = sqrt(sine_squared);\n\
+         \x20   const double angle = atan2(sine, cosine);\n\
+         \x20   if (order == 0) {{\n\
+         \x20       return 0.5 * angle * angle;\n\
+         \x20   }}\n\
+         \x20   const double first = angle / sine;\n\
+         \x20   if (order == 1) {{\n\
+         \x20       return first;\n\
+         \x20   }}\n\
+         \x20   const double second = (1.0 - cosine * first) / sine_squared;\n\
+         \x20   return order == 2 ? second : (first - 3.0 * cosine * second) / sine_squared;\n\
+         }}\n",
+        rows = series_rows("{", "}", ",\n"),
+        max = special::MAX_ORDER,
+        limit = special::SERIES_LIMIT,
+        last = special::TERMS - 1,
+    )
+}

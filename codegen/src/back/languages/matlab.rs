@@ -1,0 +1,113 @@
+//! Function files for MATLAB and GNU Octave.
+
+use std::fmt::Write;
+
+use crate::back::languages::{
+    Dialect, FunctionBody, SourceFile, documentation, literal, series_rows, title, uses_half_angle_squared,
+};
+use crate::back::source::{EmitError, Origin, comment, header};
+use crate::ir::constant::Constant;
+use crate::ir::kernel::{Kernel, Output, Shape};
+use crate::ir::special;
+
+struct Matlab;
+
+impl Dialect for Matlab {
+    fn number(&self, value: Constant) -> String {
+        literal(value)
+    }
+
+    fn less_than(&self, a: &str, b: &str) -> String {
+        format!("double({a} < {b})")
+    }
+
+    fn half_angle_squared(&self, order: u8, u: &str) -> String {
+        format!("half_angle_squared({order}, {u})")
+    }
+
+    fn assignment(&self, name: &str, value: &str) -> String {
+        format!("  {name} = {value};\n")
+    }
+
+    fn element(&self, input: &str, index: usize) -> String {
+        format!("{input}({})", index + 1)
+    }
+}
+
+/// The MATLAB source of `kernels`: a file with the name of each kernel, and `half_angle_squared.m` if they need it.
+///
+/// A function returns its one output, or a structure of its outputs. Vectors are columns.
+///
+/// # Errors
+/// The kernel that cannot be written, and why.
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
+    let title = title(origin, "MATLAB and GNU Octave");
+    let origin = Origin { title: &title, ..origin };
+    let mut files = Vec::new();
+    for kernel in kernels {
+        let body = FunctionBody::new(kernel, &Matlab)?;
+        let parameters: Vec<&str> = kernel.inputs.iter().map(|input| input.name.as_str()).collect();
+        let results: String = kernel.outputs.iter().map(|output| assignments(kernel, output, &body)).collect();
+        let mut text = String::new();
+        write!(
+            text,
+            "function result = {}({})\n{}\n{}{}{results}end\n",
+            kernel.name,
+            parameters.join(", "),
+            comment(&documentation(kernel), "%"),
+            header(std::slice::from_ref(kernel), origin, "%")?,
+            body.statements,
+        )
+        .expect("a string takes text");
+        files.push(SourceFile { name: format!("{}.m", kernel.name), text });
+    }
+    if uses_half_angle_squared(kernels) {
+        files.push(SourceFile { name: "half_angle_squared.m".into(), text: half_angle_squared() });
+    }
+    Ok(files)
+}
+
+/// The statements that write an output.
+fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String {
+    let place = if kernel.outputs.len() == 1 { "result".into() } else { format!("result.{}", output.name) };
+    let values = body.values(output);
+    let elements = |index: &dyn Fn(usize) -> String| -> String {
+        values.iter().enumerate().map(|(k, value)| format!("  {place}({}) = {value};\n", index(k))).collect()
+    };
+    match output.shape {
+        Shape::Scalar => format!("  {place} = {};\n", values[0]),
+        Shape::Vector(length) => format!("  {place} = zeros({length}, 1);\n{}", elements(&|k| (k + 1).to_string())),
+        Shape::Matrix(rows, columns) => {
+            let index = |k: usize| format!("{}, {}", k / columns + 1, k % columns + 1);
+            format!("  {place} = zeros({rows}, {columns});\n{}", elements(&index))
+        }
+    }
+}
+
+fn half_angle_squared() -> String {
+    format!(
+        "function value = half_angle_squared(order, u)\n\
+         % The derivative of order 0 to {max} of S(u) = acos(1 - u)^2 / 2, for u < 2.\n\n\
+         \x20 % Power series of S and its derivatives, lowest power first.\n\
+         \x20 persistent SERIES\n\
+         \x20 if isempty(SERIES)\n\
+         \x20   SERIES = [ ...\n{rows}];\n\
+         \x20 end\n\
+         \x20 if abs(u) <= {limit:?}\n\
+         \x20   value = polyval(fliplr(SERIES(order + 1, :)), u);\n\
+         \x20   return\n\
+         \x20 end\n\
+         \x20 cosine = 1 - u;\n\
+         \x20 sine_squared = u * (2 - u);\n\
+         \x20 sine = sqrt(sine_squared);\n\
+         \x20 angle = atan2(sine, cosine);\n\
+         \x20 first = angle / sine;\n\
+         \x20 second = (1 - cosine * first) / sine_squared;\n\
+         \x20 values = [0.5 * angle^2, first, second, (first - 3 * cosine * second) / sine_squared];\n\
+         \x20 value = values(order + 1);\n\
+         end\n",
+        rows = series_rows("", "", "; ...\n"),
+        max = special::MAX_ORDER,
+        limit = special::SERIES_LIMIT,
+    )
+}

@@ -1,0 +1,243 @@
+//! C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
+//!
+//! The languages agree in how sums, products and parentheses are written, so that one writer serves them all; a
+//! [`Dialect`] has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
+//! the same bytes in each language, and up to the last bits of sines and cosines the same values.
+
+use std::fmt::Write;
+
+use crate::back::source::{EmitError, Language, Origin, uses, write_body};
+use crate::ir::constant::Constant;
+use crate::ir::graph::{Node, NodeId};
+use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::special;
+use crate::ir::unit::Unit;
+use std::collections::BTreeMap;
+
+pub mod c;
+pub mod matlab;
+pub mod numpy;
+pub mod sympy;
+
+/// A file of source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Its name, without a directory.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+/// How strongly an expression holds together: sums, products, what needs no parentheses.
+type Strength = u8;
+const SUM: Strength = 0;
+const PRODUCT: Strength = 1;
+const ATOM: Strength = 2;
+
+/// An expression and its strength.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    text: String,
+    strength: Strength,
+}
+
+impl Piece {
+    fn atom(text: impl Into<String>) -> Self {
+        Self { text: text.into(), strength: ATOM }
+    }
+
+    /// The text where operands of at least `strength` stand.
+    fn within(&self, strength: Strength) -> String {
+        if self.strength < strength { format!("({})", self.text) } else { self.text.clone() }
+    }
+}
+
+/// What languages write differently.
+pub(crate) trait Dialect {
+    /// A number that is not negative.
+    fn number(&self, value: Constant) -> String;
+
+    /// What stands before the names of `sqrt`, `sin` and `cos`.
+    const LIBRARY: &'static str = "";
+
+    /// The name of the arc sine.
+    const ARC_SINE: &'static str = "asin";
+
+    /// 1 where `a < b`, else 0.
+    fn less_than(&self, a: &str, b: &str) -> String;
+
+    /// The derivative of the order `order` of `S` at `u`, see [`special`].
+    fn half_angle_squared(&self, order: u8, u: &str) -> String;
+
+    /// The statement that gives the name its value, with its line break.
+    fn assignment(&self, name: &str, value: &str) -> String;
+
+    /// Element `index` of an input, counted from 0.
+    fn element(&self, input: &str, index: usize) -> String;
+}
+
+/// The number as a literal in double precision, with a decimal point or an exponent.
+fn literal(value: Constant) -> String {
+    format!("{:?}", value.value())
+}
+
+struct Writer<'a, D> {
+    dialect: &'a D,
+    statements: String,
+}
+
+impl<D: Dialect> Writer<'_, D> {
+    fn function(&self, name: &str, argument: &Piece) -> Piece {
+        Piece::atom(format!("{name}({})", argument.text))
+    }
+}
+
+impl<D: Dialect> Language for Writer<'_, D> {
+    type Expression = Piece;
+
+    fn given(&self, name: &str) -> Piece {
+        Piece::atom(name)
+    }
+
+    fn constant(&self, constant: Constant) -> Piece {
+        if constant.value().is_sign_negative() {
+            return Piece { text: format!("-{}", self.dialect.number(-constant)), strength: SUM };
+        }
+        Piece::atom(self.dialect.number(constant))
+    }
+
+    fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a Piece) -> Piece {
+        let binary = |a: NodeId, operator: &str, b: NodeId, strength: Strength| Piece {
+            text: format!("{} {operator} {}", of(a).within(strength), of(b).within(strength + 1)),
+            strength,
+        };
+        let named = |name: &str, a: NodeId| self.function(&format!("{}{name}", D::LIBRARY), of(a));
+        match node {
+            Node::Constant(constant) => self.constant(constant),
+            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
+            Node::Add(a, b) => binary(a, "+", b, SUM),
+            Node::Sub(a, b) => binary(a, "-", b, SUM),
+            Node::Mul(a, b) => binary(a, "*", b, PRODUCT),
+            Node::Div(a, b) => binary(a, "/", b, PRODUCT),
+            Node::Neg(a) => Piece { text: format!("-{}", of(a).within(ATOM)), strength: SUM },
+            Node::Powi(a, exponent) => {
+                let base = of(a).within(ATOM);
+                let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
+                match exponent {
+                    1 => Piece::atom(product),
+                    _ if exponent > 0 => Piece { text: product, strength: PRODUCT },
+                    -1 => Piece {
+                        text: format!("{} / {product}", self.constant(Constant::from(1)).text),
+                        strength: PRODUCT,
+                    },
+                    _ => Piece {
+                        text: format!("{} / ({product})", self.constant(Constant::from(1)).text),
+                        strength: PRODUCT,
+                    },
+                }
+            }
+            Node::Sqrt(a) => named("sqrt", a),
+            Node::Sin(a) => named("sin", a),
+            Node::Cos(a) => named("cos", a),
+            Node::Asin(a) => named(D::ARC_SINE, a),
+            Node::LessThan(a, b) => Piece::atom(self.dialect.less_than(&of(a).within(PRODUCT), &of(b).within(PRODUCT))),
+            Node::HalfAngleSquared(order, a) => Piece::atom(self.dialect.half_angle_squared(order, &of(a).text)),
+        }
+    }
+
+    fn intermediate(&mut self, number: usize, value: Piece) -> Result<Piece, EmitError> {
+        let name = format!("t{number}");
+        self.statements += &self.dialect.assignment(&name, &value.text);
+        Ok(Piece::atom(name))
+    }
+}
+
+/// The body of a function up to its result.
+pub(crate) struct FunctionBody {
+    /// The statements that take the elements that are used out of the inputs, and compute the intermediates.
+    pub statements: String,
+    /// The inputs of which nothing is used.
+    pub unused: Vec<String>,
+    expressions: BTreeMap<NodeId, Piece>,
+}
+
+impl FunctionBody {
+    pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, EmitError> {
+        let uses = uses(kernel);
+        let mut writer = Writer { dialect, statements: String::new() };
+        let mut unused = Vec::new();
+        for Input { name, elements, .. } in &kernel.inputs {
+            if !elements.iter().any(|(_, node)| uses.contains_key(node)) {
+                unused.push(name.clone());
+            }
+            for (index, (element, node)) in elements.iter().enumerate() {
+                // A single element is the argument itself, whose name may differ from it.
+                let source = if elements.len() == 1 { name.clone() } else { dialect.element(name, index) };
+                if uses.contains_key(node) && source != *element {
+                    writer.statements += &dialect.assignment(element, &source);
+                }
+            }
+        }
+        let expressions = write_body(kernel, &mut writer)?;
+        Ok(Self { statements: writer.statements, unused, expressions })
+    }
+
+    /// The elements of an output, row by row.
+    pub fn values(&self, output: &Output) -> Vec<&str> {
+        output.nodes.iter().map(|node| self.expressions[node].text.as_str()).collect()
+    }
+}
+
+/// What an output is, with its shape and its unit.
+fn describe(output: &Output) -> String {
+    let shape = match output.shape {
+        Shape::Scalar | Shape::Matrix(..) => String::new(),
+        Shape::Vector(length) => format!(", {length} values"),
+    };
+    let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
+    format!("{}{shape}{unit}", output.doc)
+}
+
+/// What an input is, with its size.
+fn describe_input(input: &Input) -> String {
+    match input.elements.len() {
+        1 => input.doc.clone(),
+        size => format!("{}, {size} values", input.doc),
+    }
+}
+
+/// The text of a kernel for people: what it computes, of what.
+fn documentation(kernel: &Kernel) -> String {
+    let mut text = kernel.summary.clone() + "\n\n";
+    for input in &kernel.inputs {
+        writeln!(text, "{}: {}", input.name, describe_input(input)).expect("a string takes text");
+    }
+    text += match &kernel.outputs[..] {
+        [_] => "\nResult:\n",
+        _ => "\nResult, by the names of its fields:\n",
+    };
+    for output in &kernel.outputs {
+        writeln!(text, "{}: {}", output.name, describe(output)).expect("a string takes text");
+    }
+    text
+}
+
+/// Whether a kernel needs `S`.
+fn uses_half_angle_squared(kernels: &[Kernel]) -> bool {
+    let is_it = |kernel: &Kernel, id| matches!(kernel.graph.node(id), Node::HalfAngleSquared(..));
+    kernels.iter().any(|kernel| kernel.computed().into_iter().any(|id| is_it(kernel, id)))
+}
+
+/// The coefficients of the power series of `S` and its derivatives, lowest power first, each row between `open` and `close`.
+fn series_rows(open: &str, close: &str, after: &str) -> String {
+    let row = |coefficients: &[f64]| {
+        let numbers: Vec<String> = coefficients.iter().map(|value| format!("{value:?}")).collect();
+        format!("    {open}{}{close}", numbers.join(", "))
+    };
+    special::SERIES.iter().map(|coefficients| row(coefficients)).collect::<Vec<_>>().join(after)
+}
+
+/// What all files of a language say of the model, where they say what they hold.
+fn title(origin: Origin<'_>, language: &str) -> String {
+    format!("{} In {language}.", origin.title)
+}

@@ -1,0 +1,102 @@
+//! `bristle compare-studies`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use bristle_report::page::{Recorder, page};
+use bristle_report::tables::{study_tables, tools_table};
+use bristle_study::assumptions::Assumptions;
+use bristle_study::joined::{Joined, NamedStudy, join};
+use bristle_study::measured::compare;
+use bristle_study::text::layout::note;
+use bristle_study::text::number::counted;
+use bristle_text::shown_path;
+use clap::Args;
+
+use crate::commands::study::{REPORT, write_results};
+use crate::error::CliError;
+use crate::files::{occupy, prepare_directory};
+use crate::journal_file::JOURNAL;
+use crate::pictures::{
+    COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_of, say_drawn,
+};
+use crate::saved::{RUNS, RUNS_PARQUET, STUDY, SavedError, saved_study};
+use crate::terminal::{say, say_written, show, width};
+
+/// Compare saved studies, each as a tool of its own, in one page and one set of figures
+///
+/// Each STUDY is a directory that `bristle study` has written to, and its name that
+/// of the directory; NAME=DIR gives another. Their cases are compared at the
+/// speeds, depths and other swept values that all of them have: nothing is
+/// simulated, except the contacts in motion on the page, nor interpolated. A study
+/// that compares tools itself has each of them as `NAME: TOOL`.
+///
+/// The results are those of a study with named tools: DIR/runs.csv and
+/// DIR/study.json, which `bristle plot` and `bristle advise` read, DIR/report.html,
+/// and DIR/figures. A table says in which settings the studies differ. Studies
+/// without a common speed or depth are refused.
+///
+///   bristle compare-studies results/old fine=results/3 --out compared
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct CompareStudiesArgs {
+    /// Directories with the results of studies
+    #[arg(value_name = "[NAME=]STUDY", required = true)]
+    studies: Vec<String>,
+    /// Directory for the comparison, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
+}
+
+/// Runs the command.
+pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
+    let out = &arguments.out;
+    let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
+    let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
+    if out.join(JOURNAL).exists() {
+        return Err(CliError::OfAStudy(out.clone()));
+    }
+    prepare_directory(out)?;
+    let files = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
+    let _occupied = occupy(out, &[("", &|name| files.contains(&name)), (FIGURES, &is_picture_of_study)])?;
+    if figures.are_drawn() {
+        prepare_directory(&out.join(FIGURES))?;
+    }
+    let courses = Recorder::new(&study).finish(&results, None).map_err(CliError::Threads)?;
+    let name = study.tools().iter().map(|tool| tool.name.as_str()).collect::<Vec<_>>().join(" and ");
+    let comparisons = compare(&study, &results, &measured);
+    let page = page(&name, &study, &results, &courses, &Assumptions::default(), &comparisons);
+    let files = write_results(out, &study, &origin, &results, &page, &measured)?;
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
+    say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
+    notes.iter().for_each(|text| say(note(text)));
+    files.iter().for_each(|path| say_written(path));
+    show(format_args!("{}\n", tools_table(&study, width())))?;
+    show(study_tables(&study, &results, width()))?;
+    say_drawn(&drawn)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The study of an argument, which is not in the directory `out` of the comparison.
+fn named_study(text: &str, out: &Path) -> Result<NamedStudy, CliError> {
+    // A directory may have an equals sign in its name.
+    let given = text.split_once('=').filter(|_| !Path::new(text).exists());
+    let path = given.map_or(text, |(_, path)| path);
+    let directory = Path::new(path);
+    let whole = fs::canonicalize(directory).ok();
+    if whole.is_some() && whole == fs::canonicalize(out).ok() {
+        return Err(CliError::OfAStudy(out.to_owned()));
+    }
+    let (saved, results) = saved_study(directory)?.ok_or_else(|| SavedError::NoStudy(directory.to_owned()))?;
+    let measured = measured_of(directory, &saved)?;
+    let of_directory = || {
+        let last = whole.as_deref().and_then(Path::file_name);
+        last.map_or_else(|| shown_path(directory), |name| name.to_string_lossy().into_owned())
+    };
+    let name = given.map_or_else(of_directory, |(name, _)| name.to_owned());
+    Ok(NamedStudy { name, saved, results, measured })
+}

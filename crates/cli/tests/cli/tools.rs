@@ -1,0 +1,447 @@
+//! Named tools of a study, and saved studies that are compared as such.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+const HEAD: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+youngs_modulus_pa = 3.0e9
+
+[solver]
+relative_tolerance = 1e-4
+";
+
+const SWEEPS: &str = "\
+[study]
+rotational_speed_rpm = [600, 1200]
+penetration_depth_m = [1e-3, 2e-3]
+";
+
+const TOOLS: &str = "\
+[study.tools.plain]
+
+[study.tools.fine_2]
+filament.diameter_m = 0.6e-3
+\"tool.filament_count\" = 30000
+
+[study.tools.\"steel, short\"]
+filament = { length_m = 0.030, diameter_m = 0.3e-3, material = \"steel\" }
+tool = { body_radius_m = 0.1, fill_factor = 0.2 }
+";
+
+/// What a tool states, as settings of a file of its own.
+const ALONE: [(&str, &[(&str, &str)]); 3] = [
+    ("plain", &[]),
+    ("fine_2", &[("diameter_m = 1.18e-3", "diameter_m = 0.6e-3"), ("= 10500", "= 30000")]),
+    (
+        "steel, short",
+        &[
+            ("length_m = 0.040", "length_m = 0.030\nmaterial = \"steel\""),
+            ("diameter_m = 1.18e-3", "diameter_m = 0.3e-3"),
+            ("youngs_modulus_pa = 3.0e9\n", ""),
+            ("body_radius_m = 0.140", "body_radius_m = 0.1"),
+            ("filament_count = 10500", "fill_factor = 0.2"),
+        ],
+    ),
+];
+
+struct Workspace(TempDir);
+
+impl Workspace {
+    fn new() -> Self {
+        Self(TempDir::new().expect("a temporary directory"))
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path().join(name), text).expect("the file can be written");
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path().join(name)).expect(name)
+    }
+
+    /// Runs a command that succeeds. Returns stdout and stderr.
+    fn done(&self, command: &str) -> [String; 2] {
+        let output = bristle(self.path(), command).output().expect("the program starts");
+        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
+        assert!(output.status.success(), "{command}: {err}");
+        [out, err]
+    }
+
+    /// Runs a command that refuses its input. Returns the message.
+    fn refused(&self, command: &str) -> String {
+        let output = bristle(self.path(), command).output().expect("the program starts");
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(2), "{command}: {message}");
+        message
+    }
+
+    /// A workspace with a study of three tools in `results`, and what it showed.
+    fn with_tools() -> (Self, String) {
+        let workspace = Self::new();
+        workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}"));
+        let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+        (workspace, shown)
+    }
+}
+
+/// The rows of `runs.csv` without the column `without`, if there is one.
+fn rows(text: &str, without: &str) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let left_out = reader.headers().expect("a heading").iter().position(|name| name == without);
+    let row = |record: csv::StringRecord| {
+        let cells = record.iter().enumerate().filter(|(column, _)| Some(*column) != left_out);
+        cells.map(|(_, cell)| cell.to_owned()).collect()
+    };
+    reader.records().map(|record| row(record.expect("a row"))).collect()
+}
+
+#[test]
+fn each_tool_has_the_results_of_a_study_of_its_own() {
+    let (workspace, shown) = Workspace::with_tools();
+    let runs = workspace.read("results/runs.csv");
+    let heading: Vec<&str> = runs.lines().next().expect("a heading").split(',').collect();
+    assert_eq!(
+        heading[..5],
+        ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm", "tool"]
+    );
+    let together = rows(&runs, "tool");
+    for (position, (name, changes)) in ALONE.into_iter().enumerate() {
+        let file = changes.iter().fold(HEAD.to_owned(), |file, (from, to)| {
+            assert!(file.contains(from), "{from}");
+            file.replacen(from, to, 1)
+        });
+        workspace.write("alone.toml", &format!("{file}{SWEEPS}"));
+        workspace.done("study alone.toml --out alone --restart --no-figures");
+        // What follows from a fill factor is a column of a study that states it.
+        assert_eq!(
+            rows(&workspace.read("alone/runs.csv"), "tool.fill_factor"),
+            together[4 * position..][..4],
+            "{name}"
+        );
+    }
+    let table = "  tool                                plain  fine_2  steel, short\n  radius of the brush body r_g in mm    140     140           100\n";
+    assert!(shown.starts_with(table), "{shown}");
+    let lines: Vec<&str> = shown.lines().collect();
+    let first = lines.iter().position(|line| line.starts_with("F_n,w in N: ")).expect("a table of the force");
+    assert_eq!([lines[first + 4], lines[first + 7], lines[first + 10]], [" plain", " fine_2", " steel, short"]);
+    assert!(
+        lines.iter().take_while(|line| !line.contains("not stated")).all(|line| line.chars().count() <= 80),
+        "{shown}"
+    );
+    assert!(shown.contains("at tool steel, short, v_b") && shown.contains("filament.material = \"steel\""), "{shown}");
+
+    let figures = |directory: &str| {
+        let mut names: Vec<String> = fs::read_dir(workspace.path().join(directory))
+            .expect("figures")
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    let drawn = figures("results/figures");
+    let by_tool = "tool_force_over_speed_by_tool_penetration_depth_m_0.001.svg";
+    for name in [by_tool, "tool_force_map_tool_fine_2.svg", "tool_force_over_speed_tool_steel__short.svg"] {
+        assert!(drawn.iter().any(|drawn| drawn == name), "{name} in {drawn:?}");
+    }
+    let svg = workspace.read(&format!("results/figures/{by_tool}"));
+    assert!(["plain", "fine_2", "steel, short", "= 1 mm"].iter().all(|text| svg.contains(text)), "{svg}");
+    workspace.done("plot results --out again --figures svg");
+    assert_eq!(figures("again/figures"), drawn);
+    assert_eq!(workspace.read(&format!("again/figures/{by_tool}")), svg);
+
+    let page = workspace.read("results/report.html");
+    assert!(
+        page.contains(r#""names":["plain","fine_2","steel, short"]"#) && page.contains(r#""by_tool":[0.14,0.14,0.1]"#)
+    );
+}
+
+#[test]
+fn a_study_of_tools_resumes_and_is_split() {
+    let (workspace, _) = Workspace::with_tools();
+    for shard in ["1/2", "2/2"] {
+        workspace.done(&format!("study case.toml --out part-{} --shard {shard}", &shard[..1]));
+    }
+    workspace.done("merge case.toml part-1 part-2 --out merged --no-figures");
+    for file in ["runs.csv", "study.json", "report.html"] {
+        assert!(workspace.read(&format!("merged/{file}")) == workspace.read(&format!("results/{file}")), "{file}");
+    }
+    let [_, said] = workspace.done("study case.toml --out merged --no-figures");
+    assert!(said.contains("12 of 12 cases are in"), "{said}");
+    for (from, to, difference) in [
+        ("0.6e-3", "0.7e-3", "tool fine_2, filament.diameter_m: 0.0006 there, 0.0007 here"),
+        ("fill_factor = 0.2", "fill_factor = 0.3", "tool steel, short, tool.fill_factor: 0.2 there, 0.3 here"),
+        ("tools.plain", "tools.paper", "tools: plain, fine_2, steel, short there, paper, fine_2, steel, short here"),
+    ] {
+        workspace.write("other.toml", &format!("{HEAD}{SWEEPS}{TOOLS}").replacen(from, to, 1));
+        let message = workspace.refused("study other.toml --out merged --no-figures");
+        assert!(message.contains(difference), "{message}");
+    }
+    workspace.write("other.toml", &format!("{HEAD}{SWEEPS}"));
+    let message = workspace.refused("study other.toml --out merged --no-figures");
+    assert!(message.contains("tools: plain, fine_2, steel, short there, none here"), "{message}");
+}
+
+#[test]
+fn options_state_what_a_tool_has() {
+    let workspace = Workspace::new();
+    workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}"));
+    let study = |options: &str| {
+        workspace.done(&format!("study case.toml --out results --restart --no-figures {options}"))[0].clone()
+    };
+    let shown = study("--set study.tools.fine_2.filament.diameter_m=0.7e-3");
+    assert!(shown.contains("  diameter d in mm                     1.18     0.7           0.3\n"), "{shown}");
+    // It replaces the path in quotes, too, and what states the same in another way.
+    let shown = study("--set study.tools.fine_2.tool.fill_factor=0.5");
+    assert!(shown.contains("  number of filaments N_f             10500   31110         35560\n"), "{shown}");
+    let shown = study("--set study.tools.new.filament.length_m=0.05 --set tool.width_m=0.03");
+    assert!(shown.contains("steel, short    new\n") && shown.contains("53330  10500\n"), "{shown}");
+    let message = workspace.refused("study case.toml --out x --set study.tools.fine_2.filament.diametr_m=1");
+    assert!(message.contains("--> --set:1:1") && message.contains("did you mean `filament.diameter_m`?"), "{message}");
+    let each = format!("{HEAD}{SWEEPS}{TOOLS}").replacen(
+        "[study.tools.plain]\n",
+        "[study.tools.plain]\nfilament.diameter_m = 1e-3\n",
+        1,
+    );
+    workspace.write("each.toml", &each);
+    let message = workspace.refused("study each.toml --out x --set filament.diameter_m=1e-3");
+    assert!(
+        message.contains("each tool of the study states it") && message.contains("--set study.tools.\"plain\"."),
+        "{message}"
+    );
+}
+
+/// What stands in place of the setting of a tool, or of its name, and what the message says.
+const REFUSED: &[(&str, &str, &[&str])] = &[
+    ("filament.diameter_m = 0.6e-3", "filament.diametr_m = 0.6e-3", &["did you mean `filament.diameter_m`?"]),
+    (
+        "filament.diameter_m = 0.6e-3",
+        "diameter_m = 0.6e-3",
+        &["unknown key `study.tools.fine_2.diameter_m`", "did you mean `filament.diameter_m`?"],
+    ),
+    ("filament.diameter_m = 0.6e-3", "filament.diameter_m = -1", &["`filament.diameter_m` is -1.0", "greater than 0"]),
+    ("filament.diameter_m = 0.6e-3", "filament.diameter_m = 0,6", &["write a decimal point"]),
+    (
+        "filament.diameter_m = 0.6e-3",
+        "process.penetration_depth_m = 1e-3",
+        &["all tools share it", "[tool], [filament]"],
+    ),
+    ("filament.diameter_m = 0.6e-3", "contact = 3", &["state its keys, as in contact.… = …"]),
+    ("filament.diameter_m = 0.6e-3", "brush = {}", &["tool `fine_2` touch each other, those of `plain` do not"]),
+    ("filament.diameter_m = 0.6e-3", "tool.fill_factor = 0.3", &["are both given", "give one of them"]),
+    ("filament.diameter_m = 0.6e-3", "filament.material = \"stel\"", &["did you mean `steel`?"]),
+    ("[study.tools.fine_2]", "[study.tools.PLAIN]", &["`PLAIN` and `plain`", "more than capitals and punctuation"]),
+    ("[study.tools.fine_2]", "[study.tools.plain]", &["duplicate key", "stands in the file once"]),
+    ("[study.tools.fine_2]", "[study.tools.\"=1+1\"]", &["cannot be named `=1+1`", "begins with a letter or digit"]),
+    ("[study.tools.fine_2]", "[study.tools.\"\"]", &["cannot be named ``"]),
+    (
+        "penetration_depth_m = [1e-3, 2e-3]",
+        "penetration_depth_m = [1e-3]\n\"filament.diameter_m\" = [1e-3]",
+        &["`filament.diameter_m` has no effect, because the study sweeps `filament.diameter_m`", "apply to all tools"],
+    ),
+    ("length_m = 0.030", "length_m = 0.0015", &["(tool steel, short)", "less than filament.length_m = 0.0015"]),
+];
+
+#[test]
+fn mistakes_about_tools_are_named() {
+    let workspace = Workspace::new();
+    for (right, wrong, parts) in REFUSED {
+        let file = format!("{HEAD}{SWEEPS}{TOOLS}");
+        assert!(file.contains(right), "{right}");
+        workspace.write("case.toml", &file.replacen(right, wrong, 1));
+        let message = workspace.refused("study case.toml --out results");
+        assert!(message.starts_with("error: ") && message.contains("--> case.toml:"), "{wrong}\n{message}");
+        for part in *parts {
+            assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
+        }
+    }
+    for (tools, part) in [
+        ("tools = []", "tables of settings"),
+        ("tools = {}", "tables of settings"),
+        ("tools = { a = 1 }", "a table of settings, as in"),
+    ] {
+        workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{tools}\n"));
+        let message = workspace.refused("study case.toml --out results");
+        assert!(message.contains("`study.tools") && message.contains(part), "{tools}\n{message}");
+    }
+    assert!(!workspace.path().join("results").exists());
+}
+
+#[test]
+fn advice_compares_the_tools() {
+    let (workspace, _) = Workspace::with_tools();
+    let [all, _] = workspace.done("advise results");
+    let best = all.find("Best case of each tool").expect("a comparison");
+    let places =
+        ["Tool steel, short; it", "Tool plain; it", "Tool fine_2; it", "With tool plain"].map(|text| all.find(text));
+    assert!(places.is_sorted() && places[0] > Some(best), "{all}");
+    let [json, _] = workspace.done("advise results --max-force 200 --json");
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let forces =
+        |key: &str| json["tools"].as_array().expect("tools").iter().map(|tool| tool[key].clone()).collect::<Vec<_>>();
+    let forces = forces("tool_contact_normal_force_n");
+    assert!(forces.iter().all(|force| force.as_f64().is_some_and(|force| force <= 200.0)), "{forces:?}");
+    let sections = json["sections"].as_array().expect("sections");
+    assert_eq!(
+        sections.iter().map(|section| section["settings"]["tool"].as_str()).collect::<Vec<_>>(),
+        ALONE.map(|(name, _)| Some(name))
+    );
+    let [none, _] = workspace.done("advise results --max-force 1");
+    assert!(none.starts_with("Tools without such a case: plain; fine_2; steel, short\n"), "{none}");
+}
+
+#[test]
+fn tools_alone_are_an_axis() {
+    let workspace = Workspace::new();
+    let process = "[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n";
+    workspace.write("case.toml", &format!("{HEAD}{process}{TOOLS}"));
+    let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+    assert!(shown.contains("\n         plain         600  "), "{shown}");
+    let svg = workspace.read("results/figures/tool_force_over_tool.svg");
+    assert!(["plain", "fine_2", "steel, short"].iter().all(|name| svg.contains(name)), "{svg}");
+    assert_eq!(workspace.read("results/runs.csv").lines().count(), 4);
+}
+
+#[test]
+fn saved_studies_are_compared_as_tools() {
+    let (workspace, _) = Workspace::with_tools();
+    let finer = HEAD.replacen("1.18e-3", "0.8e-3", 1);
+    let write = |name: &str, head: &str, sweeps: &str| {
+        workspace.write("one.toml", &format!("{head}[study]\n{sweeps}\n"));
+        workspace.done(&format!("study one.toml --out studies/{name} --no-figures"));
+    };
+    write("old", HEAD, "rotational_speed_rpm = [300, 600, 1200]\npenetration_depth_m = [1e-3, 2e-3]");
+    write("new", &finer, "rotational_speed_rpm = [1200, 600]\npenetration_depth_m = [2e-3, 1e-3, 3e-3]");
+    let [shown, said] = workspace.done("compare-studies studies/old thin=studies/new --out compared --figures svg");
+    assert!(shown.starts_with("  tool               old  thin\n  diameter d in mm  1.18   0.8\n"), "{shown}");
+    assert!(said.contains("note: of old, 2 of 3 values of n_w are compared"), "{said}");
+    assert!(said.contains("note: of thin, 2 of 3 values of a_e are compared"), "{said}");
+    // Each row is one of the studies'.
+    let compared = rows(&workspace.read("compared/runs.csv"), "tool");
+    assert_eq!(compared.len(), 8);
+    for (rows_of, name) in [(&compared[..4], "old"), (&compared[4..], "new")] {
+        let own = rows(&workspace.read(&format!("studies/{name}/runs.csv")), "");
+        for row in rows_of {
+            assert_eq!(own.iter().filter(|own| *own == row).count(), 1, "{name}: {row:?}");
+        }
+    }
+    assert!(
+        workspace.path().join("compared/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.002.svg").is_file()
+    );
+    assert!(workspace.read("compared/report.html").contains(r#""names":["old","thin"]"#));
+    workspace.done("plot compared --figures svg");
+    let [advice, _] = workspace.done("advise compared");
+    assert!(advice.contains("Best case of each tool") && advice.contains("With tool thin"), "{advice}");
+    // A study of tools has each of them, and a velocity may be the same speed.
+    let [shown, _] = workspace.done("compare-studies results studies/old --out nested --no-figures");
+    assert!(shown.contains("results: plain  results: fine_2  results: steel, short    old\n"), "{shown}");
+    let velocity = std::f64::consts::TAU * 600.0 / 60.0 * 0.18;
+    write("tips", HEAD, &format!("brushing_velocity_m_s = [{velocity:?}, 3.0]\npenetration_depth_m = [2e-3]"));
+    let [shown, _] = workspace.done("compare-studies studies/old studies/tips --out same --no-figures");
+    assert!(shown.starts_with("The tools differ in nothing but their names.\n"), "{shown}");
+
+    write("apart", HEAD, "rotational_speed_rpm = [700]\npenetration_depth_m = [1e-3]");
+    write(
+        "friction",
+        HEAD,
+        "rotational_speed_rpm = [600]\npenetration_depth_m = [1e-3]\n\"contact.friction_coefficient\" = [0.1, 0.2]",
+    );
+    for (studies, parts) in [
+        (
+            "studies/old studies/apart",
+            &["no rotational speed in common: old has 3 values from 300 rpm to 1200 rpm, apart has 700 rpm", "[study]"]
+                [..],
+        ),
+        (
+            "studies/old studies/friction",
+            &["no coefficient of friction in common: old has 0, friction has 2 values from 0.1 to 0.2"],
+        ),
+        ("studies/old", &["one study alone cannot be compared"]),
+        ("studies/old studies/old", &["the tools `old` and `old`", "give a name, as in fine=results/3"]),
+        ("studies/old =studies/new", &["cannot be named ``", "give a name"]),
+        ("studies/old studies/none", &["has no study.json"]),
+    ] {
+        let message = workspace.refused(&format!("compare-studies {studies} --out refused"));
+        assert!(parts.iter().all(|part| message.contains(part)), "{studies}: {message}");
+    }
+    assert!(!workspace.path().join("refused").exists());
+    let before = workspace.read("studies/old/study.json");
+    let message = workspace.refused("compare-studies studies/old studies/new --out studies/old");
+    assert!(
+        message.contains("holds a study of its own") && workspace.read("studies/old/study.json") == before,
+        "{message}"
+    );
+}
+
+#[test]
+fn measured_forces_are_compared_with_their_tools() {
+    let workspace = Workspace::new();
+    let measured = "[measured]\nfile = \"forces.csv\"\ncolumns = { tool = \"brush\", force_n = \"F [N]\" }\n";
+    workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}{measured}"));
+    let heading = "brush;rotational_speed_rpm;penetration_depth_m;F [N]\n";
+    workspace
+        .write("forces.csv", &format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
+    let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+    let compared = ["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"];
+    assert!(
+        compared.iter().all(|heading| shown.contains(heading)) && !shown.contains("measured, tool fine_2"),
+        "{shown}"
+    );
+    assert_eq!(shown.matches(" points compared").count(), 2, "{shown}");
+    let table = workspace.read("results/measured_comparison.csv");
+    let tools: Vec<String> = rows(&table, "").into_iter().map(|mut row| row.remove(0)).collect();
+    assert_eq!(tools, ["plain", "plain", "steel, short"]);
+    assert!(workspace.read("results/measured.csv").starts_with("tool,rotational_speed_rpm,"));
+    assert!(workspace.path().join("results/figures/measured_over_speed_tool_plain.svg").is_file());
+    assert!(!workspace.path().join("results/figures/measured_over_speed_tool_fine_2.svg").exists());
+    // Redrawn, and with another study that has no measured forces.
+    workspace.done("plot results --figures svg");
+    assert_eq!(workspace.read("results/measured_comparison.csv"), table);
+    workspace.write("one.toml", &format!("{HEAD}{SWEEPS}"));
+    workspace.done("study one.toml --out one --no-figures");
+    let [shown, _] = workspace.done("compare-studies one results --out compared --figures svg");
+    assert!(
+        shown.contains("simulated and measured, tool results: plain\n") && !shown.contains("tool one\n"),
+        "{shown}"
+    );
+    workspace.write("forces.csv", &format!("{heading}plane;600;1e-3;180\n"));
+    let message = workspace.refused("study case.toml --out results --restart");
+    assert!(message.contains("`plane` is none of the tools plain, fine_2, steel, short"), "{message}");
+}
+
+#[test]
+fn keys_of_tools_are_explained_and_in_the_schema() {
+    let workspace = Workspace::new();
+    let [text, _] = workspace.done("explain filament.diameter_m");
+    assert!(text.contains("under [study.tools.NAME]"), "{text}");
+    let [text, _] = workspace.done("explain process.penetration_depth_m");
+    assert!(!text.contains("tools"), "{text}");
+    for key in ["study", "study.tools", "tools"] {
+        let [text, _] = workspace.done(&format!("explain {key}"));
+        assert!(text.contains("study.tools") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
+    let [schema, _] = workspace.done("schema");
+    let schema: Value = serde_json::from_str(&schema).expect("JSON");
+    let tool = &schema["properties"]["study"]["properties"]["tools"]["additionalProperties"]["properties"];
+    for keys in [&tool["filament"]["properties"]["diameter_m"], &tool["filament.diameter_m"]] {
+        assert_eq!(keys["exclusiveMinimum"].as_f64(), Some(0.0), "{tool}");
+    }
+    assert!(tool["filament"]["required"].is_null() && tool["process"].is_null(), "{tool}");
+}

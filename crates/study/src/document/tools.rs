@@ -1,0 +1,183 @@
+//! Reads the named tools of a study, `[study.tools.NAME]`: what each states in place of the file.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use bristle::model::parameters::Parameter;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::{Document, FILAMENT, LocatedMaterial, MATERIAL_KEY, STUDY, is_section, setting_meant};
+use crate::input_error::{InputError, Problem};
+use crate::materials::{DENSITY, MODULUS};
+use crate::options;
+
+/// The key of the named tools in `[study]`.
+pub(crate) const TOOLS: &str = "tools";
+/// The sections whose keys a tool may state.
+pub(crate) const SECTIONS: [&str; 5] = ["tool", "filament", "contact", "uncertainty", "brush"];
+
+/// The values allowed for the named tools.
+const TABLES: &str = "tables of settings by the names of the tools, as in [study.tools.fine]";
+const TABLE: &str = "a table of settings, as in { filament.diameter_m = 0.6e-3, tool.filament_count = 20000 }";
+
+/// A named tool.
+#[derive(Debug)]
+pub(super) struct LocatedTool<'t> {
+    pub name: String,
+    /// Place of the name.
+    pub span: Range<usize>,
+    /// The sections in which it states something, or that it adds, and their places.
+    sections: Vec<(String, Range<usize>)>,
+    /// What it states.
+    entries: Vec<Entry<'t>>,
+    /// The material that it names.
+    pub material: Option<LocatedMaterial>,
+}
+
+/// A setting that a tool states.
+#[derive(Debug)]
+struct Entry<'t> {
+    section: String,
+    key: String,
+    key_span: Range<usize>,
+    value: Spanned<DeValue<'t>>,
+}
+
+impl Entry<'_> {
+    fn parameter(&self) -> Option<&'static Parameter> {
+        Parameter::find(&self.path())
+    }
+
+    fn path(&self) -> String {
+        format!("{}.{}", self.section, self.key)
+    }
+}
+
+impl LocatedTool<'_> {
+    /// Whether it states the setting at a dotted path.
+    pub fn states(&self, path: &str) -> bool {
+        self.entries.iter().any(|entry| entry.path() == path)
+    }
+
+    /// Whether it leaves aside what the file states of the setting at a dotted path: its own material precedes numbers of the file.
+    pub fn leaves_aside(&self, path: &str) -> bool {
+        self.material.is_some() && [DENSITY, MODULUS].contains(&path)
+    }
+
+    /// Puts what it states in the place of what the tree does.
+    pub fn state<'a>(&'a self, table: &mut DeTable<'a>) {
+        if let Some(DeValue::Table(filament)) = table.get_mut(FILAMENT).map(Spanned::get_mut)
+            && self.material.is_some()
+        {
+            let parameters = [DENSITY, MODULUS].into_iter().filter_map(Parameter::find);
+            parameters.for_each(|parameter| drop(filament.remove(parameter.key())));
+        }
+        for (section, span) in &self.sections {
+            let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
+            table.entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str()))).or_insert_with(new);
+        }
+        for Entry { section, key, key_span, value } in &self.entries {
+            let spans = [key_span.clone(), value.span()];
+            options::state(table, [section, key], value.get_ref().clone(), spans);
+        }
+    }
+}
+
+/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path in quotes.
+fn section_of(key: &str) -> &str {
+    key.split_once('.').map_or(key, |(section, _)| section)
+}
+
+impl<'t> Document<'t> {
+    /// Reads the named tools in the order of the file.
+    pub(super) fn read_tools(&self, tools: &Spanned<DeValue<'t>>) -> Result<Vec<LocatedTool<'t>>, InputError> {
+        let DeValue::Table(entries) = tools.get_ref() else {
+            return Err(self.not_allowed(format!("{STUDY}.{TOOLS}"), tools, TABLES.to_owned()));
+        };
+        if entries.is_empty() {
+            return Err(self.not_allowed(format!("{STUDY}.{TOOLS}"), tools, TABLES.to_owned()));
+        }
+        let mut read = Vec::new();
+        for (name, value) in entries {
+            let span = name.span();
+            let name = name.get_ref().to_string();
+            let key = format!("{STUDY}.{TOOLS}.{name}");
+            let DeValue::Table(stated) = value.get_ref() else {
+                return Err(self.not_allowed(key, value, TABLE.to_owned()));
+            };
+            let mut entries = self.read_entries(&key, stated)?;
+            entries.sort_by_key(|entry| entry.key_span.start);
+            let is_material = |entry: &mut Entry<'t>| entry.section == FILAMENT && entry.key == MATERIAL_KEY;
+            let material = entries.extract_if(.., is_material).last();
+            let material = material.map(|entry| self.read_material(&entry.value)).transpose()?;
+            self.check_entries(&entries)?;
+            let of_section = |key: &Spanned<Cow<'_, str>>| (section_of(key.get_ref()).to_owned(), key.span());
+            let sections = stated.keys().map(of_section).collect();
+            read.push(LocatedTool { name, span, sections, entries, material });
+        }
+        read.sort_by_key(|tool| tool.span.start);
+        Ok(read)
+    }
+
+    /// The settings in the table of a tool, which `path` names: those of sections, and those with dotted paths in quotes.
+    fn read_entries(&self, path: &str, stated: &DeTable<'t>) -> Result<Vec<Entry<'t>>, InputError> {
+        let mut entries = Vec::new();
+        for (key, value) in stated {
+            let name = key.get_ref().as_ref();
+            let section = section_of(name);
+            if !SECTIONS.contains(&section) || (section == name && !value.get_ref().is_table()) {
+                return Err(self.not_of_a_tool(path, name, key.span()));
+            }
+            let entry = |section: &str, key: &str, key_span, value: &Spanned<DeValue<'t>>| Entry {
+                section: section.to_owned(),
+                key: key.to_owned(),
+                key_span,
+                value: value.clone(),
+            };
+            match (name.split_once('.'), value.get_ref()) {
+                (Some((section, own)), _) => entries.push(entry(section, own, key.span(), value)),
+                (None, DeValue::Table(own)) => {
+                    let all = own.iter().map(|(own, value)| entry(section, own.get_ref(), own.span(), value));
+                    entries.extend(all);
+                }
+                (None, _) => {}
+            }
+        }
+        Ok(entries)
+    }
+
+    /// The error about a key that a tool cannot state.
+    fn not_of_a_tool(&self, path: &str, name: &str, span: Range<usize>) -> InputError {
+        let section = section_of(name);
+        let sections = SECTIONS.map(|section| format!("[{section}]")).join(", ");
+        let expected = format!("a setting of one of the sections {sections}, such as filament.diameter_m");
+        let advice = if SECTIONS.contains(&section) {
+            format!("state its keys, as in {section}.… = …")
+        } else if is_section(section) {
+            "all tools share it: state it in its own section, or sweep it under [study]".to_owned()
+        } else {
+            setting_meant(name)
+        };
+        self.error(Problem::UnknownKey { key: format!("{path}.{name}"), expected }, span, &advice)
+    }
+
+    /// Checks that a tool states nothing twice, nor what the study sweeps.
+    fn check_entries(&self, entries: &[Entry<'_>]) -> Result<(), InputError> {
+        for (position, entry) in entries.iter().enumerate() {
+            let Some(parameter) = entry.parameter() else { continue };
+            let is_same = |other: &Parameter| parameter.group().any(|same| std::ptr::eq(same, other));
+            let mut earlier = entries[..position].iter().filter_map(Entry::parameter);
+            if let Some(other) = earlier.find(|other| is_same(other)) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, entry.key_span.clone(), "give one of them"));
+            }
+            if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
+                let problem = Problem::Swept { key: parameter.path, swept: swept.path };
+                let advice = "the values of a sweep apply to all tools: leave it out here, or under [study]";
+                return Err(self.error(problem, entry.key_span.clone(), advice));
+            }
+        }
+        Ok(())
+    }
+}
