@@ -357,7 +357,7 @@ pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
 
 /// A point as a row of the table: speed, depth, measured and simulated force, difference, and whether it is within the deviation.
 fn row_of_point(point: &Point) -> [String; 6] {
-    let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+    let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
     let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
     let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
     let simulated = match point.simulated {
