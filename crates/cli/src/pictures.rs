@@ -138,7 +138,7 @@ pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measureme
     if !study.measured {
         return Ok(Vec::new());
     }
-    measured_forces(&directory.join(MEASURED), &Format::of_tools(&study.study))
+    measured_forces(&directory.join(MEASURED), &TableFormat::of_tools(&study.study))
 }
 
 /// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
