@@ -48,7 +48,7 @@ pub struct CompareStudiesArgs {
 
 /// Runs the command.
 pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
-    let out = &arguments.out;
+    let (out, figures) = (&arguments.out, arguments.figures.figures()?);
     let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
     let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
     if out.join(JOURNAL).exists() {
@@ -57,7 +57,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     prepare_directory(out)?;
     let files = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(out, &[("", &|name| files.contains(&name)), (FIGURES, &is_picture_of_study)])?;
-    if arguments.figures.are_drawn() {
+    if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }
     let courses = Recorder::new(&study).finish(&results, None).map_err(CliError::Threads)?;
@@ -65,7 +65,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     let comparisons = compare(&study, &results, &measured);
     let page = page(&name, &study, &results, &courses, &Assumptions::default(), &comparisons);
     let files = write_results(out, &study, &origin, &results, &page, &measured)?;
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, arguments.figures)?;
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|note| say(format_args!("note: {note}")));
     files.iter().for_each(|path| say_written(path));

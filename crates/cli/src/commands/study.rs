@@ -206,6 +206,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
 
 /// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
 pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
     let study = document.study()?;
@@ -218,7 +219,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     prepare_directory(&arguments.out)?;
     let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
-    if arguments.figures.are_drawn() {
+    if figures.are_drawn() {
         prepare_directory(&arguments.out.join(FIGURES))?;
     }
 
@@ -233,8 +234,8 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let comparisons = compare(&study, &results, &measured);
     let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
     let files = write_results(&arguments.out, &study, &Origin::here(), &results, &page, &measured)?;
-    let (out, threads, kinds) = (&arguments.out, arguments.threads(), arguments.figures);
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, kinds)?;
+    let (out, threads) = (&arguments.out, arguments.threads());
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, &figures)?;
 
     let tables = if arguments.json {
         Ok(())
