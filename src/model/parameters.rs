@@ -107,7 +107,11 @@ impl Parameter {
     /// The value as text: the fewest digits that read back the same, without a fraction if the setting is a count.
     #[must_use]
     pub fn format(&self, value: f64) -> String {
-        if self.range.whole && value.fract() == 0.0 { format!("{value}") } else { format!("{value:?}") }
+        match value {
+            _ if self.range.whole && value.fract() == 0.0 => format!("{value}"),
+            _ if value.abs() >= LARGE => format!("{value:e}"),
+            _ => format!("{value:?}"),
+        }
     }
 
     /// The allowed values, in words and with their unit.
@@ -117,7 +121,6 @@ impl Parameter {
         if self.word.is_empty() { numbers } else { format!("{numbers} or \"{}\"", self.word) }
     }
 
-    /// Its unit after a comma, as in ", in m"; nothing if it has none.
     /// Its unit after a comma, as in ", in m"; nothing if it has none.
     #[must_use]
     pub fn in_unit(&self) -> String {
@@ -253,9 +256,15 @@ fn bound_in_words(bound: Bound<f64>, included: &str, excluded: &str) -> Option<S
     }
 }
 
-/// A number without a trailing `.0`.
+/// From here on, numbers are shown as powers of ten.
+const LARGE: f64 = 1e7;
+
+/// A number without a trailing `.0`; a large one as a power of ten if that is much shorter.
 fn plain(number: f64) -> String {
-    let text = format!("{number:?}");
+    let (text, scientific) = (format!("{number:?}"), format!("{number:e}"));
+    if number.abs() >= LARGE && scientific.len() + 4 < text.len() {
+        return scientific;
+    }
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
 
@@ -454,7 +463,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(filament.youngs_modulus_pa, "Pa", Range::between(1e3, 1e14), "E", "Young’s modulus")
         .also(&["modulus", "e_modulus", "elastic_modulus", "young", "youngs_modulus", "stiffness_pa"])
         .usually(1e7, 1e12, "GPa or MPa typed as Pa")
-        .source("chosen: unfilled PA 6.12 filament is sold with 3.3 GPa")
+        .source("chosen: unfilled PA 6.12 filament is sold with 3.3 GPa, dry. Water about halves it: state yours, or filament.material")
         .decides_force(),
     parameter!(filament.damping_ratio, "", Range::between(0.0, 1e3), "ζ", "damping ratio of the first bending mode")
         .also(&["damping", "zeta"])

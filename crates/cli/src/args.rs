@@ -18,28 +18,32 @@ use crate::commands::validate::ValidateArgs;
 
 const EXAMPLES: &str = "\
 Examples:
-  bristle new brush.toml                                write a first input file, by questions
-  bristle explain friction_coefficient                  say what a key of an input file means
-  bristle study examples/zirconia.toml --out results    simulate all contacts of a study
-  bristle simulate examples/zirconia.toml --out one     simulate one contact over time
-  bristle brush examples/brush.toml --out brush         simulate filaments that touch each other
-  bristle plot results                                  redraw the figures of a study
-  bristle advise results --max-velocity 20              show where its tool force is high
-  bristle compare-studies old new --out compared        compare the tools of two studies
-  bristle derive --segments 2                           show the equations of motion
-  bristle validate                                      compare with exact solutions
+  bristle new brush.toml                       write a first input file
+  bristle explain friction_coefficient         say what a key of it means
+  bristle study brush.toml --out results       simulate all contacts of a study
+  bristle simulate brush.toml --out one        simulate one contact over time
+  bristle brush examples/brush.toml --out all  simulate filaments that touch
+  bristle plot results                         redraw the figures of a study
+  bristle advise results --max-force 300       show which settings meet a limit
+  bristle compare-studies old new --out both   compare the tools of two studies
+  bristle derive --segments 2                  show the equations of motion
+  bristle validate                             compare with exact solutions
 
-Units are SI throughout, angles in radians. The unit is part of each name, as in length_m or
-contact_normal_impulse_n_s.
+Units are SI throughout, angles in radians. The unit is part of each name, as in
+length_m or contact_normal_impulse_n_s.
 
-RUST_LOG=debug writes a log to stderr; RUST_LOG=bristle_study::study=debug logs one module only.
+Results that people read go to stdout, progress and notes to stderr. Lines are
+made for the width of the terminal, or for that in COLUMNS, or else for 80
+columns. RUST_LOG=debug writes a log to stderr, and RUST_LOG=bristle_study=debug
+one of a single crate or module.
 
 Exit status:
   0    success
   1    a comparison found a deviation
-  2    the input or the call is wrong, or a file cannot be read or written; no result file has
-       changed, and a study keeps the cases it has simulated in its journal; or stdout cannot be
-       written, and the result files are complete (a reader that stops early is not an error)
+  2    the input or the call is wrong, or a file cannot be read or written; no
+       result file has changed, and a study keeps the cases it has simulated in
+       its journal; or stdout cannot be written, and the result files are
+       complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
   130  Ctrl-C stopped a study or a brush; the same command resumes it";
 

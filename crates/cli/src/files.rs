@@ -78,7 +78,27 @@ pub fn read_document<'t>(
 
 /// Reads a table of measured forces.
 pub fn read_table(path: &Path) -> Result<String, FileError> {
-    read_limited(path, MAX_TABLE_BYTES)
+    let text = read_at_most(path, MAX_TABLE_BYTES).and_then(as_table);
+    text.map_err(|error| FileError::new("read", path, error))
+}
+
+/// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in Latin-1.
+fn as_table(bytes: Vec<u8>) -> io::Result<String> {
+    let utf_16 = |unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).map_err(|_| io::Error::other("it begins as UTF-16 text and is not"))
+    };
+    match bytes.get(..2) {
+        Some([0xff, 0xfe]) => return utf_16(u16::from_le_bytes),
+        Some([0xfe, 0xff]) => return utf_16(u16::from_be_bytes),
+        _ => {}
+    }
+    // Of Latin-1 these are control characters; where they are letters or quotes, the encoding is another.
+    let is_latin_1 = !bytes.iter().any(|byte| (0x80..0xa0).contains(byte));
+    as_text(bytes.clone()).or_else(|error| match is_latin_1 {
+        true => Ok(bytes.iter().map(|&byte| char::from(byte)).collect()),
+        false => Err(io::Error::other(format!("{error}, nor Latin-1: save the table as CSV in UTF-8"))),
+    })
 }
 
 /// Reads a result file, whose size grows with the study.
@@ -333,6 +353,21 @@ pub fn relative_to(file: &Path, path: &str) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tables_are_read_as_spreadsheets_save_them() {
+        let text = "n [1/min];ae [µm]\r\n600;500\r\n";
+        let utf_16 =
+            |bytes: fn(u16) -> [u8; 2]| [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(bytes).collect();
+        let latin_1 = text.chars().map(|letter| letter as u8).collect();
+        for bytes in [text.as_bytes().to_vec(), latin_1, utf_16(u16::to_le_bytes), utf_16(u16::to_be_bytes)] {
+            assert_eq!(as_table(bytes).expect("a table"), text);
+        }
+        for wrong in [b"F\n\x93".to_vec(), vec![0xff, 0xfe, 0x00, 0xd8]] {
+            assert!(as_table(wrong).is_err());
+        }
+        assert_eq!(as_table(Vec::new()).expect("no text"), "");
+    }
 
     #[test]
     fn a_long_path_is_cut_in_the_reason_too() {

@@ -1,5 +1,4 @@
-//! The program `bristle`: reads files, calls the libraries, writes results. Text for people goes to stderr, data to files or
-//! stdout.
+//! The program `bristle`: reads files, calls the libraries, writes results. Results go to files and stdout, all else to stderr.
 
 mod args;
 mod checkpoint_file;
@@ -16,14 +15,18 @@ mod values;
 mod vtk_files;
 
 use std::env;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use bristle_text::shown;
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use args::Cli;
 use error::CliError;
-use terminal::{print_by, say, start_log};
+use terminal::{print_by, say, start_log, width};
+
+/// Longest line of the help, in columns: longer ones are hard to read.
+const LONGEST_LINE: usize = 100;
 
 fn main() -> ExitCode {
     start_log();
@@ -34,7 +37,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<ExitCode, CliError> {
-    match Cli::try_parse() {
+    match parse(env::args_os()) {
         Ok(cli) => commands::run(cli.command),
         Err(error) if error.use_stderr() => Err(CliError::Call(visible(error))),
         // Help, or the version.
@@ -45,12 +48,19 @@ fn run() -> Result<ExitCode, CliError> {
     }
 }
 
+/// Parses the arguments of a call. Help and messages fit into the terminal.
+fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Cli, clap::Error> {
+    let mut command = Cli::command().term_width(width().min(LONGEST_LINE));
+    let matches = command.try_get_matches_from_mut(arguments)?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
 /// The error about a wrong call as if every character of the arguments were visible, and none of them long.
 fn visible(error: clap::Error) -> clap::Error {
     /// Longest argument in the message, in characters.
     const LONGEST: usize = 200;
-    let arguments = env::args_os().map(|argument| shown(&argument.to_string_lossy(), LONGEST));
-    match Cli::try_parse_from(arguments) {
+    let arguments = env::args_os().map(|argument| shown(&argument.to_string_lossy(), LONGEST).into());
+    match parse(arguments) {
         Err(visible) if visible.use_stderr() => visible,
         _ => error,
     }

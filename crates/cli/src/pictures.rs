@@ -21,7 +21,7 @@ use thiserror::Error;
 
 use crate::files::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use crate::saved::{Contact, SavedError, saved_brush, saved_case, saved_study};
-use crate::terminal::{say, show};
+use crate::terminal::{say, show, width};
 
 /// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
@@ -156,7 +156,7 @@ pub fn draw_study(
     let mut message = write_pictures(directory, &drawn.pictures, threads, figures)?;
     remove_others(directory, &drawn.pictures, figures, is_of_study);
     if !drawn.note.is_empty() && figures.are_drawn() {
-        message.push_str(&format!(" ({})", drawn.note));
+        message.push_str(&format!("\n  ({})", drawn.note));
     }
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
@@ -301,5 +301,5 @@ fn remove_others(directory: &Path, pictures: &[Picture], figures: &Figures, is_o
 /// Tells the user what was drawn, and shows how measured and simulated forces compare.
 pub fn say_drawn(Drawn { message, comparisons }: &Drawn) -> io::Result<()> {
     say(message);
-    if comparisons.is_empty() { Ok(()) } else { show(comparison_table(comparisons)) }
+    if comparisons.is_empty() { Ok(()) } else { show(comparison_table(comparisons, width())) }
 }

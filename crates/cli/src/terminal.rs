@@ -7,8 +7,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
+use bristle_study::text::layout::WIDTH;
 use bristle_text::{Lines, shown_path};
 use indicatif::{ProgressBar, ProgressStyle};
+use terminal_size::terminal_size_of;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -95,9 +97,20 @@ pub fn print(data: &str) -> io::Result<()> {
     print_by(|| io::stdout().write_all(data.as_bytes()))
 }
 
+/// Least width that tables are made for, in columns.
+const LEAST_WIDTH: usize = 40;
+
+/// Width in columns that results on stdout are made for: what `COLUMNS` says, or else the terminal; 80 where stdout is none.
+pub fn width() -> usize {
+    let stated = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|columns| *columns > 0);
+    let measured = || terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    stated.or_else(measured).unwrap_or(WIDTH).max(LEAST_WIDTH)
+}
+
 /// Prints results that people read. As for [`say`], whatever they quote, they cannot drive the terminal.
 pub fn show(results: impl Display) -> io::Result<()> {
-    print(&format!("{}\n", Lines(results)))
+    let text = Lines(results).to_string();
+    print(&format!("{}\n", text.trim_end_matches('\n')))
 }
 
 /// Calls a function that writes to stdout, and flushes what it has written. All output to stdout passes through here.

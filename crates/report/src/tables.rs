@@ -1,4 +1,4 @@
-//! The tables that a study prints, made for a terminal 100 columns wide.
+//! The tables that commands print, for a terminal of some width in columns.
 
 use bristle::brush::{BrushResult, Stretch};
 use bristle::model::metrics::Metrics;
@@ -9,13 +9,14 @@ use bristle_study::differences::{Difference, tool_differences};
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
-use bristle_study::text::layout::{WIDTH, aligned, wrap};
+use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
 use bristle_study::text::number::{labels, short};
 use bristle_study::text::quantity::{Quantity, Readable};
 use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
+use bristle_text::columns;
 
-/// Largest number of columns that fit next to the row's heading.
-const MAX_COLUMNS: usize = 12;
+/// Number of columns that a table has if there are so many values, in several parts if they do not fit into the terminal.
+const COLUMNS: usize = 12;
 /// Largest number of rows in a table.
 const MAX_ROWS: usize = 20;
 /// Largest number of rows in a list.
@@ -24,43 +25,65 @@ const MAX_LISTED: usize = 40;
 const MAX_TOOLS: usize = 8;
 /// Width of a row's heading.
 const ROW_HEADING: usize = 10;
-/// Width of a number's column.
+/// Least width of a number's column.
 const CELL: usize = 7;
 /// Follows the numbers of laterally unstable cases.
 const UNSTABLE: &str = "!";
 
-/// The results of a study for people: a table for each quantity if only velocity and depth are swept, with the tools below each other if
-/// there are several; otherwise a list.
+/// The results of a study for people, in lines of at most `width` columns: a table for each quantity if velocity and depth vary and
+/// nothing else does, with the tools below each other if there are several; otherwise a list. Swept settings that have the same value in
+/// all cases stand above.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
-pub fn study_tables(study: &Study, results: &[CaseResult]) -> String {
+pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> String {
     let band = study.scatters().then(Quantity::band);
     let interaction = study.has_brush().then(Quantity::interaction).into_iter().flatten();
-    let columns: Vec<Readable> = Quantity::headlines(results)
+    let quantities: Vec<Readable> = Quantity::headlines(results)
         .chain(band)
         .chain(interaction)
         .map(|quantity| Readable::new(quantity, results))
         .collect();
     let marks = Marks::new(results);
-    // A setting that follows from others and has one value is no column.
-    let is_fixed = |sweep: &Sweep| {
-        let follows = sweep.setting().parameter().is_some_and(|parameter| !parameter.instead_of.is_empty());
-        follows && sweep.values().len() == 1
-    };
-    let is_of_grid = |sweep: &Sweep| [VELOCITY, SPEED, DEPTH, TOOL].contains(&sweep.path());
-    let is_grid = study.sweeps().iter().all(|sweep| is_of_grid(sweep) || is_fixed(sweep));
-    let has_one_case_each = study.case_count() == study.tools().len();
-    let mut text = if is_grid && !has_one_case_each {
-        columns.iter().map(|column| table(study, column, &marks)).collect::<Vec<_>>().join("\n")
+    let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.path());
+    let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) =
+        varying(study).map(|(_, sweep)| sweep).partition(|sweep| is_of_grid(sweep));
+    let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
+    let mut text = of_all_cases(study, width);
+    if is_grid {
+        let tables = quantities.iter().map(|quantity| table(study, quantity, &marks, width));
+        text.push_str(&tables.collect::<Vec<_>>().join("\n"));
     } else {
-        list(study, &columns, &marks)
-    };
+        text.push_str(&list(study, &quantities, &marks, width));
+    }
     if marks.are_shown {
         text.push_str(&format!("{UNSTABLE} laterally unstable\n"));
     }
     if study.scatters() {
-        text.push_str(&origin_of_scatter(study, results));
+        text.push_str(&origin_of_scatter(study, results, width));
+    }
+    text
+}
+
+/// The swept settings with several values, and their positions among all that are swept.
+fn varying(study: &Study) -> impl Iterator<Item = (usize, &Sweep)> {
+    study.sweeps().iter().enumerate().filter(|(_, sweep)| sweep.values().len() > 1)
+}
+
+/// The swept settings with one value, without those that follow from others; empty if there are none.
+fn of_all_cases(study: &Study, width: usize) -> String {
+    let fixed = study.sweeps().iter().filter(|sweep| sweep.values().len() == 1);
+    let follows = |sweep: &&Sweep| {
+        let of_others = sweep.setting().parameter().is_some_and(|parameter| !parameter.instead_of.is_empty());
+        of_others && sweep.path() != study.speed().path
+    };
+    let stated = fixed.filter(|sweep| !follows(sweep));
+    let values: Vec<String> = stated.map(|sweep| sweep.setting().equation(sweep.values()[0])).collect();
+    let mut text = String::new();
+    if !values.is_empty() {
+        let cases = if study.case_count() == 1 { "" } else { " in all cases" };
+        wrap(width, &mut text, "", &format!("{}{cases}", values.join(", ")));
+        text.push('\n');
     }
     text
 }
@@ -88,7 +111,7 @@ impl Marks {
 }
 
 /// The origin of the tool force's scatter, and the number of tools left out.
-fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
+fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> String {
     let mut text = String::new();
     let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
     let varying: Vec<[f64; INPUTS.len()]> =
@@ -103,7 +126,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
         let shares: Vec<String> =
             shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
         let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
-        wrap(&mut text, "", &format!("The scatter of F_n,w comes from: {}{mean}", shares.join(", ")));
+        wrap(width, &mut text, "", &format!("The scatter of F_n,w comes from: {}{mean}", shares.join(", ")));
     }
     let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
     if failed > 0 {
@@ -115,14 +138,15 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult]) -> String {
     let without = results.iter().enumerate().filter(without).count();
     if without > 0 {
         let cases = if without == 1 { "case has" } else { "cases have" };
-        text.push_str(&format!("{without} {cases} no band because the simulations of most sampled tools failed\n"));
+        let statement = format!("{without} {cases} no band because the simulations of most sampled tools failed");
+        wrap(width, &mut text, "", &statement);
     }
     text
 }
 
-/// The metrics of one contact, and below them the settings that have their defaults, for a terminal 80 columns wide.
+/// The metrics of one contact, and below them the settings that have their defaults, in lines of at most `width` columns.
 #[must_use]
-pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions) -> String {
+pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions, width: usize) -> String {
     let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
     let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
@@ -136,15 +160,15 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
     });
     let rows: Vec<Vec<String>> = speeds.chain(headlines).collect();
     // Names begin at the left.
-    let longest = rows.iter().map(|row| row[2].chars().count()).max().unwrap_or(0);
+    let longest = rows.iter().map(|row| columns(&row[2])).max().unwrap_or(0);
     let padded: Vec<Vec<String>> =
-        rows.into_iter().map(|row| vec![row[0].clone(), row[1].clone(), format!("{:longest$}", row[2])]).collect();
+        rows.into_iter().map(|row| vec![row[0].clone(), row[1].clone(), left(&row[2], longest)]).collect();
     let lines: Vec<String> = aligned(&padded).iter().map(|line| line.trim_end().to_owned()).collect();
     let table = lines.join("\n");
-    if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text()) }
+    if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text(width)) }
 }
 
-/// A brush compared with one filament alone, for a terminal 80 columns wide.
+/// A brush compared with one filament alone, in lines of less than 80 columns.
 #[must_use]
 pub fn brush_table(result: &BrushResult) -> String {
     let [brush, alone] = [&result.tool, &result.alone]
@@ -155,10 +179,10 @@ pub fn brush_table(result: &BrushResult) -> String {
         let readable = Readable::new(quantity, &results);
         rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
     }
-    let BrushResult { columns, rows: count, stretch, interaction_factor, .. } = result;
+    let BrushResult { columns: across, rows: count, stretch, interaction_factor, .. } = result;
     let Stretch { first, last, scatter, drift, change_with_more_columns } = stretch;
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-    let mut text = format!("{columns} columns in {count} {}; {first} to {last} count\n", plural(*count, "row"));
+    let mut text = format!("{across} columns in {count} {}; {first} to {last} count\n", plural(*count, "row"));
     text.push_str(&aligned(&rows).join("\n"));
     text.push_str(&format!(
         "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n",
@@ -174,123 +198,139 @@ fn plural(count: usize, word: &str) -> String {
     if count == 1 { word.to_owned() } else { format!("{word}s") }
 }
 
-/// The settings in which the named tools of a study differ, with a column for each tool.
+/// The settings in which the named tools of a study differ, with a column for each tool, in lines of at most `width` columns.
 #[must_use]
-pub fn tools_table(study: &Study) -> String {
+pub fn tools_table(study: &Study, width: usize) -> String {
     let differences = tool_differences(study);
     if differences.is_empty() {
         return "The tools differ in nothing but their names.\n".to_owned();
     }
-    let longest = differences.iter().map(|each| each.label.chars().count()).max().unwrap_or(0);
+    let longest = differences.iter().map(|each| columns(&each.label)).max().unwrap_or(0);
     let names = study.tools().iter().map(|tool| tool.name.clone());
-    let heading = std::iter::once(format!("{:longest$}", "tool")).chain(names).collect();
-    let row = |Difference { label, values, .. }: Difference| {
-        std::iter::once(format!("{label:longest$}")).chain(values).collect()
-    };
+    let heading = std::iter::once(left("tool", longest)).chain(names).collect();
+    let row =
+        |Difference { label, values, .. }: Difference| std::iter::once(left(&label, longest)).chain(values).collect();
     let rows: Vec<Vec<String>> = std::iter::once(heading).chain(differences.into_iter().map(row)).collect();
-    let blocks = blocks(&rows, 1);
+    let blocks = blocks(&rows, 1, width);
     blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect::<Vec<_>>().join("\n")
 }
 
-/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram).
-fn table(study: &Study, column: &Readable, marks: &Marks) -> String {
-    let velocities = values_or_fixed(study, study.speed().path);
-    let depths = values_or_fixed(study, DEPTH);
-    let shown_velocities = spread(velocities.len(), MAX_COLUMNS);
-    let shown_depths = spread(depths.len(), MAX_ROWS);
+/// A row of a table: the name of the tool above its first one, its heading, and its cells with their parts.
+struct Row {
+    tool: Option<String>,
+    heading: String,
+    cells: Vec<Vec<String>>,
+}
 
-    let row = |heading: &str, cells: Vec<String>| {
-        let cells: String = cells.iter().map(|cell| format!("{cell:>CELL$}")).collect();
-        format!("{heading:>ROW_HEADING$} │{cells}\n")
-    };
-    let mut text = match column.quantity.symbol {
+/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram), tool by tool. If the terminal is too
+/// narrow for all columns, the table has parts of equally many.
+fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> String {
+    let [velocities, depths] = [study.speed().path, DEPTH].map(|path| study.sweep(path).map_or(&[][..], Sweep::values));
+    let tools = study.tools().len().max(1);
+    let room = width.saturating_sub(ROW_HEADING + 2);
+    let shown_velocities = spread(velocities.len(), COLUMNS.max(room / CELL));
+    let shown_depths = spread(depths.len(), MAX_ROWS);
+    let shown_tools = spread(tools, MAX_TOOLS);
+
+    let title = match column.quantity.symbol {
         "" => column.quantity.name.to_owned(),
         _ => format!("{}: {}", column.heading(""), column.quantity.name),
     };
-    let tools = study.tools().len().max(1);
-    let shown_tools = spread(tools, MAX_TOOLS);
-    if shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count() {
-        text.push_str(" (a selection of the cases)");
-    }
-    text.push('\n');
-    text.push_str(&row("a_e in mm", vec![format!(" {}", Setting::Number(study.speed()).heading())]));
-    let shown = shown_velocities.iter().map(|&index| velocities[index]);
+    let is_selection = shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count();
+    let selection = if is_selection { " (a selection of the cases)" } else { "" };
+    let mut text = String::new();
+    wrap(width, &mut text, "", &format!("{title}{selection}"));
+
     let space = if marks.are_shown { " " } else { "" };
-    text.push_str(row("", labels(shown).into_iter().map(|label| label + space).collect()).trim_end());
-    text.push('\n');
-    let rule = "─".repeat(CELL * shown_velocities.len());
-    text.push_str(&format!("{}┼{rule}\n", "─".repeat(ROW_HEADING + 1)));
+    let headings: Vec<String> = labels(shown_velocities.iter().map(|&index| velocities[index]));
+    let headings: Vec<String> = headings.into_iter().map(|label| label + space).collect();
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
-    let rows =
-        shown_tools.iter().flat_map(|tool| shown_depths.iter().zip(&depth_labels).rev().map(move |row| (tool, row)));
-    for (tool, (depth, label)) in rows {
+    let row = |(tool, (depth, label)): (&usize, (&usize, &String))| {
         let first = tool * (study.case_count() / tools);
-        if let Some(tool) = study.tool(first).filter(|_| Some(depth) == shown_depths.last()) {
-            text.push_str(&format!(" {}\n", tool.name));
-        }
         let cases = shown_velocities.iter().map(|velocity| first + depth * velocities.len() + velocity);
-        let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect());
-        let cells: Vec<Vec<String>> = cells.collect();
-        for part in 0..column.part_count() {
-            let heading = if part == 0 { label } else { "" };
-            text.push_str(row(heading, cells.iter().map(|parts| parts[part].clone()).collect()).trim_end());
-            text.push('\n');
+        let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect()).collect();
+        let tool = study.tool(first).filter(|_| Some(depth) == shown_depths.last()).map(|tool| tool.name.clone());
+        Row { tool, heading: label.clone(), cells }
+    };
+    // The largest depth is at the top.
+    let of_tool = |tool| shown_depths.iter().zip(&depth_labels).rev().map(move |depth| (tool, depth));
+    let rows: Vec<Row> = shown_tools.iter().flat_map(of_tool).map(row).collect();
+    let texts = rows.iter().flat_map(|row| &row.cells).flatten().chain(&headings);
+    let cell = texts.map(|text| columns(text) + 1).max().unwrap_or(0).max(CELL);
+    let parts = headings.len().div_ceil((room / cell).max(1));
+    let in_part = headings.len().div_ceil(parts);
+    let line = |heading: &str, cells: &mut dyn Iterator<Item = &String>| {
+        let cells: String = cells.map(|text| right(text, cell)).collect();
+        format!("{} │{cells}", right(heading, ROW_HEADING)).trim_end().to_owned() + "\n"
+    };
+    for first in (0..headings.len()).step_by(in_part) {
+        let shown = first..headings.len().min(first + in_part);
+        let gap = if first == 0 { "" } else { "\n" };
+        let speed = Setting::Number(study.speed()).heading();
+        text.push_str(&format!("{gap}{} │ {speed}\n", right("a_e in mm", ROW_HEADING)));
+        text.push_str(&line("", &mut headings[shown.clone()].iter()));
+        text.push_str(&format!("{}┼{}\n", "─".repeat(ROW_HEADING + 1), "─".repeat(cell * shown.len())));
+        for Row { tool, heading, cells } in &rows {
+            tool.iter().for_each(|name| text.push_str(&format!(" {name}\n")));
+            for part in 0..column.part_count() {
+                let heading = if part == 0 { heading } else { "" };
+                text.push_str(&line(heading, &mut cells[shown.clone()].iter().map(|parts| &parts[part])));
+            }
         }
     }
     text
 }
 
-/// All quantities, one row per case.
-fn list(study: &Study, columns: &[Readable], marks: &Marks) -> String {
-    let sweep_headings = study.sweeps().iter().map(|sweep| sweep.setting().heading());
-    let headings = sweep_headings.chain(columns.iter().map(|column| column.heading(column.quantity.qualifier)));
-    let heading_of_marks = marks.are_shown.then(String::new);
-    let mut rows: Vec<Vec<String>> = vec![heading_of_marks.into_iter().chain(headings).collect()];
+/// All quantities, one row per case, below two rows with symbols and units. Columns that do not fit stand in further lists, which
+/// repeat the settings that vary, or the numbers of the rows if the settings take more than half of the terminal.
+fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> String {
+    let (positions, sweeps): (Vec<usize>, Vec<&Sweep>) = varying(study).unzip();
+    let settings: Vec<&Setting> = sweeps.iter().map(|sweep| sweep.setting()).collect();
+    let heading = |of_setting: fn(&Setting) -> String, of_quantity: fn(&Readable) -> String| {
+        let sweeps = settings.iter().map(|setting| of_setting(setting));
+        sweeps.chain(quantities.iter().map(of_quantity)).collect::<Vec<_>>()
+    };
+    let symbols =
+        heading(|setting| setting.symbol().into_owned(), |quantity| quantity.symbol(quantity.quantity.qualifier));
+    let units = heading(|setting| setting.unit().to_owned(), |quantity| quantity.unit().to_owned());
     let listed = study.case_count().min(MAX_LISTED);
-    for case in 0..listed {
-        let values = study.sweeps().iter().zip(study.values(case));
-        let values = values.map(|(sweep, value)| match sweep.setting().names() {
-            Some(_) => sweep.setting().text(value),
-            None => short(value * sweep.setting().factor()),
+    let row = |case: usize| {
+        let values: Vec<f64> = study.values(case).collect();
+        let values = positions.iter().zip(&settings).map(|(&position, setting)| match setting.names() {
+            Some(_) => setting.text(values[position]),
+            None => short(values[position] * setting.factor()),
         });
-        let metrics = columns.iter().map(|column| column.in_one_line(case));
-        let mark = marks.are_shown.then(|| marks.of(case).to_owned());
-        rows.push(mark.into_iter().chain(values).chain(metrics).collect());
+        values.chain(quantities.iter().map(|column| column.in_one_line(case))).collect::<Vec<_>>()
+    };
+    let mut rows: Vec<Vec<String>> = [symbols, units].into_iter().chain((0..listed).map(row)).collect();
+    let widest = |column: usize| rows.iter().map(|row| columns(&row[column]) + 2).max().unwrap_or(0);
+    let of_sweeps: usize = (0..settings.len()).map(widest).sum();
+    let is_narrow = (0..rows[0].len()).map(widest).sum::<usize>() <= width;
+    let mut repeated = settings.len();
+    let mut number = |heading: [&str; 2], of_case: &dyn Fn(usize) -> String| {
+        let cells = heading.map(str::to_owned).into_iter().chain((0..listed).map(of_case));
+        rows.iter_mut().zip(cells).for_each(|(row, cell)| row.insert(0, cell));
+    };
+    if !is_narrow && of_sweeps > width / 2 {
+        number(["row", ""], &|case| (case + 1).to_string());
+        repeated = 1;
     }
-    let repeated = rows[0].len() - columns.len();
-    let blocks = blocks(&rows, repeated);
-    let blocks: Vec<String> = blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect();
-    let mut text = blocks.join("\n");
+    if marks.are_shown {
+        number(["", ""], &|case| marks.of(case).to_owned());
+        repeated += 1;
+    }
+    let blocks = blocks(&rows, repeated, width);
+    let lines = |rows: &Vec<Vec<String>>| -> String {
+        let lines = aligned(rows).into_iter().map(|line| format!("{}\n", line.trim_end()));
+        // Settings may have no units of their own.
+        lines.filter(|line| line != "\n").collect()
+    };
+    let mut text = blocks.iter().map(lines).collect::<Vec<_>>().join("\n");
     if listed < study.case_count() {
         text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
     }
+    let legend =
+        quantities.iter().map(|each| format!("{}: {}", each.symbol(each.quantity.qualifier), each.quantity.name));
+    wrap(width, &mut text, "  ", &legend.collect::<Vec<_>>().join("; "));
     text
-}
-
-/// The rows in blocks of columns that fit into the width of a terminal, each with the first `repeated` columns.
-fn blocks(rows: &[Vec<String>], repeated: usize) -> Vec<Vec<Vec<String>>> {
-    let width = |column: usize| 2 + rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let first: usize = (0..repeated).map(width).sum();
-    let mut blocks: Vec<Vec<usize>> = Vec::new();
-    let mut taken = WIDTH;
-    for column in repeated..rows[0].len() {
-        if taken + width(column) > WIDTH {
-            blocks.push((0..repeated).collect());
-            taken = first;
-        }
-        taken += width(column);
-        blocks.last_mut().expect("the first column begins a block").push(column);
-    }
-    let of = |columns: &Vec<usize>| -> Vec<Vec<String>> {
-        rows.iter().map(|row| columns.iter().map(|&column| row[column].clone()).collect()).collect()
-    };
-    blocks.iter().map(of).collect()
-}
-
-/// The values of a swept setting, or the only value of one that is not swept.
-fn values_or_fixed(study: &Study, path: &str) -> Vec<f64> {
-    match study.sweep(path) {
-        Some(sweep) => sweep.values().to_vec(),
-        None => Parameter::find(path).map(|parameter| parameter.get(&study.settings(0))).into_iter().collect(),
-    }
 }

@@ -10,7 +10,7 @@ use crate::document::Document;
 use crate::materials::Material;
 use crate::stability::place;
 use crate::study::{CaseResult, Study};
-use crate::text::layout::{WARNING_WIDTH, aligned, wrap_at};
+use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
 /// By which share a setting is changed.
@@ -107,9 +107,9 @@ impl Assumptions {
         Self { row: Some(case + 1), place: of_tool + &contact.place, ..contact }
     }
 
-    /// The settings as a table for a terminal 80 columns wide; empty if there are none.
+    /// The settings as a table, with prose in lines of at most `width` columns; empty if there are none.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, width: usize) -> String {
         if self.list.is_empty() {
             return String::new();
         }
@@ -130,14 +130,14 @@ impl Assumptions {
         let rows: Vec<Vec<String>> = std::iter::once(heading).chain(self.list.iter().map(row)).collect();
         let mut text = aligned(&rows).join("\n") + "\n";
         let row = self.row.map_or_else(String::new, |row| format!(" (row {row})"));
-        wrap_at(
-            WARNING_WIDTH,
+        wrap(
+            width,
             &mut text,
             "  ",
             &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place),
         );
         if let Some(note) = self.material_note() {
-            wrap_at(WARNING_WIDTH, &mut text, "  ", &note);
+            wrap(width, &mut text, "  ", &note);
         }
         text.truncate(text.trim_end().len());
         text
@@ -149,6 +149,7 @@ mod tests {
     use super::*;
     use crate::study::run_study;
     use crate::testing::brush;
+    use crate::text::layout::WIDTH;
 
     const FILE: &str = concat!(
         brush!(4),
@@ -207,7 +208,7 @@ mod tests {
         let assumptions = Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
         let modulus = assumptions.list.iter().find(|each| each.parameter.key() == "youngs_modulus_pa");
         assert_eq!(modulus.map(|modulus| modulus.value), Some(3.59e9));
-        let table = assumptions.text();
+        let table = assumptions.text(WIDTH);
         let note = table.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             note.contains("filament.youngs_modulus_pa are those of filament.material = \"PA6.6\", as published"),
@@ -228,7 +229,7 @@ mod tests {
         let study = document.study().expect("a study");
         let results = run_study(&study, None, || {}).expect("the threads start");
         let assumptions = Assumptions::of_study(&study, &results, &document);
-        let text = assumptions.text();
+        let text = assumptions.text(WIDTH);
         assert!(!text.contains("friction") && text.contains("filament.damping_ratio"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         let force = |row: usize| results[row - 1].as_ref().map_or(0.0, |case| case.metrics.tool_contact_normal_force_n);
@@ -236,6 +237,6 @@ mod tests {
         let stated = ["filament.density_kg_m3=1110", "filament.damping_ratio=0.05", "contact.stiffness_n_m=1e5"];
         let stated = stated.map(str::to_owned);
         let whole = Document::parse_with(FILE, "case.toml", &stated).expect("a document");
-        assert_eq!(Assumptions::of_study(&study, &results, &whole).text(), "");
+        assert_eq!(Assumptions::of_study(&study, &results, &whole).text(WIDTH), "");
     }
 }

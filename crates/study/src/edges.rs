@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::advice::{Limits, Outcome, Place};
 use crate::study::{CaseResult, CaseSummary, Study, Sweep};
-use crate::text::layout::{aligned, wrap};
+use crate::text::layout::{aligned, wrap, wrap_beside};
 use crate::text::number::spanning;
 
 /// Advice on even work considers cases with at least this part of the highest force on edges.
@@ -109,8 +109,8 @@ fn place(study: &Study, case: usize) -> String {
 }
 
 impl EdgeAdvice {
-    /// Adds the advice to a text for a terminal 100 columns wide.
-    pub fn write(&self, text: &mut String) {
+    /// Adds the advice to a text, in lines of at most `width` columns.
+    pub fn write(&self, text: &mut String, width: usize) {
         let headings = [["row", "F_n,w", "share of", "evenness"], ["", "on edge", "p_n", ""]];
         let row = |about: &EdgeSentence| {
             [
@@ -126,10 +126,11 @@ impl EdgeAdvice {
         text.push_str("Work on the edge\n");
         lines.by_ref().take(headings.len()).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         for (line, about) in lines.zip(&self.advice) {
-            text.push_str(&format!("{}\n", about.topic.heading()));
-            wrap(text, &format!("{line}  "), &about.sentence);
+            wrap(width, text, "", about.topic.heading());
+            wrap_beside(width, text, &line, &about.sentence);
         }
         wrap(
+            width,
             text,
             "",
             "Evenness is the mean of the work per length around the edge over its largest value: 1 if the filament works \

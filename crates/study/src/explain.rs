@@ -9,9 +9,11 @@ use crate::document::{SECTIONS, setting_meant};
 use crate::input_error::LONGEST_KEY;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
-use crate::text::layout::{WARNING_WIDTH, wrap_at};
+use crate::text::layout::{left, wrap};
 use crate::text::number::short;
 
+/// Room for the paths of all keys, in columns.
+const LONGEST_PATH: usize = 40;
 /// The key that names a material.
 const MATERIAL: &str = "filament.material";
 
@@ -28,29 +30,29 @@ fn help(hint: &str) -> String {
     format!("\n   = help: {hint}")
 }
 
-/// The keys of all sections with their names, one per line.
+/// The keys of all sections with their names, in lines of at most `width` columns.
 #[must_use]
-pub fn all_keys() -> String {
+pub fn all_keys(width: usize) -> String {
     let schema = file_schema();
-    sections(&schema).iter().map(|section| keys_of(&schema, section)).collect()
+    sections(&schema).iter().map(|section| keys_of(&schema, section, width)).collect()
 }
 
 /// What a key means: its description, unit, range, default and the source of the default. `key` is a path, the last part of one, or a
-/// section, whose keys are then listed.
+/// section, whose keys are then listed. Lines have at most `width` columns.
 ///
 /// # Errors
 /// If there is no such key.
-pub fn explain(key: &str) -> Result<String, UnknownKey> {
+pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
     let schema = file_schema();
     if let Some(section) = sections(&schema).iter().find(|section| *section == key) {
         let meaning = schema["properties"][section]["description"].as_str().unwrap_or_default();
         let mut text = String::new();
-        wrap_at(WARNING_WIDTH, &mut text, "", &format!("[{section}]: {}", one_line(meaning)));
-        return Ok(text + &keys_of(&schema, section));
+        wrap(width, &mut text, "", &format!("[{section}]: {}", one_line(meaning)));
+        return Ok(text + &keys_of(&schema, section, width));
     }
     let paths = paths(&schema);
     let is_named = |path: &&String| path.as_str() == key || path.split_once('.').is_some_and(|(_, last)| last == key);
-    let found: Vec<String> = paths.iter().filter(is_named).map(|path| entry(&schema, path)).collect();
+    let found: Vec<String> = paths.iter().filter(is_named).map(|path| entry(&schema, path, width)).collect();
     if found.is_empty() {
         return Err(UnknownKey { key: shown(key, LONGEST_KEY), hint: setting_meant(key) });
     }
@@ -72,20 +74,22 @@ fn paths(schema: &Value) -> Vec<String> {
     sections(schema).iter().flat_map(keys).collect()
 }
 
-/// The keys of a section with their names, one per line.
-fn keys_of(schema: &Value, section: &str) -> String {
+/// The keys of a section with their names.
+fn keys_of(schema: &Value, section: &str, width: usize) -> String {
     let beginning = format!("{section}.");
-    let line = |path: String| {
+    let mut text = String::new();
+    for path in paths(schema).into_iter().filter(|path| path.starts_with(&beginning)) {
         let name = Parameter::find(&path).map_or_else(
             || {
                 let meaning = one_line(description(schema, &path));
-                meaning.split(['.', ':', ';']).next().unwrap_or_default().to_lowercase()
+                let clause = meaning.split(['.', ':', ';', ',']).next().unwrap_or_default();
+                in_a_sentence(clause)
             },
             |parameter| parameter.name.to_owned(),
         );
-        format!("  {path:40} {name}\n")
-    };
-    paths(schema).into_iter().filter(|path| path.starts_with(&beginning)).map(line).collect()
+        wrap(width, &mut text, &format!("  {} ", left(&path, LONGEST_PATH)), &name);
+    }
+    text
 }
 
 fn property<'s>(schema: &'s Value, path: &str) -> &'s Value {
@@ -97,19 +101,30 @@ fn description<'s>(schema: &'s Value, path: &str) -> &'s str {
     property(schema, path)["description"].as_str().unwrap_or_default()
 }
 
+/// A clause as it stands within a sentence: its first letter is small, unless the word is an abbreviation.
+fn in_a_sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    match (letters.next(), letters.next()) {
+        (Some(first), Some(second)) if first.is_uppercase() && second.is_lowercase() => {
+            first.to_lowercase().chain(clause.chars().skip(1)).collect()
+        }
+        _ => clause.to_owned(),
+    }
+}
+
 /// A text of a doc comment without its line breaks and marks of code.
 fn one_line(text: &str) -> String {
     text.replace('`', "").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// All that is known about a key.
-fn entry(schema: &Value, path: &str) -> String {
+fn entry(schema: &Value, path: &str, width: usize) -> String {
     let property = property(schema, path);
     let parameter = Parameter::find(path);
     let mut text = format!("{path}\n");
     let mut tell = |what: &str, words: &str| {
         if !words.is_empty() {
-            wrap_at(WARNING_WIDTH, &mut text, &format!("  {what:9}"), words);
+            wrap(width, &mut text, &format!("  {what:9}"), words);
         }
     };
     tell("meaning", &one_line(description(schema, path)));
@@ -119,7 +134,7 @@ fn entry(schema: &Value, path: &str) -> String {
         tell("one of", &words.into_iter().chain(kinds).collect::<Vec<_>>().join(", "));
         tell("default", &default_of(property, None));
         if path == MATERIAL {
-            text.push_str(&format!("  materials, each with the sources of its values:\n{}", material_list()));
+            text.push_str(&format!("  materials, each with the sources of its values:\n{}", material_list(width)));
         }
         return text;
     };
@@ -168,36 +183,37 @@ mod tests {
     use bristle::model::parameters::PARAMETERS;
 
     use super::*;
+    use crate::text::layout::WIDTH;
 
     #[test]
     fn every_setting_has_a_meaning_a_range_and_a_default() {
         for parameter in PARAMETERS {
-            let text = explain(parameter.path).expect(parameter.path);
+            let text = explain(parameter.path, WIDTH).expect(parameter.path);
             for part in ["meaning", "unit", "range", "default"] {
                 assert!(text.contains(&format!("\n  {part}")), "{}: no {part} in\n{text}", parameter.path);
             }
-            assert!(text.lines().all(|line| line.chars().count() <= WARNING_WIDTH), "{text}");
+            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         }
-        let all = all_keys();
+        let all = all_keys(WIDTH);
         assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
     }
 
     #[test]
     fn keys_are_found_by_their_last_part_and_by_section() {
-        assert_eq!(explain("filament.length_m"), explain("length_m"));
-        let both = explain("friction_coefficient").expect("two keys");
+        assert_eq!(explain("filament.length_m", WIDTH), explain("length_m", WIDTH));
+        let both = explain("friction_coefficient", WIDTH).expect("two keys");
         assert!(both.contains("contact.friction_coefficient\n") && both.contains("brush.friction_coefficient\n"));
-        let modulus = explain("youngs_modulus_pa").expect("a key");
+        let modulus = explain("youngs_modulus_pa", WIDTH).expect("a key");
         assert!(modulus.contains("default  3e9") && modulus.contains("source   chosen"), "{modulus}");
-        let kind = explain("workpiece.kind").expect("a key");
+        let kind = explain("workpiece.kind", WIDTH).expect("a key");
         assert!(kind.contains("\"edge\"") && kind.contains("default  \"plane\""), "{kind}");
-        let material = explain("filament.material").expect("a key");
+        let material = explain("filament.material", WIDTH).expect("a key");
         assert!(material.contains("\n  PA6.12 ") && material.contains("Ultramid A3K"), "{material}");
-        assert!(material.lines().all(|line| line.chars().count() <= WARNING_WIDTH), "{material}");
-        let section = explain("filament").expect("a section");
+        assert!(material.lines().all(|line| line.chars().count() <= WIDTH), "{material}");
+        let section = explain("filament", WIDTH).expect("a section");
         assert!(section.starts_with("[filament]: ") && section.contains("  filament.diameter_m "), "{section}");
-        let unknown = explain("rpm").expect_err("no key").to_string();
+        let unknown = explain("rpm", WIDTH).expect_err("no key").to_string();
         assert!(unknown.contains("did you mean `process.rotational_speed_rpm`?"), "{unknown}");
-        assert!(explain("nonsense").expect_err("no key").to_string().contains("lists all keys"));
+        assert!(explain("nonsense", WIDTH).expect_err("no key").to_string().contains("lists all keys"));
     }
 }

@@ -1,11 +1,14 @@
 //! A first input file from a few answers: brush, filaments, and the limits of the machine.
 
 use bristle::model::parameters::Parameter;
-use bristle_text::shown;
+use bristle_text::{columns, shown};
 
 use crate::document::Document;
 use crate::input_error::{InputError, LONGEST_KEY};
+use crate::materials::Material;
 use crate::study::without_rounding_noise;
+use crate::text::layout::left;
+use crate::text::number::short;
 
 /// A question about a brush or a machine.
 #[derive(Debug)]
@@ -80,15 +83,20 @@ fn as_it_is(value: f64) -> f64 {
     value
 }
 
-/// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its question, with a study up to the machine's
-/// limits. A question without an answer has its default, and the file does not state it. `name` is that of the file.
+/// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its question, and the material of the filaments if it
+/// is known, with a study up to the machine's limits. A question without an answer has its default, and the file does not state it. `name`
+/// is that of the file.
 ///
 /// # Errors
 /// If the answers make no brush that can be simulated.
 ///
 /// # Panics
 /// If there is no answer to a question without a default.
-pub fn first_file(answers: [Option<f64>; 9], name: &str) -> Result<String, InputError> {
+pub fn first_file(
+    answers: [Option<f64>; 9],
+    material: Option<&'static Material>,
+    name: &str,
+) -> Result<String, InputError> {
     let mut questions = QUESTIONS.iter();
     let [radius, width, filaments, length, diameter, modulus, friction, speed, depth] = answers.map(|answer| {
         let question = questions.next().expect("each answer has its question");
@@ -103,35 +111,38 @@ pub fn first_file(answers: [Option<f64>; 9], name: &str) -> Result<String, Input
     // What nobody has answered is a comment: stated, it would pass for known.
     let section = |name: &str, settings: &[(&str, f64, bool)]| {
         let (known, unknown): (Vec<_>, Vec<_>) = settings.iter().partition(|(.., is_known)| *is_known);
-        let stated: String = known.into_iter().map(|&(path, value, _)| line(path, value)).collect();
-        let left_out: String =
-            unknown.into_iter().map(|&(path, value, _)| format!("# {}", line(path, value))).collect();
+        let stated: String = known.into_iter().map(|&(path, value, _)| line("", path, value)).collect();
+        let material = material.filter(|_| name == "filament").map_or_else(String::new, line_of_material);
+        let left_out: String = unknown.into_iter().map(|&(path, value, _)| line(COMMENT, path, value)).collect();
         let what =
             if left_out.is_empty() { "" } else { "# Defaults, which decide the force; state them if you know them:\n" };
-        format!("\n[{name}]\n{stated}{what}{left_out}")
+        format!("\n[{name}]\n{stated}{material}{what}{left_out}")
     };
+    let mut filament = vec![("filament.length_m", length, true), ("filament.diameter_m", diameter, true)];
+    if has_modulus || material.is_none() {
+        filament.push(("filament.youngs_modulus_pa", modulus, has_modulus));
+    }
+    if material.is_none() {
+        filament.push(("filament.density_kg_m3", 1110.0, false));
+    }
+    filament.push(("filament.damping_ratio", 0.05, false));
     let shown_name = shown(name, LONGEST_KEY);
+    let calls = [
+        (format!("bristle simulate {shown_name} --out contact"), "one contact, as in [process]"),
+        (format!("bristle study {shown_name} --out results"), "all combinations of [study]"),
+        ("bristle advise results".to_owned(), "where the force is high"),
+    ];
+    let longest = calls.iter().map(|(call, _)| columns(call)).max().unwrap_or(0);
     let text = [
         format!(
-            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n\
-             #   bristle simulate {shown_name} --out contact     one contact, at the speed and depth in [process]\n\
-             #   bristle study {shown_name} --out results        all combinations of [study]\n\
-             #   bristle advise results                    where the force is high\n"
+            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{}",
+            calls.map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest))).concat()
         ),
         section(
             "tool",
             &[("tool.body_radius_m", radius, true), ("tool.width_m", width, true), (count, filaments, true)],
         ),
-        section(
-            "filament",
-            &[
-                ("filament.length_m", length, true),
-                ("filament.diameter_m", diameter, true),
-                ("filament.youngs_modulus_pa", modulus, has_modulus),
-                ("filament.density_kg_m3", 1110.0, false),
-                ("filament.damping_ratio", 0.05, false),
-            ],
-        ),
+        section("filament", &filament),
         section(
             "contact",
             &[("contact.friction_coefficient", friction, has_friction), ("contact.stiffness_n_m", 1e5, false)],
@@ -157,12 +168,25 @@ pub fn first_file(answers: [Option<f64>; 9], name: &str) -> Result<String, Input
     Ok(text)
 }
 
-/// A setting with its name and unit as a comment.
-fn line(path: &str, value: f64) -> String {
+/// What makes a line a comment.
+const COMMENT: &str = "# ";
+
+/// A setting with its name and unit as a comment, after a `beginning`.
+fn line(beginning: &str, path: &str, value: f64) -> String {
     let parameter = Parameter::find(path).expect("the file has settings only");
-    let setting = format!("{} = {}", parameter.key(), parameter.format(value));
+    let setting = format!("{beginning}{} = {}", parameter.key(), parameter.format(value));
     let about = [parameter.symbol, parameter.name].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>();
     format!("{setting:34} # {}{}\n", about.join(": "), parameter.in_unit())
+}
+
+/// The line that names a material, with what it states as a comment.
+fn line_of_material(material: &Material) -> String {
+    let Material { name, youngs_modulus_pa, density_kg_m3, caution, .. } = material;
+    // Only of what water or heat changes the condition matters.
+    let dry = if caution.is_empty() { "" } else { ", dry; wet or hot it is softer" };
+    let setting = format!("material = \"{name}\"");
+    let [modulus, density] = [youngs_modulus_pa / 1e9, *density_kg_m3].map(short);
+    format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{dry}\n")
 }
 
 /// Four significant digits.
@@ -177,7 +201,7 @@ mod tests {
     #[test]
     fn answers_become_a_brush() {
         let answers = [140.0, 20.0, 10_500.0, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
-        let text = first_file(answers, "brush.toml");
+        let text = first_file(answers, None, "brush.toml");
         let text = text.expect("the paper's brush");
         let document = Document::parse(&text, "brush.toml").expect("a document");
         let settings = document.settings().expect("settings");
@@ -192,10 +216,18 @@ mod tests {
 
         let mut answers = [140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
         answers[5] = None;
-        let packed = first_file(answers, "brush.toml").expect("a brush");
+        let packed = first_file(answers, None, "brush.toml").expect("a brush");
         assert!(packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "), "{packed}");
+        let named = first_file(answers, Material::find("PA6.12"), "brush.toml").expect("a brush");
+        assert!(
+            named.contains("\nmaterial = \"PA6.12\" ") && named.contains("# E = 3.31 GPa, ρ = 1060 kg/m³, dry;"),
+            "{named}"
+        );
+        assert!(!named.contains("youngs_modulus_pa") && !named.contains("density_kg_m3"), "{named}");
+        let document = Document::parse(&named, "brush.toml").expect("a document");
+        assert_eq!(document.settings().expect("settings").filament.youngs_modulus_pa, 3.31e9);
         answers[8] = Some(50.0);
-        let wrong = first_file(answers, "brush.toml");
+        let wrong = first_file(answers, None, "brush.toml");
         assert!(wrong.expect_err("too deep").to_string().contains("`process.penetration_depth_m`"));
     }
 }

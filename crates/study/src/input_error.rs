@@ -42,6 +42,12 @@ pub enum Problem {
         /// The parser's message.
         message: String,
     },
+    /// A number as people write it, not as TOML has it.
+    #[error("{what}")]
+    Number {
+        /// The number, and what is wrong with it.
+        what: String,
+    },
     /// A key that does not name a setting.
     #[error("unknown key `{}`: expected {expected}", shown(key, LONGEST_KEY))]
     UnknownKey {

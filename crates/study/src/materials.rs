@@ -4,7 +4,7 @@
 //! dry filaments at room temperature. A filament of a brush may differ: by its grade, by how it was drawn, and by the water in it.
 //! Materials without a published modulus are left out. A kpsi is 6.895 MPa.
 
-use crate::text::layout::{WARNING_WIDTH, wrap_at};
+use crate::text::layout::wrap;
 use crate::text::number::short;
 
 /// Paths of the settings that a material states.
@@ -153,12 +153,12 @@ impl Material {
     }
 }
 
-/// All materials with their values and sources, as text for a terminal 80 columns wide.
+/// All materials with their values and sources, in lines of at most `width` columns.
 #[must_use]
-pub fn material_list() -> String {
+pub fn material_list(width: usize) -> String {
     let mut text = String::new();
     for material in MATERIALS {
-        wrap_at(WARNING_WIDTH, &mut text, &format!("  {:17}", material.name), &material.statement());
+        wrap(width, &mut text, &format!("  {:17}", material.name), &material.statement());
     }
     text
 }
@@ -167,6 +167,7 @@ pub fn material_list() -> String {
 mod tests {
     use super::*;
     use crate::document::Document;
+    use crate::text::layout::WIDTH;
     use bristle::model::parameters::Parameter;
 
     #[test]
@@ -194,7 +195,8 @@ mod tests {
                 assert!((least..=largest).contains(&material.youngs_modulus_pa) && !source.is_empty());
             }
         }
-        assert!(material_list().lines().all(|line| line.chars().count() <= WARNING_WIDTH), "{}", material_list());
+        let list = material_list(WIDTH);
+        assert!(list.lines().all(|line| line.chars().count() <= WIDTH), "{list}");
     }
 
     #[test]

@@ -6,6 +6,8 @@
 use std::fmt::{self, Display, Formatter, Write};
 use std::path::Path;
 
+use unicode_width::UnicodeWidthStr;
+
 /// Longest name or short text in a message, in characters.
 const NAME: usize = 40;
 /// Longest path in a message: longer than people write, shorter than a screen.
@@ -41,6 +43,12 @@ pub fn shown(text: &str, most: usize) -> String {
     }
     .expect("memory takes what is written to it");
     shown
+}
+
+/// The columns that a line of text takes in a terminal: two for a character of Chinese, none for a combining accent.
+#[must_use]
+pub fn columns(line: &str) -> usize {
+    line.width()
 }
 
 /// A message of several lines with every other character visible.
@@ -99,6 +107,11 @@ mod tests {
         );
         assert_eq!(shortened("µ ä “x” 好 e\u{301}"), "µ ä “x” 好 e\u{301}");
         assert_eq!(Lines("one\n\ttwo\u{1b}").to_string(), "one\n\\u{9}two\\u{1b}");
+    }
+
+    #[test]
+    fn columns_are_those_of_a_terminal() {
+        assert_eq!(["ε_tc", "─┼│", "刷子", "e\u{301}", ""].map(columns), [4, 3, 4, 1, 0]);
     }
 
     #[test]

@@ -4,6 +4,8 @@
 use std::io::{self, Write};
 
 use bristle_report::drawing::power_of_ten;
+use bristle_study::text::layout::{left, wrap};
+use bristle_text::columns;
 
 use super::sources;
 use super::tolerances::{self, Measure};
@@ -13,8 +15,7 @@ use super::{Extent, Failure, Outcome};
 /// Significant digits of numbers and of errors.
 const DIGITS: usize = 8;
 const ERROR_DIGITS: usize = 2;
-/// Width that the lines of the table stay within if possible, and the smallest width of their first column.
-const TABLE_WIDTH: usize = 120;
+/// The smallest width of the table's first column, if all columns stand side by side.
 const MIN_SUBJECT: usize = 24;
 
 /// True if every trial has checks, and all checks pass.
@@ -153,17 +154,18 @@ enum Line {
     Problem(String),
 }
 
-/// All comparisons as a table about 120 columns wide. Failures are repeated at the end, before the verdict.
-pub fn table(outcomes: &[Outcome]) -> String {
+/// All comparisons as a table, in lines of at most `width` columns if the texts allow it. Failures are repeated at the end, before the
+/// verdict.
+pub fn table(outcomes: &[Outcome], width: usize) -> String {
     let mut text = String::new();
     for outcome in outcomes {
-        text.push_str(&section(outcome, |_| true));
+        text.push_str(&section(outcome, |_| true, width));
         text.push('\n');
     }
     if !agrees(outcomes) {
         text.push_str("Failed:\n\n");
         for outcome in outcomes.iter().filter(|outcome| !outcome.trials.iter().all(trial_agrees)) {
-            text.push_str(&section(outcome, |check| !check.passes()));
+            text.push_str(&section(outcome, |check| !check.passes(), width));
             text.push('\n');
         }
     }
@@ -171,7 +173,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
 }
 
 /// The comparisons of a group that `shown` selects.
-fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
+fn section(outcome: &Outcome, shown: fn(&Check) -> bool, width: usize) -> String {
     const HEADINGS: [&str; 8] = ["for", "quantity", "reference", "source", "computed", "error", "tolerance", ""];
     let mut lines = Vec::new();
     for (name, trial) in named(outcome) {
@@ -182,48 +184,59 @@ fn section(outcome: &Outcome, shown: fn(&Check) -> bool) -> String {
             lines.extend(rows);
         }
     }
-    let mut widths = HEADINGS.map(length);
+    let headings = HEADINGS.map(str::to_owned);
+    let mut widths = headings.each_ref().map(|heading| columns(heading));
     for line in &lines {
         if let Line::Cells(cells) = line {
             for (width, cell) in widths.iter_mut().zip(cells) {
-                *width = length(cell).max(*width);
+                *width = columns(cell).max(*width);
             }
         }
     }
     // Two spaces before each column.
     let others: usize = 2 + widths[1..].iter().map(|width| width + 2).sum::<usize>();
-    widths[0] = widths[0].min(TABLE_WIDTH.saturating_sub(others).max(MIN_SUBJECT));
-
-    let row = |cells: &[String; 8]| {
-        let mut text = String::new();
-        for (cell, &width) in cells.iter().zip(&widths) {
-            text.push_str("  ");
-            if length(cell) > width {
-                // The cell is too long for its column: the rest of the row follows below.
-                text.push_str(&format!("{cell}\n  {:width$}", ""));
-            } else {
-                text.push_str(&format!("{cell:width$}"));
-            }
-        }
-        text.trim_end().to_owned() + "\n"
+    let is_wide = others + MIN_SUBJECT <= width;
+    widths[0] = widths[0].min(width.saturating_sub(others));
+    let row = |text: &mut String, cells: &[String; 8]| match is_wide {
+        true => text.push_str(&side_by_side(cells, &widths)),
+        false => below_each_other(text, cells, &widths, width),
     };
-    let rule = "─".repeat(TABLE_WIDTH.saturating_sub(length(outcome.group.title) + 4));
+
+    let rule = "─".repeat(width.saturating_sub(columns(outcome.group.title) + 4));
     let mut text = format!("── {} {rule}\n", outcome.group.title);
     if lines.iter().any(|line| matches!(line, Line::Cells(_))) {
-        text.push_str(&row(&HEADINGS.map(str::to_owned)));
+        row(&mut text, &headings);
     }
     for line in &lines {
         match line {
             Line::Title(name) => text.push_str(&format!("{name}\n")),
-            Line::Cells(cells) => text.push_str(&row(cells)),
+            Line::Cells(cells) => row(&mut text, cells),
             Line::Problem(problem) => text.push_str(&format!("  {problem}  FAIL\n")),
         }
     }
     text
 }
 
-fn length(text: &str) -> usize {
-    text.chars().count()
+/// A row on one line. If its first cell is too long for its column, the others follow below.
+fn side_by_side(cells: &[String; 8], widths: &[usize; 8]) -> String {
+    let mut text = String::new();
+    for (cell, &width) in cells.iter().zip(widths) {
+        text.push_str("  ");
+        if columns(cell) > width {
+            text.push_str(&format!("{cell}\n  {:width$}", ""));
+        } else {
+            text.push_str(&left(cell, width));
+        }
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+/// A row on several lines: what is compared and the source of its reference, then the numbers.
+fn below_each_other(text: &mut String, cells: &[String; 8], widths: &[usize; 8], width: usize) {
+    let [subject, quantity, _, source, ..] = cells;
+    wrap(width, text, "  ", &format!("{subject}: {quantity} ({source})"));
+    let numbers: String = [2, 4, 5, 6, 7].map(|column| format!("  {}", left(&cells[column], widths[column]))).concat();
+    text.push_str(&format!("    {}\n", numbers.trim_end()));
 }
 
 fn cells(check: &Check) -> [String; 8] {
@@ -442,6 +455,7 @@ mod tests {
     use super::super::Group;
     use super::super::trial::{Axis, Curve, Figure, Look};
     use super::*;
+    use bristle_study::text::layout::WIDTH;
 
     static GROUP: Group = Group { title: "Made up", purpose: "What is *not* computed.", trials: &[] };
 
@@ -480,7 +494,7 @@ mod tests {
     fn numbers_within_their_tolerance_agree() {
         let outcomes = outcomes(vec![check(0.3), bounded(0.5, [0.5, f64::INFINITY])]);
         assert!(agrees(&outcomes));
-        let table = table(&outcomes);
+        let table = table(&outcomes, WIDTH);
         assert!(!table.contains("FAIL") && !table.contains("Failed"), "{table}");
         assert!(table.ends_with("\n2 of 2 comparisons in 1 case agree\n"), "{table}");
         assert!(page(&outcomes, Extent::Quick).contains("| all | 1 | 2 | 9.3·10⁻¹⁰ | yes |"));
@@ -506,7 +520,7 @@ mod tests {
             assert!(!wrong.computed.is_nan() || wrong.error().is_nan(), "{wrong:?}");
             let outcomes = outcomes(vec![check(0.3), wrong.clone()]);
             assert!(!agrees(&outcomes), "{wrong:?}");
-            let table = table(&outcomes);
+            let table = table(&outcomes, WIDTH);
             assert_eq!(table.matches("FAIL").count(), 2, "not once in its place and once at the end:\n{table}");
             assert!(table.ends_with("\n1 of 2 comparisons in 1 case agree\n"), "{table}");
             assert_eq!(csv_rows(&outcomes)[2].last().map(String::as_str), Some("false"));
@@ -527,7 +541,7 @@ mod tests {
             let mut outcomes = outcomes(vec![check(0.3)]);
             outcomes[0].trials.push(trial);
             assert!(!agrees(&outcomes));
-            let table = table(&outcomes);
+            let table = table(&outcomes, WIDTH);
             assert_eq!(table.matches(&format!("\n{name}\n  {said}  FAIL\n")).count(), 2, "{table}");
             assert!(table.ends_with("\n1 of 1 comparison in 2 cases agree; 1 case gives no number\n"), "{table}");
             let rows = csv_rows(&outcomes);
@@ -552,18 +566,22 @@ mod tests {
     #[test]
     fn columns_are_aligned() {
         let long = Check { subject: "a subject that is much longer than its column can be, ".repeat(2), ..check(0.3) };
-        let table = table(&outcomes(vec![check(0.3), long, bounded(-2.5e-12, [-1.0, 1.0])]));
-        let column = |text: &str| {
-            let lines = table.lines().filter_map(|line| line.find(text).map(|at| length(&line[..at])));
-            lines.collect::<Vec<_>>()
-        };
-        for texts in [["quantity", "y_a in m"], ["reference", "-1 … 1"], ["computed", "-2.5e-12"], ["error", "1.9e-16"]]
-        {
-            let columns: Vec<_> = texts.into_iter().flat_map(column).collect();
-            assert!(columns.len() > 1 && columns.iter().all(|place| *place == columns[0]), "{texts:?}\n{table}");
+        let outcomes = outcomes(vec![check(0.3), long, bounded(-2.5e-12, [-1.0, 1.0])]);
+        // Side by side, and with the numbers below.
+        for (width, first) in [(120, "  y_a in m  "), (80, "|x| = 1: y_a in m (exact)\n")] {
+            let table = table(&outcomes, width);
+            let column = |text: &str| {
+                let lines = table.lines().filter_map(|line| line.find(text).map(|at| columns(&line[..at])));
+                lines.collect::<Vec<_>>()
+            };
+            assert!(table.contains(first), "{table}");
+            for texts in [["reference", "-1 … 1"], ["computed", "-2.5e-12"], ["error", "1.9e-16"]] {
+                let places: Vec<_> = texts.into_iter().flat_map(column).collect();
+                assert!(places.len() > 1 && places.iter().all(|place| *place == places[0]), "{texts:?}\n{table}");
+            }
+            let others = table.lines().filter(|line| !line.contains("a subject"));
+            assert!(others.map(columns).max() <= Some(width), "{table}");
         }
-        let widest = table.lines().filter(|line| !line.contains("a subject")).map(length).max();
-        assert!(widest <= Some(TABLE_WIDTH), "{table}");
     }
 
     #[test]

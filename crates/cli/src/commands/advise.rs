@@ -11,7 +11,7 @@ use clap::Args;
 
 use crate::error::CliError;
 use crate::saved::{SavedError, saved_study};
-use crate::terminal::print;
+use crate::terminal::{print, show, width};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
 ///
@@ -89,7 +89,7 @@ pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
         let json = serde_json::to_string(&advice).map_err(io::Error::from)?;
         print(&(json + "\n"))?;
     } else {
-        print(&advice.text())?;
+        show(advice.text(width()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -31,7 +31,7 @@ use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
-use crate::terminal::{say, say_at_the_end, say_written, show};
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -139,7 +139,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
             checkpoint.remove()?;
             show(table)?;
             if !assumptions.list.is_empty() {
-                show(assumptions.text())?;
+                show(format_args!("\n{}", assumptions.text(width())))?;
             }
             Ok(ExitCode::SUCCESS)
         }

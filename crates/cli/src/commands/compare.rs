@@ -8,7 +8,7 @@ use clap::Args;
 
 use crate::error::{CliError, agreement};
 use crate::files::read_graph;
-use crate::terminal::print;
+use crate::terminal::show;
 
 /// Most states that a comparison may ask for.
 const MAX_STATES: u64 = 100_000;
@@ -40,6 +40,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
     let which = if arguments.bent { States::Bent } else { States::All };
     let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
         .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;
-    print(&comparison.to_string())?;
-    Ok(agreement(comparison.agrees()))
+    let agrees = comparison.agrees();
+    show(comparison)?;
+    Ok(agreement(agrees))
 }

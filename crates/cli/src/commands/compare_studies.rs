@@ -9,6 +9,7 @@ use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::joined::{Joined, NamedStudy, join};
 use bristle_study::measured::compare;
+use bristle_study::text::layout::note;
 use bristle_study::text::number::counted;
 use bristle_text::shown_path;
 use clap::Args;
@@ -21,16 +22,20 @@ use crate::pictures::{
     COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_of, say_drawn,
 };
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY, SavedError, saved_study};
-use crate::terminal::{say, say_written, show};
+use crate::terminal::{say, say_written, show, width};
 
 /// Compare saved studies, each as a tool of its own, in one page and one set of figures
 ///
-/// Each STUDY is a directory that `bristle study` has written to, and its name that of the directory; NAME=DIR gives another. Their cases
-/// are compared at the speeds, depths and other swept values that all of them have: nothing is simulated, except the contacts in motion on
-/// the page, nor interpolated. A study that compares tools itself has each of them as `NAME: TOOL`.
+/// Each STUDY is a directory that `bristle study` has written to, and its name that
+/// of the directory; NAME=DIR gives another. Their cases are compared at the
+/// speeds, depths and other swept values that all of them have: nothing is
+/// simulated, except the contacts in motion on the page, nor interpolated. A study
+/// that compares tools itself has each of them as `NAME: TOOL`.
 ///
-/// The results are those of a study with named tools: DIR/runs.csv and DIR/study.json, which `bristle plot` and `bristle advise` read,
-/// DIR/report.html, and DIR/figures. A table says in which settings the studies differ. Studies without a common speed or depth are refused.
+/// The results are those of a study with named tools: DIR/runs.csv and
+/// DIR/study.json, which `bristle plot` and `bristle advise` read, DIR/report.html,
+/// and DIR/figures. A table says in which settings the studies differ. Studies
+/// without a common speed or depth are refused.
 ///
 ///   bristle compare-studies results/old fine=results/3 --out compared
 #[derive(Args)]
@@ -67,10 +72,10 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     let files = write_results(out, &study, &origin, &results, &page, &measured)?;
     let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
-    notes.iter().for_each(|note| say(format_args!("note: {note}")));
+    notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
-    show(tools_table(&study))?;
-    show(study_tables(&study, &results))?;
+    show(format_args!("{}\n", tools_table(&study, width())))?;
+    show(study_tables(&study, &results, width()))?;
     say_drawn(&drawn)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -16,15 +16,15 @@ use crate::terminal::print;
 
 /// Print mass matrix, accelerations and energies at one state, as JSON
 ///
-/// The state is a JSON file with the angle (rad), rate (rad/s) and acceleration (rad/s²) of the
-/// base, and gravity (m/s²). For each segment, q holds the polar angle φ and the azimuth θ (rad),
-/// and v their rates (rad/s):
+/// The state is a JSON file with the angle (rad), rate (rad/s) and acceleration
+/// (rad/s²) of the base, and gravity (m/s²). For each segment, q holds the polar
+/// angle φ and the azimuth θ (rad), and v their rates (rad/s):
 ///
-///   {"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0],
-///    "q": [1.57, -1.5], "v": [0, 50]}
+///   {"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0,
+///    "gravity": [0, 0, 0], "q": [1.57, -1.5], "v": [0, 50]}
 ///
-/// The length of q gives the number of segments. Contact is left out, so FILE.toml may omit
-/// velocity, depth and number of filaments.
+/// The length of q gives the number of segments. Contact is left out, so FILE.toml
+/// may omit velocity, depth and number of filaments.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct EvaluateArgs {

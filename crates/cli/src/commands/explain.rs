@@ -6,7 +6,7 @@ use bristle_study::explain::{all_keys, explain};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::terminal::print;
+use crate::terminal::{show, width};
 
 /// Say what a key of the input file means: unit, range, default, and where the default comes from
 ///
@@ -21,9 +21,9 @@ pub struct ExplainArgs {
 /// Runs the command.
 pub fn run(arguments: &ExplainArgs) -> Result<ExitCode, CliError> {
     let text = match &arguments.key {
-        Some(key) => explain(key)?,
-        None => all_keys(),
+        Some(key) => explain(key, width())?,
+        None => all_keys(width()),
     };
-    print(&text)?;
+    show(text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle_study::first_file::{QUESTIONS, Question, first_file};
+use bristle_study::materials::{MATERIALS, Material};
 use clap::Args;
 
 use crate::error::CliError;
 use crate::files::{FileError, StagedFile};
 use crate::terminal::{say, say_written};
+
+/// The option that states the modulus.
+const MODULUS: &str = "--youngs-modulus-gpa";
 
 /// Write a first input file from a few answers: brush, filaments, and the limits of the machine
 ///
@@ -36,7 +40,10 @@ pub struct NewArgs {
     /// Diameter of the filaments, in mm
     #[arg(long, value_name = "MM")]
     diameter_mm: Option<f64>,
-    /// Young's modulus of the filaments, in GPa [default: 3]
+    /// Material of the filaments, such as PA6.12, for their density and modulus [default: not stated]
+    #[arg(long, value_name = "NAME", value_parser = parse_material)]
+    material: Option<&'static Material>,
+    /// Young's modulus of the filaments, in GPa [default: that of the material, or 3]
     #[arg(long, value_name = "GPA")]
     youngs_modulus_gpa: Option<f64>,
     /// Coefficient of friction on the workpiece [default: 0]
@@ -73,12 +80,13 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists(path.clone()));
     }
-    let stated = arguments.stated();
-    let answers = if io::stdin().is_terminal() { asked(stated)? } else { with_defaults(stated)? };
+    let (stated, material) = (arguments.stated(), arguments.material);
+    let (answers, material) =
+        if io::stdin().is_terminal() { asked(stated, material)? } else { (with_defaults(stated)?, material) };
     let Some(name) = path.file_name() else {
         return Err(FileError::new("write", path, io::Error::other("it has no name")).into());
     };
-    let text = first_file(answers, &name.to_string_lossy())?;
+    let text = first_file(answers, material, &name.to_string_lossy())?;
     let directory = path.parent().unwrap_or(Path::new(""));
     let written = StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?.commit()?;
     say_written(&written);
@@ -98,14 +106,45 @@ fn with_defaults(stated: Answers) -> Result<Answers, CliError> {
     Ok(stated)
 }
 
-/// The answers of a user at a terminal.
-fn asked(stated: Answers) -> Result<Answers, CliError> {
+/// The answers of a user at a terminal. The modulus of a material is not asked for.
+fn asked(
+    stated: Answers,
+    material: Option<&'static Material>,
+) -> Result<(Answers, Option<&'static Material>), CliError> {
     let mut lines = io::stdin().lock().lines();
-    let mut answers = stated;
+    let (mut answers, mut material) = (stated, material);
     for (answer, question) in answers.iter_mut().zip(&QUESTIONS).filter(|(answer, _)| answer.is_none()) {
-        *answer = ask(question, &mut lines)?;
+        if question.option == MODULUS {
+            material = material.map_or_else(|| ask_material(&mut lines), |material| Ok(Some(material)))?;
+        }
+        if question.option != MODULUS || material.is_none() {
+            *answer = ask(question, &mut lines)?;
+        }
     }
-    Ok(answers)
+    Ok((answers, material))
+}
+
+/// Asks until the answer is a material, or an empty line for none.
+fn ask_material(lines: &mut impl Iterator<Item = io::Result<String>>) -> Result<Option<&'static Material>, CliError> {
+    loop {
+        say(format_args!("Material of the filaments, one of {}, if it is one of these [none]:", names()));
+        let line = lines.next().transpose()?.unwrap_or_default();
+        match (line.trim(), Material::find(&line)) {
+            ("", _) => return Ok(None),
+            (_, Some(material)) => return Ok(Some(material)),
+            (_, None) => say("please type one of these names, or nothing"),
+        }
+    }
+}
+
+/// The names of all materials.
+fn names() -> String {
+    MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Parses the name of a material.
+fn parse_material(text: &str) -> Result<&'static Material, String> {
+    Material::find(text).ok_or_else(|| format!("must be one of {}", names()))
 }
 
 /// Asks until the answer is a number, or an empty line for the default.

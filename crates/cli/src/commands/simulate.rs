@@ -15,6 +15,7 @@ use bristle_study::limited_work::case_work_warning;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
 use bristle_study::stability::case_warning;
+use bristle_study::text::layout::note;
 use bristle_study::touch::case_touch_warning;
 use bristle_study::turns::case_turns_warnings;
 use clap::Args;
@@ -25,7 +26,7 @@ use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
-use crate::terminal::{say, say_written, show};
+use crate::terminal::{say, say_written, show, width};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -35,7 +36,7 @@ const LEAST_SHAPES: usize = 300;
 const MOST_TURNS: usize = 8;
 
 /// What is said of a file for `bristle brush`.
-const ALONE: &str = "note: this filament is alone; `bristle brush` simulates those of [brush] together";
+const ALONE: &str = "this filament is alone; `bristle brush` simulates those of [brush] together";
 
 /// Simulate one contact, and write DIR/metrics.json, DIR/history.csv, DIR/profile.csv and figures
 ///
@@ -83,7 +84,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let (settings, unstated, material) = (document.settings()?, document.unstated(), document.material());
     arguments.input.warn_of(&unusual(&settings))?;
     if settings.brush.is_some() {
-        say(ALONE);
+        say(note(ALONE));
     }
     prepare_directory(&arguments.out)?;
     let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];
@@ -150,8 +151,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     let drawn = draw_contact(&arguments.out, &contact, &figures)?;
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
-    let shown =
-        say_drawn(&drawn).and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions)));
+    let shown = say_drawn(&drawn)
+        .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));
     case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);

@@ -34,7 +34,7 @@ use crate::pictures::{
 };
 use crate::progress::Progress;
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY};
-use crate::terminal::{say, say_at_the_end, say_written, show};
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
 /// Name of the page.
@@ -44,7 +44,7 @@ const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
 const LONGEST_FAILURE: usize = 400;
 
-/// Simulate all cases of [study] in a file, and write DIR/runs.csv, DIR/report.html and DIR/figures
+/// Simulate all cases of [study] in a file, and write runs.csv, a page and figures
 ///
 /// Each entry of [study] sweeps one setting over a list or an evenly spaced range:
 ///
@@ -53,55 +53,67 @@ const LONGEST_FAILURE: usize = 400;
 ///   penetration_depth_m = [0.5e-3, 1.0e-3]
 ///   "filament.segments" = [10, 25, 50]
 ///
-/// The cases are all combinations. runs.csv has one row per case: settings, contact metrics,
-/// solver statistics, and status (ok or the error). A build with the feature parquet also writes
-/// this table as runs.parquet. A case that fails does not stop the others; the exit status is
-/// then 3. report.html is a page to explore in a browser. It shows maps, each contact in motion,
-/// and the settings.
+/// The cases are all combinations. DIR/runs.csv has one row per case: settings,
+/// contact metrics, solver statistics, and status (ok or the error). A build with
+/// the feature parquet also writes this table as runs.parquet. A case that fails
+/// does not stop the others; the exit status is then 3. DIR/report.html is a page
+/// to explore in a browser. It shows maps, each contact in motion, and the
+/// settings.
 ///
-/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot DIR` redraws
-/// them. If the input file names measured forces, the figures compare them with the simulated
-/// ones, and DIR/measured_comparison.csv lists the deviations:
+/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot
+/// DIR` redraws them. If the input file names measured forces, the figures compare
+/// them with the simulated ones, and DIR/measured_comparison.csv lists the
+/// deviations:
 ///
 ///   [measured]
 ///   file = "forces.csv"
-///   columns = { rotational_speed_rpm = "n [rpm]", penetration_depth_m = "ae [mm]", force_n = "Fz [kN]" }
+///   columns.rotational_speed_rpm = "n [rpm]"
+///   columns.penetration_depth_m = "ae [mm]"
+///   columns.force_n = "Fz [kN]"
 ///
-/// Without columns, those of that file are brushing_velocity_m_s, penetration_depth_m, force_n and,
-/// if there is one, std_n. Separator and decimal comma are recognised.
+/// Without columns, those of that file are brushing_velocity_m_s,
+/// penetration_depth_m, force_n and, if there is one, std_n. Separator and decimal
+/// comma are recognised.
 ///
-/// If the properties of the filaments are not known exactly, state standard deviations. The study
-/// then repeats each case with sampled tools. It shows the band that contains 95 % of their forces,
-/// and how much each property contributes to it:
+/// If the properties of the filaments are not known exactly, state standard
+/// deviations. The study then repeats each case with sampled tools. It shows the
+/// band that contains 95 % of their forces, and how much each property contributes
+/// to it:
 ///
 ///   [uncertainty]
 ///   diameter_std_m = 0.03e-3
 ///   youngs_modulus_std_pa = 0.3e9
 ///
-/// With [brush], the filaments of a case touch each other. Before the first case is simulated, all
-/// cases are checked: filaments must not overlap, nor need more memory than is available.
+/// With [brush], the filaments of a case touch each other. Before the first case
+/// is simulated, all cases are checked: filaments must not overlap, nor need more
+/// memory than is available.
 ///
-/// If cases are laterally unstable, a warning says how many, and how to see what an imperfect
-/// filament does in them. The tables mark them with !. If filaments come back still vibrating,
-/// a warning says how to simulate turn after turn.
+/// If cases are laterally unstable, a warning says how many, and how to see what
+/// an imperfect filament does in them. The tables mark them with !. If filaments
+/// come back still vibrating, a warning says how to simulate turn after turn.
 ///
-/// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command resumes it.
-/// Each completed case is a line of DIR/journal.jsonl. Only the cases in progress are lost, and
-/// after a power failure those of the last tenth of a second. The results are the same to the bit.
-/// A journal from other settings or another build of Bristle is refused; --restart discards it.
-/// Only one study at a time can write to a directory.
+/// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command
+/// resumes it. Each completed case is a line of DIR/journal.jsonl. Only the cases
+/// in progress are lost, and after a power failure those of the last tenth of a
+/// second. The results are the same to the bit. A journal from other settings or
+/// another build of Bristle is refused; --restart discards it. Only one study at a
+/// time can write to a directory.
 ///
-/// With --json each line on stdout is an object. While cases are simulated, at most ten per second:
-///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,"seconds_left":0.12}
-/// done counts the cases with a result, failures those of them that failed. rate is in cases per
-/// second; rate and seconds_left are null while unknown. At the end:
+/// With --json each line on stdout is an object. While cases are simulated, at
+/// most ten per second:
+///   {"event":"progress","done":40,"total":120,"failures":0,"rate":680.2,
+///    "seconds_left":0.12}
+/// done counts the cases with a result, failures those of them that failed. rate
+/// is in cases per second; rate and seconds_left are null while unknown. At the
+/// end:
 ///   {"event":"summary","cases":120,"failures":0,"resumed":30,"seconds":0.13,
 ///    "files":["results/runs.csv","results/study.json","results/report.html"]}
-/// resumed counts the cases that were already in the journal, and files lists the files written.
+/// resumed counts the cases that were already in the journal, and files lists the
+/// files written.
 ///
-/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a journal only.
-/// `bristle merge` makes results of the directories of all shards, which may come from different
-/// machines.
+/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a
+/// journal only. `bristle merge` makes results of the directories of all shards,
+/// which may come from different machines.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct StudyCommandArgs {
@@ -192,7 +204,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
-            "shard {shard}: its {} in `{path}`; `bristle merge` makes results of all shards",
+            "shard {shard}: its {} in `{path}`\n`bristle merge` makes results of all shards",
             if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
         ));
     }
@@ -266,10 +278,10 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
     if !study.tools().is_empty() {
-        show(tools_table(study))?;
+        show(format_args!("{}\n", tools_table(study, width())))?;
     }
-    show(study_tables(study, results))?;
-    if assumptions.list.is_empty() { Ok(()) } else { show(assumptions.text()) }
+    show(study_tables(study, results, width()))?;
+    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
 
 /// Tells the user what the journal held when the study started.

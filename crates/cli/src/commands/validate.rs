@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 
 use crate::error::{CliError, agreement};
 use crate::files::{StagedFile, occupy, prepare_directory};
-use crate::terminal::{print, progress_style, say, say_written};
+use crate::terminal::{progress_style, say, say_written, show, width};
 
 /// Names of the result files.
 const COMPARISONS: &str = "validation.csv";
@@ -48,7 +48,7 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     let written = write_validation(&arguments.out, &outcomes, extent);
     say(format_args!("{} cases in {seconds:.2} s", validation::trial_count()));
     // Printed last, so that the verdict is what a terminal shows, even if the files cannot be written.
-    print(&validation::table(&outcomes))?;
+    show(validation::table(&outcomes, width()))?;
     written?;
     Ok(agreement(validation::agrees(&outcomes)))
 }

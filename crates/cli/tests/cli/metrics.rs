@@ -12,6 +12,7 @@ use bristle_study::assumptions::Assumptions;
 use bristle_study::document::Document;
 use bristle_study::results::run_columns;
 use bristle_study::study::{CaseResult, Study, run_study};
+use bristle_study::text::layout::WIDTH;
 use serde_json::Value;
 
 use crate::program::bristle;
@@ -110,7 +111,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> (usize, usize) {
     let drawn: Vec<&str> =
         at_least(Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();
     assert_eq!(maps, drawn);
-    let tables = study_tables(study, results);
+    let tables = study_tables(study, results, WIDTH);
     let titles: Vec<&str> = tables
         .lines()
         .filter(|line| line.starts_with(char::is_alphabetic))

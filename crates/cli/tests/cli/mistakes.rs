@@ -51,11 +51,21 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_min = 600", &["1 m/min is 0.01667 m/s"]),
     ("segments = 4", "lateral_tilt_deg = 1", &["`filament.lateral_tilt_rad`?", "1° is 0.017453 rad"]),
     // Numbers as people write them.
-    ("length_m = 0.040", "length_m = 0,03", &["write a decimal point instead of the comma: 0.03"]),
-    ("length_m = 0.040", "length_m = 30 mm", &["without a unit"]),
-    ("length_m = 0.040", "length_m = 30mm", &["without a unit"]),
-    ("length_m = 0.040", "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes"]),
-    ("length_m = 0.040", "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit"]),
+    (
+        "length_m = 0.040",
+        "length_m = 0,03",
+        &["error: 0,03 has a decimal comma", "write a decimal point instead of the comma: 0.03"],
+    ),
+    ("length_m = 0.040", "length_m = 30 mm", &["error: 30 mm has a unit", "without a unit, in that of the key: 0.03"]),
+    (
+        "penetration_depth_m = 1.0e-3",
+        "penetration_depth_m = 1 mm",
+        &["error: 1 mm has a unit", "without a unit, in that of the key: 0.001"],
+    ),
+    ("segments = 4", "youngs_modulus_pa = 3.3 GPa", &["error: 3.3 GPa has a unit", "in that of the key: 3.3e9"]),
+    ("length_m = 0.040", "length_m = 30mm", &["error: 30mm has a unit", "without a unit, in that of the key: 0.03"]),
+    ("length_m = 0.040", "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes: 0.03"]),
+    ("length_m = 0.040", "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit, in that of the key: 0.03"]),
     ("length_m = 0.040", "length_m = \"0,03\"", &["`filament.length_m`", "decimal point"]),
     ("length_m = 0.040", "length_m = .04", &["write a digit before the decimal point: 0.04"]),
     ("filament_count = 10500", "filament_count = 10 500", &["write the number without gaps: 10500"]),
@@ -86,9 +96,9 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     (
         "brushing_velocity_m_s = 10.0",
         "rotational_speed_rpm = \"1200 rpm\"",
-        &["rotational_speed_rpm", "without a unit"],
+        &["rotational_speed_rpm", "without a unit, in that of the key: 1200"],
     ),
-    ("brushing_velocity_m_s = 10.0", "rotational_speed_rpm = 0", &["from 0.001 to 10000000, in rpm"]),
+    ("brushing_velocity_m_s = 10.0", "rotational_speed_rpm = 0", &["from 0.001 to 1e7, in rpm"]),
     (
         "brushing_velocity_m_s = 10.0",
         "rotational_speed_rpm = 5e6",

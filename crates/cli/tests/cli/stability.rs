@@ -8,6 +8,7 @@ use bristle::model::settings::Settings;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
 use bristle_study::study::{CaseResult, Study, run_study};
+use bristle_study::text::layout::WIDTH;
 use serde_json::Value;
 
 use crate::program::bristle;
@@ -93,11 +94,11 @@ fn a_study_counts_its_unstable_cases_and_marks_them() {
     assert!(!text.contains("unstable") && !tables.contains("unstable"), "{text}{tables}");
 
     let study = study(&format!("{HEAD}{SWEEPS}"));
-    let tables = study_tables(&study, &results(&study));
+    let tables = study_tables(&study, &results(&study), WIDTH);
     insta::assert_snapshot!("tables_with_marks", tables);
     let list = format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.0, 0.5]\n");
     let study = self::study(&list);
-    insta::assert_snapshot!("list_with_marks", study_tables(&study, &results(&study)));
+    insta::assert_snapshot!("list_with_marks", study_tables(&study, &results(&study), WIDTH));
 }
 
 #[test]

@@ -23,7 +23,7 @@ use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
-use crate::text::layout::{aligned, wrap};
+use crate::text::layout::{aligned, wrap, wrap_beside};
 use crate::text::number::{counted, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
@@ -620,26 +620,26 @@ impl Advice {
         suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
     }
 
-    /// The advice for a terminal 100 columns wide: a table with one sentence per row.
+    /// The advice in lines of at most `width` columns: a table with one sentence per row.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, width: usize) -> String {
         let mut text = String::new();
         if let Some(best) = self.tools.first() {
             let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
-            self.write_lines(&mut text, &best.slice, &lines);
+            self.write_lines(&mut text, &best.slice, &lines, width);
         }
         if !self.tools_without_case.is_empty() {
-            wrap(&mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
+            wrap(width, &mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
         }
         if !self.tools.is_empty() || !self.tools_without_case.is_empty() {
             text.push('\n');
         }
         for section in &self.sections {
-            self.write_section(&mut text, section);
+            self.write_section(&mut text, section, width);
             text.push('\n');
         }
         if let Some(edges) = &self.edges {
-            edges.write(&mut text);
+            edges.write(&mut text, width);
         }
         let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
@@ -662,26 +662,26 @@ impl Advice {
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
              and strikes elsewhere.",
         );
-        wrap(&mut text, "", &legend);
+        wrap(width, &mut text, "", &legend);
         text
     }
 
-    fn write_section(&self, text: &mut String, section: &Section) {
+    fn write_section(&self, text: &mut String, section: &Section, width: usize) {
         let Section { slice, advice, interpolated, notes, .. } = section;
         let condition = slice.condition();
         if !condition.is_empty() {
-            wrap(text, "", &format!("With {condition}"));
+            wrap(width, text, "", &format!("With {condition}"));
         }
         // Suggestions follow what they are an alternative to.
         let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
         let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
         let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
-        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat());
-        notes.iter().for_each(|note| wrap(text, "", note));
+        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat(), width);
+        notes.iter().for_each(|note| wrap(width, text, "", note));
     }
 
     /// Writes lines about cases of a slice, below the headings of their cells.
-    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line]) {
+    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line], width: usize) {
         let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
@@ -698,9 +698,9 @@ impl Advice {
         for (cells, line) in aligned.zip(lines) {
             if heading != line.heading {
                 heading = &line.heading;
-                text.push_str(&format!("{heading}\n"));
+                wrap(width, text, "", heading);
             }
-            wrap(text, &format!("{cells}  "), &line.sentence);
+            wrap_beside(width, text, &cells, &line.sentence);
         }
     }
 
@@ -799,6 +799,7 @@ impl Line {
 mod tests {
     use super::*;
     use crate::document::Document;
+    use crate::text::layout::WIDTH;
     use bristle::model::metrics::{ContactRecord, Metrics};
     use bristle::simulation::Pass;
 
@@ -1102,7 +1103,7 @@ mod tests {
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
         let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
         assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [Some(1000.0), Some(2000.0)]);
-        let text = advice.text();
+        let text = advice.text(WIDTH);
         assert!(text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"), "{text}");
     }
 }

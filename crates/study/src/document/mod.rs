@@ -7,7 +7,7 @@ mod tools;
 use std::borrow::Cow;
 use std::ops::Range;
 
-use bristle_text::shown;
+use bristle_text::{shortened, shown};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
 use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
-use crate::mistakes::{other_unit, value_mistake, without_unit};
+use crate::mistakes::{Mistake, other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
 use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 use crate::uncertainty::check;
@@ -147,14 +147,14 @@ impl<'t> Document<'t> {
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
-            let problem = Problem::Unreadable { message: format!("not valid TOML: {}", error.message()) };
             let span = error.span().unwrap_or(document.end());
-            let mistake = value_mistake(document.source.line(span.start));
+            let unreadable = format!("not valid TOML: {}", error.message());
             let usual = match error.message() {
                 "duplicate key" => "each section, key and name of a tool stands in the file once",
                 _ => "an input file has sections like [filament] and lines like length_m = 0.040",
             };
-            document.error(problem, span, &mistake.unwrap_or_else(|| usual.to_owned()))
+            let (problem, advice) = not_toml(document.source.line(span.start), unreadable, usual);
+            document.error(problem, span, &advice)
         })?;
         document.table = root.into_inner();
         document.take_options()?;
@@ -201,8 +201,8 @@ impl<'t> Document<'t> {
                 return Err(self.error(problem, there(key_span), &setting_meant(key)));
             }
             let value = assignment.parsed().map_err(|error| {
-                let problem = Problem::Unreadable { message: format!("not a TOML value: {}", error.message()) };
-                self.error(problem, there(value_span), &value_mistake(option).unwrap_or_default())
+                let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
+                self.error(problem, there(value_span), &advice)
             })?;
             let parameter = Parameter::find(&format!("{section}.{key}"));
             let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
@@ -525,7 +525,7 @@ impl<'t> Document<'t> {
             let refused = |found: String| {
                 let problem =
                     Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
-                self.error(problem, span.clone(), &text_mistake(value.get_ref()))
+                self.error(problem, span.clone(), &text_mistake(parameter.key(), value.get_ref()))
             };
             let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
             parameter.check(number).map_err(|violation| refused(violation.value))?;
@@ -748,8 +748,9 @@ impl<'t> Document<'t> {
                 if value.span().start <= span.start && span.end <= value.span().end {
                     let allowed =
                         Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
+                    let advice = text_mistake(&path, value.get_ref());
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
-                    return self.error(problem, span, &text_mistake(value.get_ref()));
+                    return self.error(problem, span, &advice);
                 }
             }
         }
@@ -822,12 +823,24 @@ fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<
     T::deserialize(ValueDeserializer::from(value.clone()))
 }
 
-/// What is wrong with a text in the place of a number; empty if nothing more can be said.
-fn text_mistake(value: &DeValue<'_>) -> String {
+/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
+fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
+    match value_mistake(line) {
+        Some(Mistake { what, instead }) => (Problem::Number { what }, instead),
+        None => (Problem::Unreadable { message }, usual.to_owned()),
+    }
+}
+
+/// What is wrong with a text in the place of a number at a key; empty if nothing more can be said.
+fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
     let text =
         value.as_str().filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)));
     text.map_or_else(String::new, |text| {
-        value_mistake(&format!("= {text}")).unwrap_or_else(|| "write the number without quotes".to_owned())
+        let quotes = || match text.parse::<f64>() {
+            Ok(_) => format!("write the number without quotes: {}", shortened(text)),
+            Err(_) => "write the number without quotes".to_owned(),
+        };
+        value_mistake(&format!("{key} = {text}")).map_or_else(quotes, |mistake| mistake.instead)
     })
 }
 

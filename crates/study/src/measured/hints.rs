@@ -46,21 +46,24 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
     let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
     let far: Vec<f64> = values.iter().copied().filter(is_far).collect();
     let first = *far.first()?;
-    let unit = quantity.unit_between(first / factor, [least / factor / 2.0, 2.0 * largest / factor]);
-    let unit = unit.or_else(|| quantity.unit_names().nth(1)).unwrap_or_default();
+    let [least, largest] = [least, largest].map(|end| end / factor);
     let key = quantity.key();
+    let slip = match quantity.unit_between(first / factor, [least / 2.0, 2.0 * largest]) {
+        Some(unit) => format!("State it, as in columns.{key} = {{ column = \"…\", unit = \"{unit}\" }}."),
+        None => "State it under columns, or decimal = \".\" if commas separate thousands.".to_owned(),
+    };
     let rotational = match quantity {
         Quantity::Velocity => ", or a column of rotational speeds, which is `rotational_speed_rpm`",
         _ => "",
     };
     let own = quantity.unit_names().next().unwrap_or_default();
     let statement = format!(
-        "{} of {} measured values of `{key}` are far outside of the study, the first with {} {own}; the study has {}. A likely slip: the \
-         unit of the column{rotational}. State it, as in columns = {{ {key} = {{ column = \"…\", unit = \"{unit}\" }} }}.",
+        "{} of {} measured values of `{key}` are far outside of the study, the first with {} {own}; the study has {}{own}. A likely slip: the \
+         unit of the column{rotational}. {slip}",
         far.len(),
         values.len(),
         short(first / factor),
-        range(side)
+        if side.varies() { format!("{} to {} ", short(least), short(largest)) } else { format!("{} ", short(least)) }
     );
     Some(Unusual { path: "measured.file", statement })
 }
@@ -99,7 +102,7 @@ mod tests {
         assert_eq!(told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(30.0), 1e-3)]), [""; 0]);
         let millimetres = told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(15.0), 2.0)]);
         assert!(millimetres.len() == 1 && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`"));
-        assert!(millimetres[0].contains("first with 2 m; the study has a_e = 0.001 to 0.004 m"), "{millimetres:?}");
+        assert!(millimetres[0].contains("first with 2 m; the study has 0.001 to 0.004 m"), "{millimetres:?}");
         assert!(millimetres[0].contains("unit = \"mm\""), "{millimetres:?}");
         let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
         assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");

@@ -13,6 +13,7 @@ use bristle::model::settings::Settings;
 use crate::results::MAX_ROWS;
 use crate::slices::{Side, Slice, process_slices};
 use crate::study::{CaseResult, CaseSummary, Setting, Study};
+use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
 pub use hints::unusual_points;
@@ -22,6 +23,8 @@ pub use table::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS, measured_tex
 const MAX_SLICES: usize = 1000;
 /// The largest numbers of slices, and of points in each, that are printed.
 const MAX_PRINTED: (usize, usize) = (4, 40);
+/// Forces from here on, in N, are printed as powers of ten.
+const LARGEST_IN_FULL: f64 = 1e5;
 /// Relative difference up to which values are the same: a file may round differently from a sweep.
 const SAME: f64 = 1e-9;
 
@@ -160,6 +163,11 @@ impl Comparison {
         self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.band_n.is_some())
     }
 
+    /// Whether the number of filaments makes the simulated force uncertain at some point.
+    fn has_uncertainty(&self) -> bool {
+        self.points.iter().flat_map(|point| point.simulated).any(|simulated| simulated.uncertainty_n > 0.0)
+    }
+
     /// Bias, RMSE and number of points within one standard deviation. `None` if no point can be compared.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
@@ -284,7 +292,7 @@ fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
 
 /// A force with this many decimals, or as a power of ten if it would not fit into a table.
 fn newtons(force: f64, decimals: usize) -> String {
-    if force.abs() < 1e8 { format!("{force:.decimals$}") } else { format!("{force:.2e}") }
+    if force.abs() < LARGEST_IN_FULL { format!("{force:.decimals$}") } else { format!("{force:.2e}") }
 }
 
 /// A difference of forces, with its sign.
@@ -293,69 +301,76 @@ fn signed(difference: f64) -> String {
     format!("{sign}{}", newtons(difference, 1))
 }
 
-/// The deviations as a table for people.
+/// The deviations as a table for people, with prose in lines of at most `width` columns.
 #[must_use]
-pub fn comparison_table(comparisons: &[Comparison]) -> String {
+pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
     let mut text = String::new();
     for comparison in comparisons.iter().take(MAX_PRINTED.0) {
-        text.push_str("F_n,w in N: simulated and measured");
-        if !comparison.condition.is_empty() {
-            text.push_str(&format!(", {}", comparison.condition));
-        }
-        let heading = if comparison.has_bands() { "simulated, 95 %" } else { "simulated ± N_f" };
+        let condition = match comparison.condition.as_str() {
+            "" => String::new(),
+            condition => format!(", {condition}"),
+        };
+        wrap(width, &mut text, "", &format!("F_n,w in N: simulated and measured{condition}"));
         let first = comparison.points.first().map(|point| point.measured);
-        let speed = match first.map(|first| first.speed) {
-            Some(Speed::Rotational(_)) => "n_w in rpm",
-            _ => "v_b in m/s",
+        let [speed, unit] = match first.map(|first| first.speed) {
+            Some(Speed::Rotational(_)) => ["n_w", "rpm"],
+            _ => ["v_b", "m/s"],
         };
         let has_std = first.is_some_and(|first| first.std_n.is_some());
-        let (of_measured, of_within) = if has_std { ("measured ± std", "  within std") } else { ("measured", "") };
-        text.push_str(&format!("\n  {speed}  a_e in mm  {of_measured:>18}  {heading:>18}  difference{of_within}\n"));
-        for point @ Point { measured, simulated, .. } in comparison.points.iter().take(MAX_PRINTED.1) {
-            let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
-            let speed = short(measured.speed.value());
-            let depth = short(1e3 * measured.penetration_depth_m);
-            let left = measured.std_n.map_or_else(|| newtons(measured.force_n, 1), |std| pair(measured.force_n, std));
-            let right = match simulated {
-                Ok(Simulated { force_n, uncertainty_n, band_n }) => {
-                    let within = match point.is_within() {
-                        Some(is_within) => format!("  {:>10}", if is_within { "yes" } else { "no" }),
-                        None => String::new(),
-                    };
-                    let simulated = match band_n {
-                        Some([lower, upper]) => {
-                            format!("{} [{} … {}]", newtons(*force_n, 1), newtons(*lower, 0), newtons(*upper, 0))
-                        }
-                        None => pair(*force_n, *uncertainty_n),
-                    };
-                    format!("{simulated:>18}  {:>10}{within}", signed(force_n - measured.force_n))
-                }
-                Err(missing) => missing.name().to_owned(),
-            };
-            text.push_str(&format!("  {speed:>10}  {depth:>9}  {left:>18}  {right}\n"));
-        }
+        let std = if has_std { "± std" } else { "" };
+        let spread = match (comparison.has_bands(), comparison.has_uncertainty()) {
+            (true, _) => "95 %",
+            (false, true) => "± N_f",
+            (false, false) => "",
+        };
+        let headings =
+            [[speed, "a_e", "measured", "simulated", "difference", "within"], [unit, "mm", std, spread, "", "std"]]
+                .map(|heading| heading.map(str::to_owned));
+        let points = comparison.points.iter().take(MAX_PRINTED.1).map(row_of_point);
+        let shown = if has_std { headings[0].len() } else { headings[0].len() - 1 };
+        let rows: Vec<Vec<String>> = headings.into_iter().chain(points).map(|row| row[..shown].to_vec()).collect();
+        aligned(&rows).iter().for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         if comparison.points.len() > MAX_PRINTED.1 {
             text.push_str(&format!("  … and {} more points\n", comparison.points.len() - MAX_PRINTED.1));
         }
-        text.push_str(&match comparison.deviation() {
+        let verdict = match comparison.deviation() {
             Some(Deviation { count, bias_n, rmse_n, within }) => {
                 let within = within.map_or_else(String::new, |within| {
                     format!(", within ± std {within} ({:.0} %)", 100.0 * within as f64 / count as f64)
                 });
                 format!(
-                    "  {count} of {} points compared: bias {} N, RMSE {} N{within}\n",
+                    "{count} of {} points compared: bias {} N, RMSE {} N{within}",
                     comparison.points.len(),
                     signed(bias_n),
                     newtons(rmse_n, 1)
                 )
             }
-            None => "  no point can be compared\n".to_owned(),
-        });
+            None => "no point can be compared".to_owned(),
+        };
+        wrap(width, &mut text, "  ", &verdict);
     }
     if comparisons.len() > MAX_PRINTED.0 {
         text.push_str(&format!("… and {} more comparisons\n", comparisons.len() - MAX_PRINTED.0));
     }
     text
+}
+
+/// A point as a row of the table: speed, depth, measured and simulated force, difference, and whether it is within the deviation.
+fn row_of_point(point: &Point) -> [String; 6] {
+    let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
+    let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
+    let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
+    let simulated = match point.simulated {
+        Ok(Simulated { force_n, band_n: Some([lower, upper]), .. }) => {
+            format!("{} [{} … {}]", newtons(force_n, 1), newtons(lower, 0), newtons(upper, 0))
+        }
+        Ok(Simulated { force_n, uncertainty_n: 0.0, band_n: None }) => newtons(force_n, 1),
+        Ok(Simulated { force_n, uncertainty_n, band_n: None }) => pair(force_n, uncertainty_n),
+        Err(missing) => missing.name().to_owned(),
+    };
+    let difference = point.difference_n().map(signed).unwrap_or_default();
+    let within = point.is_within().map_or("", |is_within| if is_within { "yes" } else { "no" });
+    [short(speed.value()), short(1e3 * penetration_depth_m), measured, simulated, difference, within.to_owned()]
 }
 
 /// Writes `measured_comparison.csv`: a heading, then one row per point.
@@ -411,6 +426,7 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::study::{CaseSummary, DEPTH, Sweep, VELOCITY};
+    use crate::text::layout::WIDTH;
     use bristle::model::metrics::Metrics;
 
     /// Two velocities, three depths that are not evenly spaced.
@@ -475,7 +491,8 @@ mod tests {
         let comparisons = compare(&study, &results(&study, None), &measured);
         let found = comparisons[0].points[0];
         assert!((found.across - 12.5).abs() < 1e-12 && found.is_within() == Some(true), "{found:?}");
-        assert!(comparison_table(&comparisons).contains("n_w in rpm"));
+        let table = comparison_table(&comparisons, WIDTH);
+        assert!(table.contains("\n    n_w  a_e ") && table.contains("\n    rpm   mm "), "{table}");
         let mut written = Vec::new();
         write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
         assert!(written.starts_with(b"rotational_speed_rpm,penetration_depth_m,measured_force_n,"));
@@ -499,18 +516,18 @@ mod tests {
         assert!((deviation.rmse_n - 175.0_f64.sqrt()).abs() < 1e-9);
         let uncertainty = comparisons[0].points[0].simulated.expect("a force").uncertainty_n;
         assert!((uncertainty - 20.0).abs() < 1e-9, "a tenth, like that of the filaments");
-        let table = comparison_table(&comparisons);
+        let table = comparison_table(&comparisons, WIDTH);
         assert!(table.contains("3 of 4 points compared: bias +5.0 N, RMSE 13.2 N, within ± std 2 (67 %)"), "{table}");
 
         let unsure = measured.map(|point| Measurement { std_n: None, ..point });
         let comparisons = compare(&study, &results(&study, None), &unsure);
         assert_eq!(comparisons[0].deviation(), Some(Deviation { within: None, ..deviation }));
-        let table = comparison_table(&comparisons);
+        let table = comparison_table(&comparisons, WIDTH);
         assert!(table.contains("RMSE 13.2 N\n") && !table.contains("std"), "{table}");
 
         let outside = compare(&study, &results(&study, None), &measured[3..]);
         assert_eq!(outside[0].deviation(), None);
-        assert!(comparison_table(&outside).contains("no point can be compared"));
+        assert!(comparison_table(&outside, WIDTH).contains("no point can be compared"));
     }
 
     #[test]
@@ -525,7 +542,10 @@ mod tests {
         let comparisons = compare(&study, &results, &measured);
         let deviation = comparisons[0].deviation().expect("two points");
         assert!(deviation.rmse_n == 1e308 && deviation.bias_n.abs() <= 1e308, "{deviation:?}");
-        let table = comparison_table(&comparisons);
-        assert!(table.contains("RMSE 1.00e308 N") && table.lines().all(|line| line.chars().count() <= 100), "{table}");
+        let table = comparison_table(&comparisons, WIDTH);
+        assert!(
+            table.contains("RMSE 1.00e308 N") && table.lines().all(|line| line.chars().count() <= WIDTH),
+            "{table}"
+        );
     }
 }

@@ -12,9 +12,10 @@ use crate::results::{DataError, Source, Table};
 use crate::study::{Study, TOOL};
 
 /// What to do about a table that cannot be used.
-const ADVICE: &str = "the table has one row per point, with columns for the velocity or the rotational\n     speed, the depth and the \
-    force. Under [measured] the input file may state\n     columns = { force_n = \"Fz [kN]\", penetration_depth_m = { column = \"ae\", unit \
-    = \"mm\" } },\n     separator = \";\" and decimal = \",\"";
+const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
+    and force. Unless the headings are keys such as\n     force_n, the input file names them with their units, by lines like these under\n     \
+    [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.rotational_speed_rpm = \"n [1/min]\"\n     \
+    columns.penetration_depth_m = \"ae [mm]\"\n     columns.force_n = { column = \"Fz\", unit = \"kN\" }";
 
 /// The largest size of a number in a table, in the unit of its key; beyond it, or below its reciprocal, a velocity is a slip of the
 /// pen. Sums and squares of such numbers are finite.
@@ -530,7 +531,7 @@ mod tests {
         assert!(message.contains("there is no column `Fz`; there are `brushing_velocity_m_s`"), "{message}");
         let message = refusal("v;F\n1;2\n", &Format::default());
         assert!(message.contains("there is no column `brushing_velocity_m_s`; there are `v`, `F`"), "{message}");
-        assert!(message.contains("columns = { force_n = \"Fz [kN]\""), "{message}");
+        assert!(message.contains("columns.penetration_depth_m = \"ae [mm]\""), "{message}");
     }
 
     #[test]

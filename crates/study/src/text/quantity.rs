@@ -172,16 +172,19 @@ impl Readable {
         self.parts.len()
     }
 
-    /// The symbol, or else the last word of the name, its qualifier, and the unit if there is one.
+    /// The symbol, or else the last word of the name, and its qualifier.
     #[must_use]
-    pub fn heading(&self, qualifier: &str) -> String {
+    pub fn symbol(&self, qualifier: &str) -> String {
         let Quantity { symbol, name, .. } = self.quantity;
         let symbol = if symbol.is_empty() { name.rsplit(' ').next().unwrap_or(name) } else { symbol };
-        if self.unit.is_empty() {
-            format!("{symbol}{qualifier}")
-        } else {
-            format!("{symbol}{qualifier} in {}", self.unit)
-        }
+        format!("{symbol}{qualifier}")
+    }
+
+    /// [`Readable::symbol`], and the unit if there is one.
+    #[must_use]
+    pub fn heading(&self, qualifier: &str) -> String {
+        let symbol = self.symbol(qualifier);
+        if self.unit.is_empty() { symbol } else { format!("{symbol} in {}", self.unit) }
     }
 
     /// The parts of a case.

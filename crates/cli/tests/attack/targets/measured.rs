@@ -5,6 +5,7 @@ use bristle_study::measured::{
     write_comparison,
 };
 use bristle_study::study::{CaseResult, Study};
+use bristle_study::text::layout::WIDTH;
 use fastrand::Rng;
 
 use super::{STUDY, change_table, simulated};
@@ -38,7 +39,7 @@ impl Measured {
         let comparisons = compare(&self.study, &self.results, points);
         let mut written = Vec::new();
         write_comparison(&mut written, &comparisons).expect("memory takes what is written to it");
-        let table = comparison_table(&comparisons);
+        let table = comparison_table(&comparisons, WIDTH);
         assert!(table.len() < 20_000, "a table of {} bytes", table.len());
         let rows = String::from_utf8(written).expect("a table is text");
         assert!(unusual_points(&self.study, points).len() <= 2);

@@ -3,6 +3,7 @@
 use bristle_study::advice::{Limits as AdviceLimits, advise};
 use bristle_study::results::{read_runs, read_study, study_text, write_runs};
 use bristle_study::study::{CaseResult, Study};
+use bristle_study::text::layout::WIDTH;
 use fastrand::Rng;
 
 use super::{STUDY, change_table, change_text, simulated};
@@ -84,7 +85,7 @@ impl Target for Results {
         let limits = AdviceLimits { target_force_n: Some(100.0), ..AdviceLimits::default() };
         match advise(&saved.study, &results, limits) {
             Ok(advice) => {
-                let text = advice.text();
+                let text = advice.text(WIDTH);
                 assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
                 Verdict::Accepted
             }

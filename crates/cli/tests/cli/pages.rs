@@ -1,0 +1,287 @@
+//! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader would, and compares their output with the
+//! page.
+
+use std::f64::consts::{PI, TAU};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use bristle::model::filament::first_natural_frequency;
+use bristle::model::settings::Settings;
+use tempfile::TempDir;
+
+/// A page, and what it says besides its commands, files and outputs.
+struct Page {
+    text: &'static str,
+    /// The numbers of its commands and of the outputs that it shows.
+    counts: (usize, usize),
+    /// Files that it tells the reader to open.
+    files: &'static [&'static str],
+    /// Metrics in its prose: file, key, number, and the unit of the number's last digit.
+    metrics: &'static [(&'static str, &'static str, f64, f64)],
+}
+
+/// Marks lines that the page leaves out.
+const LEFT_OUT: &str = "…";
+
+/// A block of the page that is not prose.
+#[derive(Debug)]
+struct Block<'t> {
+    /// The language of the block: `sh`, `toml`, `csv` or `text`.
+    language: &'t str,
+    text: &'t str,
+    /// The prose since the previous block.
+    before: &'t str,
+}
+
+fn blocks(page: &'static str) -> Vec<Block<'static>> {
+    let mut blocks = Vec::new();
+    let mut rest = page;
+    while let Some((before, fenced)) = rest.split_once("```") {
+        let (language, fenced) = fenced.split_once('\n').expect("a block has lines");
+        let (text, after) = fenced.split_once("```").expect("a block ends");
+        blocks.push(Block { language, text, before });
+        rest = after;
+    }
+    blocks
+}
+
+/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`", or the same within a sentence.
+fn write(directory: &Path, before: &str, text: &str) {
+    // Lines may break anywhere in the sentence.
+    let before = before.split_whitespace().collect::<Vec<_>>().join(" ");
+    let place = |words: &str| before.rfind(words).map(|at| &before[at + words.len()..]);
+    let (earlier, name) = match (place("ave this as `"), place("dd this to `")) {
+        (Some(name), None) => (String::new(), name),
+        (None, Some(name)) => {
+            let name = name.split_once('`').expect("a name in backticks").0;
+            (fs::read_to_string(directory.join(name)).expect(name), name)
+        }
+        found => panic!("the page says what to do with a file: {found:?} in {before}"),
+    };
+    let name = name.split_once('`').map_or(name, |(name, _)| name);
+    fs::write(directory.join(name), earlier + text).expect("the file can be written");
+}
+
+/// Runs a command of the page in `directory`, and returns what it prints to stderr and stdout.
+fn run(command: &str, directory: &Path) -> String {
+    let mut words = command.split_whitespace();
+    assert_eq!(words.next(), Some("bristle"), "{command}");
+    let mut call = Command::new(env!("CARGO_BIN_EXE_bristle"));
+    let output = call.env_remove("COLUMNS").current_dir(directory).args(words).output();
+    let output = output.expect("the program starts");
+    let [data, text] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
+    assert!(output.status.success(), "{command}: {text}");
+    text + &data
+}
+
+/// Expects the output to contain the lines of a block, consecutive and in order, except where the block leaves lines out.
+fn is_printed(block: &str, printed: &str) {
+    let mut rest: Vec<&str> = printed.lines().collect();
+    for part in block.split(&format!("{LEFT_OUT}\n")) {
+        let lines: Vec<&str> = part.lines().collect();
+        let found = rest.windows(lines.len()).position(|window| window == lines);
+        let start = found.unwrap_or_else(|| panic!("not found in the output:\n{part}\nthe output is\n{printed}"));
+        rest.drain(..start + lines.len());
+    }
+}
+
+/// Does in `directory` what a page says. Returns the numbers of commands run and of outputs compared.
+fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
+    let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
+    for Block { language, text, before } in blocks(page) {
+        match language {
+            // The program under test is already installed; `.ci/run` runs this command.
+            "sh" if text.starts_with("cargo install ") => assert_eq!(text.lines().count(), 1),
+            "sh" => {
+                for command in text.replace("\\\n", "").lines() {
+                    printed = run(command, directory);
+                    commands += 1;
+                }
+            }
+            "toml" | "csv" => write(directory, before, text),
+            "text" => {
+                is_printed(text, &printed);
+                compared += 1;
+            }
+            other => panic!("a block of {other}"),
+        }
+    }
+    (commands, compared)
+}
+
+/// Does what a page says, and expects what it says. Returns the directory.
+fn check(page: &Page) -> TempDir {
+    let directory = TempDir::new().expect("a temporary directory");
+    let counts = follow(page.text, directory.path());
+    assert_eq!(counts, page.counts, "the numbers of commands and outputs on the page have changed");
+    for name in page.files {
+        assert!(directory.path().join(name).is_file(), "{name}");
+    }
+    for &(file, key, told, unit) in page.metrics {
+        let metrics = fs::read_to_string(directory.path().join(file)).expect(file);
+        let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
+        let value = metrics[key].as_f64().expect(key);
+        assert!((value - told).abs() <= 0.5 * unit, "{file}: {key} is {value}, and the page says {told}");
+    }
+    directory
+}
+
+#[test]
+fn the_tutorial_does_what_it_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/tutorial.md"),
+        counts: (10, 7),
+        files: &[
+            "contact/figures/history.png",
+            "contact/metrics.json",
+            "results/report.html",
+            "results/runs.csv",
+            "sure/figures/scatter_over_velocity.png",
+            "sure/figures/sobol_over_velocity.png",
+            "packed/runs.csv",
+            "sector/brush.html",
+            "for-the-report/figures/tool_force_map.svg",
+        ],
+        metrics: &[
+            ("contact/metrics.json", "contact_time_ratio", 0.80, 0.01),
+            ("contact/metrics.json", "contact_normal_impulse_n_s", 2.5e-3, 0.1e-3),
+            ("contact/metrics.json", "tool_contact_normal_force_n", 234.0, 1.0),
+        ],
+    });
+}
+
+#[test]
+fn choosing_velocity_and_depth_does_what_it_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/velocity-and-depth.md"),
+        counts: (4, 3),
+        files: &["results/report.html", "candidate/figures/history.png", "candidate/figures/turns.png"],
+        metrics: &[("candidate/metrics.json", "tool_contact_normal_force_n", 46.0, 1.0)],
+    });
+}
+
+#[test]
+fn how_sure_forces_are_is_as_the_page_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/how-sure.md"),
+        counts: (5, 4),
+        files: &["sure/journal.jsonl", "sure/report.html", "sure/figures/measured_over_speed.png"],
+        metrics: &[
+            ("one/metrics.json", "tool_contact_normal_force_n", 44.93, 0.01),
+            ("fine/metrics.json", "tool_contact_normal_force_n", 44.94, 0.01),
+        ],
+    });
+}
+
+#[test]
+fn what_to_measure_does_what_it_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/what-to-measure.md"),
+        counts: (2, 2),
+        files: &[],
+        metrics: &[],
+    });
+}
+
+#[test]
+fn brushes_are_compared_as_the_page_says() {
+    check(&Page {
+        text: include_str!("../../../../docs/brushes.md"),
+        counts: (5, 3),
+        files: &[
+            "brushes/report.html",
+            "wear/report.html",
+            "wear/runs.csv",
+            "brushes/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.001.png",
+        ],
+        metrics: &[],
+    });
+}
+
+/// The worked numbers of docs/what-to-measure.md, by the solver's own properties of a filament where it has them.
+#[test]
+fn the_formulas_for_measurements_give_what_the_page_says() {
+    let page = include_str!("../../../../docs/what-to-measure.md");
+    let is_told = |text: &str| assert!(page.contains(text), "the page does not say: {text}");
+    let (length, diameter) = (0.1_f64, 1e-3_f64);
+    let about = |value: f64, told: f64, digit: f64| assert!((value - told).abs() <= 0.5 * digit, "{value}, not {told}");
+
+    is_told("20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³");
+    let density = 4.0 * 1.743e-3 / (PI * diameter.powi(2) * length * 20.0);
+    about(density, 1110.0, 1.0);
+
+    is_told("L = 100 mm, m_w = 0.35 g (a piece of wire) and w = 9.3 mm give E = 2.5 GPa");
+    let (force, deflection) = (0.35e-3 * 9.81, 9.3e-3);
+    let bent = 64.0 * force * length.powi(3) / (3.0 * PI * diameter.powi(4) * deflection);
+    about(bent / 1e9, 2.5, 0.1);
+    assert!(deflection < 0.1 * length, "small enough for the formula");
+
+    is_told("10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa");
+    let frequency: f64 = 10.0 * 240.0 / 114.0;
+    about(frequency, 21.1, 0.1);
+    let rung = 16.0 * density * (TAU * frequency * length.powi(2) / (1.8751_f64.powi(2) * diameter)).powi(2);
+    about(rung / 1e9, 2.51, 0.01);
+    // It is the frequency of such a filament.
+    let mut filament = Settings::paper(10.0, 1e-3).filament;
+    (filament.length_m, filament.diameter_m) = (length, diameter);
+    (filament.density_kg_m3, filament.youngs_modulus_pa) = (density, rung);
+    about(first_natural_frequency(&filament) / TAU, frequency, 0.01);
+
+    is_told("from 8.0 mm to 1.6 mm in 5 periods: Λ = 0.322, ζ = 0.051");
+    let decrement = (8.0_f64 / 1.6).ln() / 5.0;
+    about(decrement, 0.322, 0.001);
+    about(decrement / TAU.hypot(decrement), 0.051, 0.001);
+
+    is_told("(r_g + l_f)/r_g, here 1.58");
+    about((0.060 + 0.035) / 0.060, 1.58, 0.01);
+    is_told("20 N on the brush, and 5.2 N to pull: µ = 0.26");
+    about(5.2 / 20.0, 0.26, 0.01);
+}
+
+#[test]
+fn deburring_does_what_it_says() {
+    let directory = check(&Page {
+        text: include_str!("../../../../docs/deburring.md"),
+        counts: (9, 1),
+        files: &[
+            "leaving/figures/profile_drawn.png",
+            "entering/figures/profile_unrolled.png",
+            "entering/profile.csv",
+            "results/report.html",
+            "results/runs.csv",
+            "results/figures/edge_share_over_offset_and_depth_brushing_velocity_m_s_10.png",
+            "results/figures/edge_evenness_over_offset_and_depth_brushing_velocity_m_s_10.png",
+        ],
+        metrics: &[
+            ("leaving/metrics.json", "contact_normal_impulse_n_s", 1.07e-3, 0.01e-3),
+            ("leaving/metrics.json", "edge_share", 0.001, 0.001),
+            ("leaving/metrics.json", "tool_torque_n_m", 6.08, 0.01),
+            ("entering/metrics.json", "contact_normal_impulse_n_s", 0.61e-3, 0.01e-3),
+            ("entering/metrics.json", "edge_share", 0.336, 0.001),
+            ("entering/metrics.json", "tool_torque_n_m", 5.28, 0.01),
+            ("entering/metrics.json", "edge_evenness", 0.14, 0.01),
+            ("chamfer/metrics.json", "contact_normal_impulse_n_s", 0.60e-3, 0.01e-3),
+            ("chamfer/metrics.json", "edge_share", 0.303, 0.001),
+            ("chamfer/metrics.json", "tool_torque_n_m", 5.21, 0.01),
+            ("shaft/metrics.json", "contact_angle_rad", 0.111, 0.001),
+            ("shaft/metrics.json", "contact_normal_impulse_n_s", 0.59e-3, 0.01e-3),
+            ("shaft/metrics.json", "tool_contact_normal_force_n", 55.0, 1.0),
+            ("shaft/metrics.json", "friction_work_j", 0.59e-3, 0.01e-3),
+            ("plane/metrics.json", "contact_angle_rad", 0.298, 0.001),
+            ("plane/metrics.json", "contact_normal_impulse_n_s", 1.26e-3, 0.01e-3),
+            ("plane/metrics.json", "tool_contact_normal_force_n", 117.0, 1.0),
+            ("plane/metrics.json", "friction_work_j", 2.79e-3, 0.01e-3),
+            ("ridge/metrics.json", "contact_angle_rad", 0.302, 0.001),
+            ("ridge/metrics.json", "contact_normal_impulse_n_s", 1.29e-3, 0.01e-3),
+            ("ridge/metrics.json", "tool_contact_normal_force_n", 119.0, 1.0),
+            ("ridge/metrics.json", "friction_work_j", 2.74e-3, 0.01e-3),
+            ("pipe/metrics.json", "contact_angle_rad", 0.558, 0.001),
+            ("pipe/metrics.json", "contact_normal_impulse_n_s", 2.40e-3, 0.01e-3),
+            ("pipe/metrics.json", "tool_contact_normal_force_n", 223.0, 1.0),
+            ("pipe/metrics.json", "friction_work_j", 6.50e-3, 0.01e-3),
+        ],
+    });
+    let drawn = fs::read_to_string(directory.path().join("entering/figures/profile_drawn.svg")).expect("a figure");
+    assert!(drawn == include_str!("../../../../docs/deburring.svg"), "docs/deburring.svg is another figure");
+}

@@ -1,0 +1,226 @@
+//! What commands print fits a terminal: 80 columns where nothing else is known, more where there are more.
+
+use std::fs;
+use std::path::Path;
+
+use bristle_text::columns;
+use tempfile::TempDir;
+
+use crate::program::bristle;
+
+/// The start of all input files: a brush whose passes are quick.
+const HEAD: &str = "\
+[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 682
+filament_count_uncertainty = 40
+[filament]
+segments = 4
+length_m = 0.040
+diameter_m = 1.18e-3
+[solver]
+relative_tolerance = 1e-3
+";
+const PROCESS: &str = "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n";
+const EDGE: &str = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"chamfer\"\nedge_radius_m = 2e-4\nchamfer_width_m = 2e-3\n";
+const ONE_ROW: &str = "[brush]\nrows = 1\ncolumns = 8\nsteady = false\n";
+/// Twelve velocities, of which a table at 80 columns has room for nine.
+const GRID: &str =
+    "[study]\nbrushing_velocity_m_s = { start = 2.5, stop = 30.0, step = 2.5 }\npenetration_depth_m = [1e-3, 3e-3]\n";
+const FEW: &str = "[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 3e-3]\n";
+const LONG_KEYS: &str = "\
+\"filament.waviness_amplitude_m\" = [0.0, 1e-4]
+\"filament.lateral_tilt_rad\" = [0.0, 1e-3]
+\"contact.friction_regularisation_m_s\" = [1e-3, 1e-2]
+\"contact.friction_coefficient\" = [0.3]
+\"solver.relative_tolerance\" = [1e-3, 1e-2]
+";
+/// Tools with names in wide characters, too many for one table.
+const TOOLS: &str = "\
+[study.tools.\"a brush with a long name\"]
+[study.tools.\"细刷子\"]
+filament.diameter_m = 0.8e-3
+[study.tools.\"short, and with fewer filaments\"]
+filament.length_m = 0.030
+tool.filament_count = 500
+";
+/// Forces as a laboratory exports them, with a point outside of the study.
+const FORCES: &str = "v [m/min];ae [mm];Fz [N];s [N]\n600;1,0;12,5;1,1\n1000;2,0;28,25;2\n3000;2,0;28,25;2\n";
+const MEASURED: &str = "\
+[measured]
+file = \"forces.csv\"
+columns = { brushing_velocity_m_s = \"v [m/min]\", penetration_depth_m = \"ae [mm]\", force_n = \"Fz [N]\", std_n = \"s [N]\" }
+";
+const SCATTER: &str = "[uncertainty]\nsamples = 64\ndiameter_std_m = 0.05e-3\nyoungs_modulus_std_pa = 0.3e9\n";
+
+/// The name of an input file, its sections below [`HEAD`], and commands.
+const CASES: &[(&str, &[&str], &[&str])] = &[
+    (
+        "grid",
+        &[GRID],
+        &[
+            "study grid.toml --out grid --no-figures",
+            "plot grid --figures svg",
+            "advise grid",
+            "advise grid --max-force 30 --max-velocity 25 --max-depth 5 --max-power 100 --min-ratio 0.3 --verify",
+            "advise grid --target-force 20 --max-rpm 2000",
+        ],
+    ),
+    (
+        "rpm",
+        &["[study]\nrotational_speed_rpm = { start = 200, stop = 2400, step = 200 }\npenetration_depth_m = [1e-3]\n"],
+        &["study rpm.toml --out rpm --no-figures", "advise rpm"],
+    ),
+    ("long", &[FEW, LONG_KEYS], &["study long.toml --out long --figures svg", "advise long"]),
+    (
+        "edge",
+        &[EDGE, FEW, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"],
+        &["study edge.toml --out edge --no-figures", "advise edge"],
+    ),
+    (
+        "steady",
+        &[PROCESS, "turns = \"steady\"\n", FEW],
+        &[
+            "study steady.toml --out steady --no-figures",
+            "advise steady",
+            "simulate steady.toml --out contact --no-figures",
+        ],
+    ),
+    (
+        "scatter",
+        &[SCATTER, FEW, MEASURED],
+        &[
+            "study scatter.toml --out scatter --no-figures",
+            "advise scatter --max-force 30",
+            "plot scatter --no-figures",
+        ],
+    ),
+    (
+        "tools",
+        &[FEW, TOOLS],
+        &[
+            "study tools.toml --out tools --no-figures",
+            "advise tools --max-force 20",
+            "compare-studies tools other=tools --out both --no-figures",
+        ],
+    ),
+    ("measured", &[FEW, MEASURED], &["study measured.toml --out measured --no-figures"]),
+    (
+        "brush",
+        &[PROCESS, ONE_ROW, FEW],
+        &[
+            "brush brush.toml --out brush --no-figures",
+            "study brush.toml --out brushes --no-figures",
+            "advise brushes",
+            "simulate brush.toml --out alone",
+        ],
+    ),
+    ("material", &[PROCESS, SCATTER], &["simulate material.toml --out material --set filament.material=\"PA6.6\""]),
+    (
+        "shards",
+        &[FEW],
+        &["study shards.toml --out shard --shard 1/1", "merge shards.toml --out merged shard --no-figures"],
+    ),
+    (
+        "",
+        &[],
+        &[
+            "explain",
+            "explain filament.material",
+            "explain measured",
+            "explain friction_coefficient",
+            "new first.toml --body-radius-mm 140 --width-mm 20 --filaments 10500 --length-mm 40 --diameter-mm 1.18 --max-rpm 1200 --max-depth-mm 4",
+        ],
+    ),
+];
+
+/// All commands with a help text.
+const COMMANDS: [&str; 15] = [
+    "",
+    "new",
+    "study",
+    "merge",
+    "compare-studies",
+    "simulate",
+    "brush",
+    "evaluate",
+    "derive",
+    "compare",
+    "validate",
+    "plot",
+    "advise",
+    "explain",
+    "schema",
+];
+
+/// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing says how many there are.
+fn printed(directory: &Path, command: &str, width: Option<usize>) -> [String; 2] {
+    let mut call = bristle(directory, command);
+    if let Some(width) = width {
+        call.env("COLUMNS", width.to_string());
+    }
+    let output = call.assert().success().get_output().clone();
+    [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"))
+}
+
+/// A directory with the input file of a case and its forces.
+fn directory_of(name: &str, sections: &[&str]) -> TempDir {
+    let directory = TempDir::new().expect("a temporary directory");
+    let text = [&[HEAD], sections].concat().concat();
+    fs::write(directory.path().join(format!("{name}.toml")), text).expect("the file can be written");
+    fs::write(directory.path().join("forces.csv"), FORCES).expect("the file can be written");
+    directory
+}
+
+#[test]
+fn no_line_is_longer_than_80_columns() {
+    for (name, sections, commands) in CASES {
+        let directory = directory_of(name, sections);
+        for command in *commands {
+            for text in printed(directory.path(), command, None) {
+                let long: Vec<&str> = text.lines().filter(|line| columns(line) > 80).collect();
+                assert!(long.is_empty(), "{command}:\n{}\nin\n{text}", long.join("\n"));
+            }
+        }
+    }
+}
+
+#[test]
+fn help_fits_the_terminal() {
+    let directory = TempDir::new().expect("a temporary directory");
+    for command in COMMANDS {
+        for option in ["--help", "-h"] {
+            for width in [80, 120] {
+                let [text, _] = printed(directory.path(), &format!("{command} {option}"), Some(width));
+                let long: Vec<&str> = text.lines().filter(|line| columns(line) > width).collect();
+                assert!(long.is_empty(), "{command} {option}:\n{}", long.join("\n"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wider_terminal_is_used() {
+    let directory = directory_of("grid", &[GRID]);
+    let heading = |text: &str, first: &str| {
+        let line = text.lines().find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
+        line.map(|line| line.split_whitespace().count() - 1)
+    };
+    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", None);
+    assert_eq!(heading(&tables, "2.5"), Some(6), "two parts of six velocities:\n{tables}");
+    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", Some(120));
+    assert_eq!(heading(&tables, "2.5"), Some(12), "all velocities side by side:\n{tables}");
+    // A sentence stands beside its row, or below.
+    let [advice, _] = printed(directory.path(), "advise grid", None);
+    assert!(advice.contains("\n        The highest of 24 cases"), "{advice}");
+    let [advice, _] = printed(directory.path(), "advise grid", Some(120));
+    assert!(advice.contains("  The highest of 24 cases") && advice.lines().any(|line| columns(line) > 80), "{advice}");
+
+    let directory = directory_of("long", &[FEW, LONG_KEYS]);
+    let lists = |width| {
+        let [tables, _] = printed(directory.path(), "study long.toml --out long --no-figures", width);
+        tables.lines().filter(|line| line.trim_start().starts_with("row ")).count()
+    };
+    assert_eq!((lists(None), lists(Some(200))), (3, 0), "lists that are tied by the numbers of rows, or one list");
+}
