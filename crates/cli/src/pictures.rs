@@ -100,6 +100,14 @@ pub fn measured_forces(path: &Path, format: &Format) -> Result<Vec<Measurement>,
     Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
 }
 
+/// The measured forces of the `study` that is saved in a directory.
+pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measurement>, PicturesError> {
+    if !study.measured {
+        return Ok(Vec::new());
+    }
+    measured_forces(&directory.join(MEASURED), &Format::of_tools(&study.study))
+}
+
 /// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
 /// study that this one does not have.
 pub fn draw_study(
@@ -158,10 +166,9 @@ pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<V
         return Err(SavedError::NoResults(saved.to_owned()).into());
     }
     let study = match study {
-        Some((SavedStudy { study, measured, .. }, results)) => {
-            let measured =
-                if measured { measured_forces(&saved.join(MEASURED), &Format::default())? } else { Vec::new() };
-            Some((study, results, measured))
+        Some((study, results)) => {
+            let measured = measured_of(saved, &study)?;
+            Some((study.study, results, measured))
         }
         None => None,
     };

@@ -9,7 +9,7 @@ use bristle::model::parameters::Parameter;
 use bristle_text::shown;
 use thiserror::Error;
 
-use crate::measured::same;
+use crate::measured::{Measurement, Speed, same};
 use crate::results::{Origin, SavedStudy};
 use crate::study::{CaseResult, DEPTH, Setting, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 
@@ -25,6 +25,8 @@ pub struct NamedStudy {
     pub saved: SavedStudy,
     /// Its results, one per case.
     pub results: Vec<CaseResult>,
+    /// The measured forces that it was compared with.
+    pub measured: Vec<Measurement>,
 }
 
 /// Several studies as one.
@@ -34,6 +36,8 @@ pub struct Joined {
     pub study: Study,
     /// Its results.
     pub results: Vec<CaseResult>,
+    /// The measured forces of all, with the kind of speed of the first.
+    pub measured: Vec<Measurement>,
     /// What is left out of each study, in sentences.
     pub notes: Vec<String>,
     /// The builds that simulated them.
@@ -98,6 +102,9 @@ struct Part<'a> {
     name: String,
     study: &'a Study,
     results: &'a [CaseResult],
+    measured: &'a [Measurement],
+    /// Its position among the tools of the study.
+    position: usize,
     /// Its first case, and the number of its cases.
     first: usize,
     count: usize,
@@ -129,11 +136,14 @@ struct Shared {
 
 impl<'a> Part<'a> {
     /// The tools of a study.
-    fn all(NamedStudy { name, saved, results }: &'a NamedStudy) -> Vec<Self> {
+    fn all(NamedStudy { name, saved, results, measured }: &'a NamedStudy) -> Vec<Self> {
         let study = &saved.study;
         let tools = study.tools();
         let count = study.case_count() / tools.len().max(1);
-        let part = |name: String, position: usize| Self { name, study, results, first: position * count, count };
+        let part = |name: String, position: usize| {
+            let first = position * count;
+            Self { name, study, results, measured, position, first, count }
+        };
         match tools {
             [] => vec![part(name.clone(), 0)],
             _ => tools.iter().enumerate().map(|(at, tool)| part(format!("{name}: {}", tool.name), at)).collect(),
@@ -177,6 +187,24 @@ impl<'a> Part<'a> {
         let held = self.study.tool(self.first).into_iter().flat_map(|tool| tool.held.iter().copied());
         let held = held.chain(swept).filter(|(parameter, _)| !is_shared(parameter)).collect();
         Tool { name: self.name.clone(), settings: self.study.settings(self.first), held }
+    }
+
+    /// The forces that were measured with it, with their speeds of the same `kind`, as those of the tool `number`.
+    fn measured(&self, number: usize, kind: Speed) -> impl Iterator<Item = Measurement> {
+        let mut settings = self.study.settings(self.first);
+        let mut of_kind = move |speed: Speed| match (speed, kind) {
+            (Speed::Velocity(velocity), Speed::Rotational(_)) => {
+                settings.process.brushing_velocity_m_s = velocity;
+                Speed::Rotational(settings.rotational_speed_rpm())
+            }
+            (Speed::Rotational(speed), Speed::Velocity(_)) => {
+                settings.set_rotational_speed_rpm(speed);
+                Speed::Velocity(settings.process.brushing_velocity_m_s)
+            }
+            _ => speed,
+        };
+        let own = self.measured.iter().filter(|point| point.tool.is_none_or(|tool| tool == self.position));
+        own.map(move |point| Measurement { speed: of_kind(point.speed), tool: Some(number), ..*point })
     }
 
     /// Its values in words.
@@ -235,13 +263,13 @@ fn shared_axis(parts: &[Part<'_>], ways: &[&'static Parameter]) -> Result<Option
         if !values.is_empty() {
             return Ok(Some(Shared { parameter, values, of_parts }));
         }
-        if !is_process && of_parts.iter().all(|part| part.values.len() == 1) {
-            return Ok(None);
-        }
         let ranges = parts.iter().zip(&of_parts).map(|(part, own)| part.range(parameter, &own.values)).collect();
         refusal.get_or_insert(JoinError::NothingShared { path: parameter.path, name: parameter.name, ranges });
     }
-    refusal.map_or(Ok(None), Err)
+    // What no part sweeps over several values is a property of each tool.
+    let is_of_group = |sweep: &Sweep| ways.iter().any(|way| way.path == sweep.path());
+    let is_swept = parts.iter().flat_map(Part::axes).any(|(sweep, _)| sweep.values().len() > 1 && is_of_group(sweep));
+    refusal.filter(|_| is_process || is_swept).map_or(Ok(None), Err)
 }
 
 /// What a part has beyond the shared values, in a sentence; `None` if it has nothing else.
@@ -289,8 +317,128 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
         part.results[part.first + steps].clone()
     };
     let results = (0..study.case_count()).map(result).collect();
+    let kind = parts.iter().flat_map(|part| part.measured).map(|point| point.speed).next();
+    let measured =
+        kind.map(|kind| parts.iter().enumerate().flat_map(move |(number, part)| part.measured(number, kind)));
+    let measured = measured.into_iter().flatten().collect();
     let notes = parts.iter().enumerate().filter_map(|(number, part)| left_out(part, number, &shared)).collect();
     let origins = studies.iter().map(|study| &study.saved.origin);
     let origin = origins.clone().skip(1).fold(studies[0].saved.origin.clone(), Origin::and);
-    Ok(Joined { results, notes, origin, study })
+    Ok(Joined { results, measured, notes, origin, study })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::results::{read_study, study_text};
+    use crate::study::{CaseSummary, SPEED};
+    use crate::testing::brush;
+    use bristle::model::metrics::Metrics;
+
+    const HEAD: &str = brush!(4);
+
+    /// A study whose cases have their numbers, counted from `first`, as forces.
+    fn named(name: &str, text: &str, first: usize) -> NamedStudy {
+        let study = Document::parse(text, name).and_then(|document| document.study()).expect("a study");
+        let result = |case: usize| {
+            let metrics = Metrics { tool_contact_normal_force_n: (first + case) as f64, ..Metrics::default() };
+            Ok(CaseSummary { metrics, ..CaseSummary::default() })
+        };
+        let results = (0..study.case_count()).map(result).collect();
+        let saved = read_study(&study_text(&study, b"", false), name).expect("a study");
+        NamedStudy { name: name.to_owned(), saved, results, measured: Vec::new() }
+    }
+
+    fn forces(joined: &Joined) -> Vec<f64> {
+        let force = |result: &CaseResult| result.as_ref().expect("it is solved").metrics.tool_contact_normal_force_n;
+        joined.results.iter().map(force).collect()
+    }
+
+    #[test]
+    fn cases_are_those_of_the_studies_whatever_their_order() {
+        let (old, new) = (
+            "[study]\npenetration_depth_m = [1e-3, 2e-3]\nrotational_speed_rpm = [600, 900, 1200]\n",
+            "[study]\nrotational_speed_rpm = [1200, 600]\npenetration_depth_m = [3e-3, 2e-3, 1e-3]\n\"contact.friction_coefficient\" = [0.1, 0.0]\n",
+        );
+        let studies = [named("old", &format!("{HEAD}{old}"), 0), named("new", &format!("{HEAD}{new}"), 100)];
+        let joined = join(&studies).expect("they share values");
+        let study = &joined.study;
+        assert_eq!(
+            study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>()[..],
+            ["tool", "contact.friction_coefficient", DEPTH, SPEED]
+        );
+        assert_eq!(forces(&joined), [0.0, 2.0, 3.0, 5.0, 111.0, 110.0, 109.0, 108.0]);
+        for (case, result) in joined.results.iter().enumerate() {
+            let own = &studies[study.tool_of(case)];
+            let number = own.results.iter().position(|other| other == result).expect("a case of the study");
+            assert_eq!(study.settings(case), own.saved.study.settings(number));
+        }
+        assert_eq!(joined.notes[0], "of old, 2 of 3 values of n_w are compared");
+        assert_eq!(joined.notes[1], "of new, 2 of 3 values of a_e and 1 of 2 values of µ are compared");
+    }
+
+    #[test]
+    fn what_follows_from_a_tool_does_so_in_each_case() {
+        let filled = HEAD.replace("filament_count = 10500\nfilament_count_uncertainty = 600", "fill_factor = 0.5");
+        let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\npenetration_depth_m = [1e-3]\n\"filament.diameter_m\" = [1e-3, 2e-3]\n";
+        let studies =
+            [named("counted", &format!("{HEAD}{sweeps}"), 0), named("filled", &format!("{filled}{sweeps}"), 10)];
+        let joined = join(&studies).expect("they share values");
+        assert_eq!(forces(&joined), [0.0, 1.0, 2.0, 3.0, 10.0, 11.0, 12.0, 13.0]);
+        let count = |case: usize| joined.study.settings(case).tool.filament_count;
+        assert_eq!([count(0), count(2)], [10500.0; 2]);
+        assert!((count(4) / count(6) - 4.0).abs() < 1e-12, "a quarter of the filaments fit");
+        assert_eq!(
+            joined.study.tools()[1].held.iter().map(|(held, _)| held.path).collect::<Vec<_>>(),
+            ["tool.fill_factor"]
+        );
+    }
+
+    #[test]
+    fn what_is_not_shared_is_refused_with_its_values() {
+        let study = |name: &str, sweeps: &str| named(name, &format!("{HEAD}[study]\n{sweeps}\n"), 0);
+        let refused =
+            |a: &str, b: &str| join(&[study("a", a), study("b", b)]).expect_err("nothing is shared").to_string();
+        let depth = "penetration_depth_m = [1e-3]\n";
+        let message = refused(
+            &format!("{depth}rotational_speed_rpm = [600, 900]"),
+            &format!("{depth}rotational_speed_rpm = [1200]"),
+        );
+        assert!(
+            message.contains("no rotational speed in common: a has 2 values from 600 rpm to 900 rpm, b has 1200 rpm"),
+            "{message}"
+        );
+        let message = refused(
+            "brushing_velocity_m_s = [10.0]\npenetration_depth_m = [1e-3]",
+            "brushing_velocity_m_s = [10.0]\npenetration_depth_m = [2e-3]",
+        );
+        assert!(message.contains("no penetration depth in common: a has 1 mm, b has 2 mm"), "{message}");
+        let message = refused(
+            &format!("{depth}rotational_speed_rpm = [600, 900]"),
+            &format!("{depth}brushing_velocity_m_s = [10.0, 11.0]\n\"filament.length_m\" = [0.04, 0.05]"),
+        );
+        assert!(message.contains("`process.rotational_speed_rpm` of b is another in each case"), "{message}");
+        let one = study("a", &format!("{depth}rotational_speed_rpm = [600]"));
+        assert_eq!(join(std::slice::from_ref(&one)).map(|_| ()), Err(JoinError::Alone));
+        let brush = study("b", &format!("{depth}rotational_speed_rpm = [600]\n[brush]"));
+        let message = join(&[one, brush]).expect_err("one is a brush").to_string();
+        assert!(message.contains("the filaments of the tool `b` touch each other, those of `a` do not"), "{message}");
+    }
+
+    #[test]
+    fn measured_forces_belong_to_their_tools() {
+        let mut studies = ["a", "b"].map(|name| {
+            let text = format!("{HEAD}[study]\nrotational_speed_rpm = [600, 900]\npenetration_depth_m = [1e-3]\n");
+            named(name, &text, 0)
+        });
+        let point = |speed| Measurement { speed, penetration_depth_m: 1e-3, force_n: 1.0, std_n: None, tool: None };
+        studies[0].measured = vec![point(Speed::Rotational(600.0))];
+        studies[1].measured = vec![point(Speed::Velocity(10.0))];
+        let measured = join(&studies).expect("they share values").measured;
+        assert_eq!(measured.iter().map(|point| point.tool).collect::<Vec<_>>(), [Some(0), Some(1)]);
+        let speed = measured[1].speed.value();
+        assert!((speed - 10.0 / 0.18 * 60.0 / std::f64::consts::TAU).abs() < 1e-9, "{speed}");
+        assert!(matches!(measured[1].speed, Speed::Rotational(_)));
+    }
 }

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use crate::document::{SECTIONS, TOOLS};
 use crate::materials::MATERIALS;
 use crate::measured::{DECIMALS, Quantity, SEPARATORS};
-use crate::study::SHORT_NAMES;
+use crate::study::{SHORT_NAMES, TOOL};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 
@@ -187,7 +187,9 @@ fn measured_schema() -> Value {
         });
         (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
     };
-    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).collect();
+    let tool =
+        json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
+    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();
     let keys = Quantity::ALL.map(Quantity::key);
     json!({
         "description": "Measured tool forces, which `bristle study` compares with simulated ones.",

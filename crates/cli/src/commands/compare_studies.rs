@@ -8,6 +8,7 @@ use bristle_report::page::{Recorder, page};
 use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::joined::{Joined, NamedStudy, join};
+use bristle_study::measured::compare;
 use bristle_study::text::layout::note;
 use bristle_study::text::number::counted;
 use bristle_text::shown_path;
@@ -17,7 +18,9 @@ use crate::commands::study::{REPORT, write_results};
 use crate::error::CliError;
 use crate::files::{occupy, prepare_directory};
 use crate::journal_file::JOURNAL;
-use crate::pictures::{COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, say_drawn};
+use crate::pictures::{
+    COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_of, say_drawn,
+};
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY, SavedError, saved_study};
 use crate::terminal::{say, say_written, show, width};
 
@@ -52,7 +55,7 @@ pub struct CompareStudiesArgs {
 pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     let out = &arguments.out;
     let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
-    let Joined { study, results, notes, origin } = join(&studies).map_err(Box::new)?;
+    let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
     if out.join(JOURNAL).exists() {
         return Err(CliError::OfAStudy(out.clone()));
     }
@@ -64,9 +67,10 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     }
     let courses = Recorder::new(&study).finish(&results, None).map_err(CliError::Threads)?;
     let name = study.tools().iter().map(|tool| tool.name.as_str()).collect::<Vec<_>>().join(" and ");
-    let page = page(&name, &study, &results, &courses, &Assumptions::default(), &[]);
-    let files = write_results(out, &study, &origin, &results, &page, &[])?;
-    let drawn = draw_study(out, &study, &results, &[], Vec::new(), None, arguments.figures)?;
+    let comparisons = compare(&study, &results, &measured);
+    let page = page(&name, &study, &results, &courses, &Assumptions::default(), &comparisons);
+    let files = write_results(out, &study, &origin, &results, &page, &measured)?;
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, arguments.figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
@@ -88,10 +92,11 @@ fn named_study(text: &str, out: &Path) -> Result<NamedStudy, CliError> {
         return Err(CliError::OfAStudy(out.to_owned()));
     }
     let (saved, results) = saved_study(directory)?.ok_or_else(|| SavedError::NoStudy(directory.to_owned()))?;
+    let measured = measured_of(directory, &saved)?;
     let of_directory = || {
         let last = whole.as_deref().and_then(Path::file_name);
         last.map_or_else(|| shown_path(directory), |name| name.to_string_lossy().into_owned())
     };
     let name = given.map_or_else(of_directory, |(name, _)| name.to_owned());
-    Ok(NamedStudy { name, saved, results })
+    Ok(NamedStudy { name, saved, results, measured })
 }

@@ -363,7 +363,9 @@ pub fn write_results(
         staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content).map_err(unfinished)?);
     }
     if !measured.is_empty() {
-        staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured)).map_err(unfinished)?);
+        staged.push(
+            StagedFile::text(directory, MEASURED, &measured_text(measured, &study.tool_names())).map_err(unfinished)?,
+        );
     }
     staged.push(StagedFile::text(directory, STUDY, &settings).map_err(unfinished)?);
     staged.push(StagedFile::text(directory, REPORT, page).map_err(unfinished)?);

@@ -391,3 +391,59 @@ fn saved_studies_are_compared_as_tools() {
         "{message}"
     );
 }
+
+#[test]
+fn measured_forces_are_compared_with_their_tools() {
+    let workspace = Workspace::new();
+    let measured = "[measured]\nfile = \"forces.csv\"\ncolumns = { tool = \"brush\", force_n = \"F [N]\" }\n";
+    workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}{measured}"));
+    let heading = "brush;rotational_speed_rpm;penetration_depth_m;F [N]\n";
+    workspace
+        .write("forces.csv", &format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
+    let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+    let compared = ["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"];
+    assert!(
+        compared.iter().all(|heading| shown.contains(heading)) && !shown.contains("measured, tool fine_2"),
+        "{shown}"
+    );
+    assert_eq!(shown.matches(" points compared").count(), 2, "{shown}");
+    let table = workspace.read("results/measured_comparison.csv");
+    let tools: Vec<String> = rows(&table, "").into_iter().map(|mut row| row.remove(0)).collect();
+    assert_eq!(tools, ["plain", "plain", "steel, short"]);
+    assert!(workspace.read("results/measured.csv").starts_with("tool,rotational_speed_rpm,"));
+    assert!(workspace.path().join("results/figures/measured_over_speed_tool_plain.svg").is_file());
+    assert!(!workspace.path().join("results/figures/measured_over_speed_tool_fine_2.svg").exists());
+    // Redrawn, and with another study that has no measured forces.
+    workspace.done("plot results --figures svg");
+    assert_eq!(workspace.read("results/measured_comparison.csv"), table);
+    workspace.write("one.toml", &format!("{HEAD}{SWEEPS}"));
+    workspace.done("study one.toml --out one --no-figures");
+    let [shown, _] = workspace.done("compare-studies one results --out compared --figures svg");
+    assert!(
+        shown.contains("simulated and measured, tool results: plain\n") && !shown.contains("tool one\n"),
+        "{shown}"
+    );
+    workspace.write("forces.csv", &format!("{heading}plane;600;1e-3;180\n"));
+    let message = workspace.refused("study case.toml --out results --restart");
+    assert!(message.contains("`plane` is none of the tools plain, fine_2, steel, short"), "{message}");
+}
+
+#[test]
+fn keys_of_tools_are_explained_and_in_the_schema() {
+    let workspace = Workspace::new();
+    let [text, _] = workspace.done("explain filament.diameter_m");
+    assert!(text.contains("under [study.tools.NAME]"), "{text}");
+    let [text, _] = workspace.done("explain process.penetration_depth_m");
+    assert!(!text.contains("tools"), "{text}");
+    for key in ["study", "study.tools", "tools"] {
+        let [text, _] = workspace.done(&format!("explain {key}"));
+        assert!(text.contains("study.tools") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
+    let [schema, _] = workspace.done("schema");
+    let schema: Value = serde_json::from_str(&schema).expect("JSON");
+    let tool = &schema["properties"]["study"]["properties"]["tools"]["additionalProperties"]["properties"];
+    for keys in [&tool["filament"]["properties"]["diameter_m"], &tool["filament.diameter_m"]] {
+        assert_eq!(keys["exclusiveMinimum"].as_f64(), Some(0.0), "{tool}");
+    }
+    assert!(tool["filament"]["required"].is_null() && tool["process"].is_null(), "{tool}");
+}

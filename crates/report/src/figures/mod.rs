@@ -13,7 +13,7 @@ use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle_study::brush::Interaction;
-use bristle_study::measured::{Measurement, relative_uncertainty};
+use bristle_study::measured::{Measurement, points_of, relative_uncertainty};
 use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
@@ -231,8 +231,9 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     if !measured.is_empty() {
         for slice in &process_slices(study, MAX_SLICES).chosen {
             let view = View { study, results, slice };
+            let own: Vec<Measurement> = points_of(study, slice, measured).collect();
             for family in [Family::OverX, Family::OverY] {
-                pictures.extend(view.measured(measured, family));
+                pictures.extend(view.measured(&own, family));
             }
         }
     }
@@ -593,6 +594,7 @@ mod tests {
             penetration_depth_m: depth,
             force_n: -1.0,
             std_n: Some(0.0),
+            tool: None,
         };
         let measured = [point(10.0, 1e-3), point(10.5, 1.5e-3), point(1e9, 1e-9)];
         for sweeps in sweeps {
@@ -628,6 +630,7 @@ mod tests {
             penetration_depth_m: 1e-3 * f64::from(1 + index % 3),
             force_n: 20.0 * f64::from(index).sin(),
             std_n: Some(1.0),
+            tool: None,
         };
         let measured: Vec<Measurement> = (0..60_000).map(point).collect();
         for Picture { name, canvas } in study_figures(&study, &results, &measured).pictures {

@@ -40,7 +40,7 @@ fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
         _ => fixed.iter().find(|(other, _)| other.path() == path).map(|(_, value)| *value),
     };
     let point_data = |point: &Point| {
-        let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+        let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
         let at = study.sweeps().iter().map(|axis| on_axis(point, axis.path())).collect::<Vec<_>>();
         let simulated = |value: fn(Simulated) -> f64| point.simulated.ok().map(|simulated| rounded(value(simulated)));
         json!({

@@ -253,7 +253,8 @@ fn the_uncertainty_is_that_of_the_number_of_filaments() {
 fn measured_points_are_on_the_page_with_their_places() {
     let study = grid(3, 2);
     let results = made_up(6);
-    let point = |speed, penetration_depth_m, std_n| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n };
+    let point =
+        |speed, penetration_depth_m, std_n| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n, tool: None };
     let measured = [point(Speed::Velocity(12.0), 1.5e-3, Some(2.0)), point(Speed::Velocity(99.0), 1e-3, None)];
     let comparisons = compare(&study, &results, &measured);
     let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &comparisons));

@@ -17,7 +17,7 @@ use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
 use crate::mistakes::{Mistake, other_unit, value_mistake, without_unit};
 use crate::options::{self, Assignment};
-use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, Tool, VELOCITY};
+use crate::study::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 use crate::uncertainty::check;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
@@ -174,7 +174,9 @@ impl<'t> Document<'t> {
         if let Some(measured) = document.table.remove(MEASURED)
             && let DeValue::Table(entries) = measured.get_ref()
         {
-            document.measured = Some(document.read_measured(entries, measured.span())?);
+            let (file, format) = document.read_measured(entries, measured.span())?;
+            let tools = document.tools.iter().map(|tool| tool.name.clone()).collect();
+            document.measured = Some((file, Format { tools, ..format }));
         }
         document.control_points_file = document.take_control_points_file()?;
         document.material = document.take_material()?;
@@ -578,6 +580,8 @@ impl<'t> Document<'t> {
             separator: letter(SEPARATOR, &SEPARATORS)?,
             decimal: letter(DECIMAL, &DECIMALS)?,
             columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+            tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
+            tools: Vec::new(),
         };
         Ok((file, format))
     }
@@ -589,7 +593,7 @@ impl<'t> Document<'t> {
             let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
             return Err(self.not_allowed(path, columns, allowed));
         };
-        self.check_keys(&path, entries, &Quantity::ALL.map(Quantity::key))?;
+        self.check_keys(&path, entries, &[&Quantity::ALL.map(Quantity::key)[..], &[TOOL]].concat())?;
         if let (Some(_), Some(other)) =
             (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
         {
@@ -599,6 +603,15 @@ impl<'t> Document<'t> {
         }
         let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
         named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+    }
+
+    /// Reads the name of the column of named tools, if it is stated.
+    fn read_tool_column(&self, columns: &Spanned<DeValue<'_>>) -> Result<Option<String>, InputError> {
+        let Some(value) = columns.get_ref().as_table().and_then(|entries| entries.get(TOOL)) else { return Ok(None) };
+        let heading = value.get_ref().as_str().map(str::trim).filter(|heading| !heading.is_empty());
+        let path = format!("{MEASURED}.{COLUMNS}.{TOOL}");
+        let refused = || self.not_allowed(path, value, "the heading of a column with the names of tools".to_owned());
+        heading.map(|heading| Some(heading.to_owned())).ok_or_else(refused)
     }
 
     /// Reads the name of a column, with its unit if it is stated.

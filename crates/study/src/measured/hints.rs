@@ -1,8 +1,8 @@
 //! Hints at measured points that a study cannot be compared with, most of them by their unit.
 
-use super::{Measurement, Quantity, compared_slices, weights};
+use super::{Measurement, Quantity, compared_slices, points_of, weights};
 use crate::plausibility::Unusual;
-use crate::slices::Side;
+use crate::slices::{Side, Slice};
 use crate::study::Study;
 use crate::text::number::short;
 
@@ -20,13 +20,13 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let from_slice = speeds[0] / measured[0].speed.value();
     let far = [far_values(Quantity::Depth, &depths, &slice.y, 1.0), far_values(speed, &speeds, &slice.x, from_slice)];
     let far: Vec<Unusual> = far.into_iter().flatten().collect();
-    let is_within = |point: &Measurement| {
-        let inside = |side: &Side, at: f64| weights(side, at).is_some();
-        slices.iter().any(|slice| {
+    let inside = |side: &Side, at: f64| weights(side, at).is_some();
+    let has_point = |slice: &Slice| {
+        points_of(study, slice, measured).any(|point| {
             inside(&slice.y, point.penetration_depth_m) && inside(&slice.x, slice.at_speed(study, point.speed))
         })
     };
-    if far.is_empty() && !measured.iter().any(is_within) {
+    if far.is_empty() && !slices.iter().any(has_point) {
         let statement = format!(
             "None of the {} measured points lies within the study, so that none can be compared. The study has {} and {}; forces \
              between its cases are interpolated, and never extrapolated.",
@@ -88,7 +88,13 @@ mod tests {
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
              brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
         let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
-        let point = |speed, penetration_depth_m| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n: None };
+        let point = |speed, penetration_depth_m| Measurement {
+            speed,
+            penetration_depth_m,
+            force_n: 1.0,
+            std_n: None,
+            tool: None,
+        };
         let told = |points: &[Measurement]| {
             unusual_points(&study, points).into_iter().map(|unusual| unusual.statement).collect::<Vec<_>>()
         };

@@ -67,6 +67,8 @@ pub struct Measurement {
     pub force_n: f64,
     /// Its standard deviation in N, if it is known.
     pub std_n: Option<f64>,
+    /// The position of the tool that it was measured with among the named tools of the study; `None` if the table does not say.
+    pub tool: Option<usize>,
 }
 
 /// Whether two values are the same except for rounding.
@@ -189,7 +191,7 @@ impl Comparison {
 }
 
 /// Compares measured forces with those of a study: once for each combination of the settings swept in addition to velocity
-/// and depth. Of more than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000 points, so
+/// and depth, and of named tools each with the points of its own. Of more than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000 points, so
 /// that there are some million differences at most.
 #[must_use]
 pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
@@ -198,9 +200,8 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
         .map(|slice| Comparison {
             fixed: slice.fixed.clone(),
             condition: slice.condition(),
-            points: measured
-                .iter()
-                .map(|&measured| {
+            points: points_of(study, &slice, measured)
+                .map(|measured| {
                     let Measurement { speed, penetration_depth_m, .. } = measured;
                     let across = slice.at_speed(study, speed);
                     let simulated = tool_force(study, results, &slice, across, penetration_depth_m);
@@ -211,12 +212,23 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
         .collect()
 }
 
-/// The slices that are compared with measured forces; none without a measured force.
+/// The points that belong to the tool of a slice.
+pub fn points_of<'m>(
+    study: &Study,
+    slice: &Slice,
+    measured: &'m [Measurement],
+) -> impl Iterator<Item = Measurement> + 'm {
+    let tool = study.tool_of(slice.case(0, 0));
+    measured.iter().copied().filter(move |point| point.tool.is_none_or(|own| own == tool))
+}
+
+/// The slices that are compared with measured forces; none without a measured force, and none of a tool without one.
 fn compared_slices(study: &Study, measured: &[Measurement]) -> Vec<Slice> {
     if measured.is_empty() {
         return Vec::new();
     }
-    process_slices(study, (MAX_ROWS / measured.len()).clamp(2, MAX_SLICES)).chosen
+    let slices = process_slices(study, (MAX_ROWS / measured.len()).clamp(2, MAX_SLICES)).chosen;
+    slices.into_iter().filter(|slice| points_of(study, slice, measured).next().is_some()).collect()
 }
 
 /// Relative uncertainty of the tool force: that of the number of filaments.
@@ -345,7 +357,7 @@ pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
 
 /// A point as a row of the table: speed, depth, measured and simulated force, difference, and whether it is within the deviation.
 fn row_of_point(point: &Point) -> [String; 6] {
-    let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+    let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
     let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
     let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
     let simulated = match point.simulated {
@@ -384,7 +396,7 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
     writer.write_record(further.chain(names).chain(bands.iter().copied()).chain(verdict))?;
     for comparison in comparisons {
         for point in &comparison.points {
-            let Measurement { speed, penetration_depth_m, force_n, std_n } = point.measured;
+            let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
             let number = |number: f64| format!("{number:?}");
             let of_axis = |(setting, value): &(Setting, f64)| match setting.names() {
                 Some(_) => setting.text(*value),
@@ -440,7 +452,8 @@ mod tests {
     }
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
-        Measurement { speed: Speed::Velocity(velocity), penetration_depth_m, force_n, std_n: Some(std_n) }
+        let speed = Speed::Velocity(velocity);
+        Measurement { speed, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use bristle_text::shortened;
 
 use super::{Measurement, Speed, same};
 use crate::results::{DataError, Source, Table};
+use crate::study::{Study, TOOL};
 
 /// What to do about a table that cannot be used.
 const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
@@ -130,6 +131,10 @@ pub struct Format {
     pub decimal: Option<char>,
     /// The columns that have other headings than their keys, each quantity at most once.
     pub columns: Vec<(Quantity, ColumnName)>,
+    /// The heading of the column with the names of tools, if it is not [`TOOL`].
+    pub tool: Option<String>,
+    /// The names of the tools that the study compares.
+    pub tools: Vec<String>,
 }
 
 /// What may separate cells, in the order in which they are tried.
@@ -138,9 +143,23 @@ pub const SEPARATORS: [char; 3] = [',', ';', '\t'];
 pub const DECIMALS: [char; 2] = ['.', ','];
 
 impl Format {
+    /// The form in which results keep the measured forces of a study.
+    #[must_use]
+    pub fn of_tools(study: &Study) -> Self {
+        Self { tools: study.tool_names(), ..Self::default() }
+    }
+
     /// The heading of a quantity's column.
     fn heading(&self, quantity: Quantity) -> &str {
         self.named(quantity).map_or(quantity.key(), |column| &column.heading)
+    }
+
+    /// The position of the column with the names of tools: the one that is named, or else there under its own key. `None` if tools are not
+    /// compared, or the table does not say with which it was measured.
+    fn tool_column(&self, table: &Table<'_>) -> Result<Option<usize>, DataError> {
+        let heading = self.tool.as_deref().unwrap_or(TOOL);
+        let is_there = self.tool.is_some() || table.headings().iter().any(|own| own == heading);
+        if self.tools.is_empty() || !is_there { Ok(None) } else { Ok(Some(table.columns(&[heading])?[0])) }
     }
 
     fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
@@ -200,13 +219,26 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
         Some(decimal) => decimal == ',',
         None => recognise_comma(&table, &columns, separator)?,
     };
+    let tool = format.tool_column(&table)?;
     let mut points: Vec<Measurement> = Vec::new();
     let mut places = Places::default();
     for row in table.rows() {
-        let mut point =
-            Measurement { speed: Speed::Velocity(0.0), penetration_depth_m: 0.0, force_n: 0.0, std_n: None };
+        let speed = Speed::Velocity(0.0);
+        let mut point = Measurement { speed, penetration_depth_m: 0.0, force_n: 0.0, std_n: None, tool: None };
+        if let Some(column) = tool {
+            let name = row.get(column).unwrap_or_default().trim();
+            point.tool = format.tools.iter().position(|own| own == name);
+            if point.tool.is_none() {
+                let tools = format.tools.join(", ");
+                let problem = format!("`{}` is none of the tools {tools}", shortened(name));
+                return Err(table.wrong(row, column, problem));
+            }
+        }
         for &Column { quantity, position, factor } in &columns {
             let cell = row.get(position).unwrap_or_default();
+            if quantity == Quantity::Std && cell.trim().is_empty() {
+                continue;
+            }
             let wrong = |problem: String| Err(table.wrong(row, position, problem));
             let Some(number) = number(cell, has_comma).map(|number| number * factor) else {
                 let decimal = if has_comma { " with a decimal comma" } else { "" };
@@ -227,7 +259,12 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
         if let Some(first) = places.take(&points, point) {
             let line = table.line(&table.rows()[first]);
             let of = if matches!(point.speed, Speed::Velocity(_)) { "velocity" } else { "speed" };
-            return Err(table.wrong(row, columns[0].position, format!("the same {of} and depth as in line {line}")));
+            let tool = if tool.is_some() { "tool, " } else { "" };
+            return Err(table.wrong(
+                row,
+                columns[0].position,
+                format!("the same {tool}{of} and depth as in line {line}"),
+            ));
         }
         points.push(point);
     }
@@ -318,39 +355,44 @@ fn has_thousands(cell: &str) -> bool {
         && groups.all(|group| group.len() == 3 && is_number(group))
 }
 
-/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit. All have the same kind of speed, and a standard
-/// deviation if the first has one.
+/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the names of the `tools` of the study. All have
+/// the same kind of speed, and a tool if the first has one.
 #[must_use]
-pub fn measured_text(points: &[Measurement]) -> String {
+pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
     let Some(first) = points.first() else { return String::new() };
-    let std = first.std_n.map(|_| Quantity::Std);
-    let heading = [first.speed.quantity(), Quantity::Depth, Quantity::Force].into_iter().chain(std);
-    let mut text = heading.map(Quantity::key).collect::<Vec<_>>().join(",") + "\n";
-    for &Measurement { speed, penetration_depth_m, force_n, std_n } in points {
-        text.push_str(&format!("{:?},{penetration_depth_m:?},{force_n:?}", speed.value()));
-        std_n.iter().for_each(|std| text.push_str(&format!(",{std:?}")));
-        text.push('\n');
+    let std = points.iter().any(|point| point.std_n.is_some()).then_some(Quantity::Std);
+    let numbers = [first.speed.quantity(), Quantity::Depth, Quantity::Force].into_iter().chain(std).map(Quantity::key);
+    let heading: Vec<&str> = first.tool.map(|_| TOOL).into_iter().chain(numbers).collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let written = "memory takes what is written to it";
+    writer.write_record(heading).expect(written);
+    for &Measurement { speed, penetration_depth_m, force_n, std_n, tool } in points {
+        let number = |number: f64| format!("{number:?}");
+        let std = std.map(|_| std_n.map_or_else(String::new, number));
+        let numbers = [speed.value(), penetration_depth_m, force_n].map(number).into_iter().chain(std);
+        let row = tool.map(|tool| tools[tool].clone()).into_iter().chain(numbers);
+        writer.write_record(row).expect(written);
     }
-    text
+    String::from_utf8(writer.into_inner().expect(written)).expect("numbers and names are UTF-8")
 }
 
-/// The points of a table by speed and depth, to find equal ones in constant time.
+/// The points of a table by tool, speed and depth, to find equal ones in constant time.
 ///
 /// Points are kept in cells somewhat wider than the tolerance of [`same`]: a point equals only those in its own cell and the eight
 /// around it, and few different points have room in a cell.
 #[derive(Default)]
-struct Places(HashMap<[u64; 2], Vec<usize>>);
+struct Places(HashMap<(Option<usize>, [u64; 2]), Vec<usize>>);
 
 impl Places {
-    /// Adds the next point, whose position is the number of `points`. If one of them has the same speed and depth, returns
+    /// Adds the next point, whose position is the number of `points`. If one of them has the same tool, speed and depth, returns
     /// the position of the first.
     fn take(&mut self, points: &[Measurement], point: Measurement) -> Option<usize> {
         let at = |point: &Measurement| [point.speed.value(), point.penetration_depth_m];
         let [speed, depth] = at(&point).map(cell);
         let same = |&position: &usize| at(&points[position]).iter().zip(at(&point)).all(|(a, b)| same(*a, b));
         let around = (speed - 1..=speed + 1).flat_map(|speed| (depth - 1..=depth + 1).map(move |depth| [speed, depth]));
-        let first = around.filter_map(|key| self.0.get(&key)).flatten().copied().filter(same).min();
-        self.0.entry([speed, depth]).or_default().push(points.len());
+        let first = around.filter_map(|key| self.0.get(&(point.tool, key))).flatten().copied().filter(same).min();
+        self.0.entry((point.tool, [speed, depth])).or_default().push(points.len());
         first
     }
 }
@@ -377,7 +419,8 @@ mod tests {
     }
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
-        Measurement { speed: Speed::Velocity(velocity), penetration_depth_m, force_n, std_n: Some(std_n) }
+        let speed = Speed::Velocity(velocity);
+        Measurement { speed, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
     }
 
     /// A format with columns, each by its heading and its unit if one is stated.
@@ -389,6 +432,33 @@ mod tests {
     }
 
     #[test]
+    fn points_have_the_tools_that_they_were_measured_with() {
+        let tools: Vec<String> = ["fine", "steel, short"].map(str::to_owned).into();
+        let format =
+            |tool: Option<&str>| Format { tools: tools.clone(), tool: tool.map(str::to_owned), ..Format::default() };
+        let text = "tool,brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n\
+             fine,10.0,0.001,5.0,0.5\n\"steel, short\",10.0,0.001,7.0,\n";
+        let points = read_measured(text, "forces.csv", &format(None)).expect("a table");
+        assert_eq!(
+            points.iter().map(|point| (point.tool, point.std_n)).collect::<Vec<_>>(),
+            [(Some(0), Some(0.5)), (Some(1), None)]
+        );
+        assert_eq!(measured_text(&points, &tools), text);
+        // The column is of no use where tools are not compared, except that points are then given twice.
+        assert!(refusal(text, &Format::default()).contains("the same velocity and depth as in line 2"));
+        let other = text.replace("tool,", "Bürste,");
+        assert_eq!(read_measured(&other, "forces.csv", &format(Some("Bürste"))), Ok(points));
+        assert!(refusal(&other, &format(None)).contains("the same velocity and depth"));
+        let unknown = refusal(&text.replace("fine,", "coarse,"), &format(None));
+        assert!(
+            unknown.starts_with("forces.csv:2, column tool: `coarse` is none of the tools fine, steel, short"),
+            "{unknown}"
+        );
+        let twice = refusal(&text.replace("\"steel, short\"", "fine"), &format(None));
+        assert!(twice.contains("the same tool, velocity and depth as in line 2"), "{twice}");
+    }
+
+    #[test]
     fn tables_of_laboratories_are_read_in_their_units() {
         use Quantity::{Depth, Force, RotationalSpeed, Std, Velocity};
         let rotational = |speed: f64, penetration_depth_m, force_n, std_n| Measurement {
@@ -396,6 +466,7 @@ mod tests {
             penetration_depth_m,
             force_n,
             std_n,
+            tool: None,
         };
         let named = format(&[
             (RotationalSpeed, "Drehzahl [1/min]", None),
@@ -426,7 +497,7 @@ mod tests {
         let velocities = vec![point(10.0 / 3.0, 1e-3 / 7.0, -1.1, 0.1), point(20.0, 1e-3, 2.0, 0.0)];
         let unsure = Measurement { speed: Speed::Rotational(600.1), std_n: None, ..velocities[0] };
         for points in [velocities, vec![unsure]] {
-            assert_eq!(read(&measured_text(&points)), Ok(points));
+            assert_eq!(read(&measured_text(&points, &[])), Ok(points));
         }
     }
 

@@ -180,14 +180,21 @@ impl Study {
         if self.sweeps.first().is_some_and(|sweep| sweep.path() == TOOL) { &self.tools } else { &[] }
     }
 
+    /// Their names.
+    #[must_use]
+    pub fn tool_names(&self) -> Vec<String> {
+        self.tools().iter().map(|tool| tool.name.clone()).collect()
+    }
+
     /// The named tool of a case, counted from 0; `None` if the study does not compare tools.
     #[must_use]
     pub fn tool(&self, case: usize) -> Option<&Tool> {
         self.tools().get(self.tool_of(case))
     }
 
-    /// The position of the tool of a case.
-    fn tool_of(&self, case: usize) -> usize {
+    /// The position of the tool of a case; zero if the study does not compare tools.
+    #[must_use]
+    pub fn tool_of(&self, case: usize) -> usize {
         case / (self.case_count / self.tools.len())
     }
 

@@ -124,6 +124,43 @@ mod tests {
     }
 
     #[test]
+    fn named_tools_change_slowest_and_have_their_own_settings() {
+        let text = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n\"contact.exponent\" = [1.0, 1.5]\n\
+             [study.tools.file]\n[study.tools.tapered]\nfilament.tip_diameter_m = 1e-3\n\
+             [study.tools.packed]\ntool.fill_factor = 0.5\nfilament.diameter_m = 1e-3\n";
+        let text = format!("{FILE}{text}");
+        let study = Document::parse(&text, "tools").and_then(|document| document.study()).expect("a study");
+        assert_eq!(
+            (study.case_count(), study.tool_names()),
+            (12, vec!["file".into(), "tapered".into(), "packed".into()])
+        );
+        assert_eq!(study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>(), [TOOL, "contact.exponent", VELOCITY]);
+        assert_eq!(study.values(7).collect::<Vec<_>>(), [1.0, 1.5, 10.0]);
+        // What a tool leaves out is the file's, also where it has no number.
+        let tips = [0, 4, 8].map(|case| study.settings(case).filament.tip_diameter_m);
+        assert_eq!(tips, [None, Some(1e-3), None]);
+        assert_eq!((study.tools()[1].held.len(), study.tools()[2].held.len()), (0, 1));
+        assert!((study.settings(11).fill_factor() - 0.5).abs() < 1e-12 && study.settings(11).contact.exponent == 1.5);
+        let plain = Study::new(base(), vec![list(VELOCITY, &[5.0])]).expect("the study is right");
+        assert!(plain.tools().is_empty() && plain.tool(0).is_none());
+    }
+
+    #[test]
+    fn tools_have_names_that_differ() {
+        let tool = |name: &str| Tool { name: name.to_owned(), settings: base(), held: Vec::new() };
+        let refused = |names: &[&str]| {
+            let tools = names.iter().map(|name| tool(name)).collect();
+            Study::of_tools(tools, vec![list(VELOCITY, &[5.0])]).expect_err("no names of tools")
+        };
+        for name in ["", " a", "a ", "=1", "a\nb", "a\u{202e}", &"a".repeat(41)] {
+            assert_eq!(refused(&["fine", name]), StudyError::ToolName { name: name.to_owned() });
+        }
+        for (name, other) in [("a b", "A_b"), ("a,b", "a;b"), ("fine", "fine")] {
+            assert!(matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }), "{name}");
+        }
+    }
+
+    #[test]
     fn a_failed_case_does_not_stop_the_others() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");

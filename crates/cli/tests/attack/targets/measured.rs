@@ -86,7 +86,7 @@ impl Target for Measured {
             Ok(points) => points,
             Err(error) => return Verdict::Refused(error.to_string()),
         };
-        assert_eq!(read_measured(&measured_text(&points), "again.csv", &Format::default()).as_ref(), Ok(&points));
+        assert_eq!(read_measured(&measured_text(&points, &[]), "again.csv", &Format::default()).as_ref(), Ok(&points));
         self.compare(&points);
         Verdict::Accepted
     }
