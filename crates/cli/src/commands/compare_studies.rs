@@ -75,7 +75,8 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
-    show(format_args!("{}\n", tools_table(&study, width())))?;
+    show(tools_table(&study, width()))?;
+    show("")?;
     show(study_tables(&study, &results, width()))?;
     say_drawn(&drawn)?;
     Ok(ExitCode::SUCCESS)

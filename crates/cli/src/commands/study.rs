@@ -278,7 +278,8 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
     if !study.tools().is_empty() {
-        show(format_args!("{}\n", tools_table(study, width())))?;
+        show(tools_table(study, width()))?;
+        show("")?;
     }
     show(study_tables(study, results, width()))?;
     if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }

@@ -383,7 +383,10 @@ impl View<'_> {
         let shown = over.shown();
         let family: Vec<Vec<Option<f64>>> =
             members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
-        let means = means_of_flat(&family).filter(|_| metric.display.scale == record::Scale::Linear);
+        // Tools are compared by their levels.
+        let are_numbers = [over, of].iter().all(|side| side.setting.names().is_none());
+        let is_linear = metric.display.scale == record::Scale::Linear;
+        let means = means_of_flat(&family).filter(|_| is_linear && are_numbers);
         let curve = |(position, values): (usize, &Vec<Option<f64>>)| {
             let name = of.setting.legend(of.values[members[position]]);
             let (name, on_axis): (_, Box<dyn Fn(f64) -> f64>) = match &means {
