@@ -891,7 +891,9 @@ mod tests {
         some[4] = None;
         let one = "brushing_velocity_m_s = [10.0]";
         let segments = "\"filament.segments\" = [5, 10]";
-        let table: [(&str, &[Option<(f64, f64)>], &[usize], String); 12] = [
+        /// Sweeps, force and ratio of each case, unstable cases, and the headline.
+        type Line<'a> = (&'a str, &'a [Option<(f64, f64)>], &'a [usize], String);
+        let table: [Line<'_>; 12] = [
             (SWEEPS, &CASES, &[], format!("The highest tool force of 8 cases is {strikes}. {}", sweeps("290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1)"))),
             (SWEEPS, &CASES, &[5, 1], format!("The highest tool force of 8 cases is {strikes}, and the pass is laterally unstable. {}", sweeps("240 ± 24 N at v_b = 5 m/s, a_e = 2 mm (row 2)"))),
             (SWEEPS, &CASES, &[1, 2, 3, 4, 6, 8], format!("The highest tool force of 8 cases is {strikes}. In no laterally stable case do the filaments sweep (ε_tc ≥ ½).")),
