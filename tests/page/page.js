@@ -677,9 +677,9 @@ for (const [colorScheme, width] of [["dark", 1280], ["light", NARROW]]) {
 }
 
 test("the picture of the README", async () => {
-  const { page, close } = await open(report("paper"), { height: 1560 });
+  const { page, close } = await open(report("paper"), { height: 1640 });
   await page.locator("#time").fill("400");
-  await page.evaluate(() => document.activeElement.blur());
+  await page.evaluate(() => (document.activeElement.blur(), scrollTo({ top: 0, behavior: "instant" })));
   await page.screenshot({ path: path.join(screenshots, "readme.png") });
   await close();
 });

@@ -52,7 +52,8 @@ pub struct CompareStudiesArgs {
 
 /// Runs the command.
 pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
-    let (out, figures) = (&arguments.out, arguments.figures.figures()?);
+    let figures = arguments.figures.figures()?;
+    let out = &arguments.out;
     let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
     let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
     if out.join(JOURNAL).exists() {

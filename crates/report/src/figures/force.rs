@@ -1,6 +1,6 @@
 //! Figures of the tool force and its uncertainty: bands, measured points, and the sources of scatter.
 
-use super::{Family, Picture, Sides, View, axis_over, is_named, joined, selection, values_of};
+use super::{Family, Picture, Sides, View, axis_along, joined, selection, values_of};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
@@ -51,7 +51,7 @@ impl View<'_> {
         let diagram = Diagram {
             title: "Contact normal force of the tool with scattering filaments".to_owned(),
             subtitle: self.subtitle([self.band_text(shown_as), selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
@@ -94,7 +94,7 @@ impl View<'_> {
         let diagram = Diagram {
             title: "Sources of the scatter in the tool force".to_owned(),
             subtitle: self.subtitle([at, deviations]),
-            x: axis_over(x),
+            x: axis_along(x),
             y: Axis::from_zero("first-order Sobol index"),
             curves,
         };
@@ -124,7 +124,7 @@ impl View<'_> {
             let brush = curve(&|summary| Some(summary.metrics.tool_contact_normal_force_n));
             let alone = curve(&|summary| Some(summary.brush.as_ref()?.tool_contact_normal_force_alone_n));
             curves.push(Curve::new(format!("brush, {name}"), joined(over), brush).with_pen(index));
-            let line = if is_named(over) { Look::Markers } else { Look::Line };
+            let line = if over.setting.names().is_some() { Look::Markers } else { Look::Line };
             curves.push(Curve::new(format!("alone, {name}"), line, alone).with_pen(index + COLORS.len()));
         }
         let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
@@ -132,7 +132,7 @@ impl View<'_> {
         let diagram = Diagram {
             title: "Contact normal force of the tool with and without interaction".to_owned(),
             subtitle: self.subtitle([selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
@@ -192,7 +192,7 @@ impl View<'_> {
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
             subtitle: self.subtitle([format!("{}; {bars}", self.band_text(shown_as)), selection, gaps(has_gaps)]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
             curves,
         };
@@ -230,8 +230,10 @@ impl View<'_> {
             .iter()
             .map(|along| along.iter().map(|simulated| simulated.and_then(|simulated| self.band(simulated))).collect())
             .collect();
-        // Nothing lies between tools: bars take the place of bands.
-        let are_apart = !overlap(&bands) && !is_named(over);
+        // Nothing lies between tools.
+        let is_named = over.setting.names().is_some();
+        let are_apart = !is_named && !overlap(&bands);
+        let shift = |index: usize| BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
         let places = over.shown();
         let mut curves = Vec::new();
         for (index, (along, bands)) in simulated.iter().zip(&bands).enumerate() {
@@ -239,14 +241,17 @@ impl View<'_> {
             if are_apart {
                 curves.extend(areas(&banded).map(|area| area.with_pen(index)));
             } else {
-                let shift = BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
-                curves.push(bars(&banded).with_pen(index).shifted(shift));
+                curves.push(bars(&banded).with_pen(index).shifted(shift(index)));
             }
             let line = places.iter().zip(along);
             let line = line.map(|(&at, simulated)| (at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
             let name = format!("{prefix}{}", of.setting.legend(levels[index]));
-            let look = if is_named(over) { Look::Markers } else { Look::Line };
-            curves.push(Curve::new(name, look, line.collect()).with_pen(index));
+            let curve = if is_named {
+                Curve::new(name, Look::Markers, line.collect()).shifted(shift(index))
+            } else {
+                Curve::new(name, Look::Line, line.collect())
+            };
+            curves.push(curve.with_pen(index));
         }
         let shown_as = if are_apart { "band" } else { "bars on curves, side by side" };
         Banded { curves, shown_as, has_gaps: simulated.iter().flatten().any(Option::is_none) }

@@ -181,8 +181,8 @@ fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
 /// `velocity` in the names.
 pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement], format: &Format) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
-    let (offsets, process) = (offset_slices(study, MAX_SLICES), process_slices(study, MAX_SLICES));
-    let by_tool = tool_slices(study, MAX_SLICES);
+    let [of_tools, offsets, process] =
+        [tool_slices, offset_slices, process_slices].map(|slices| slices(study, MAX_SLICES));
     let view_of = |slice| View { study, results, slice, format };
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
@@ -198,7 +198,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
             }
         }
     }
-    for slice in &by_tool.chosen {
+    for slice in &of_tools.chosen {
         let view = view_of(slice);
         let metrics = shown_metrics(Prominence::Headline, results);
         pictures.extend(metrics.map(|metric| view.curves(metric, Family::OverX)));
@@ -384,7 +384,7 @@ impl View<'_> {
         let family: Vec<Vec<Option<f64>>> =
             members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
         // Tools are compared by their levels.
-        let are_numbers = !is_named(over) && !is_named(of);
+        let are_numbers = [over, of].iter().all(|side| side.setting.names().is_none());
         let is_linear = metric.display.scale == record::Scale::Linear;
         let means = means_of_flat(&family).filter(|_| is_linear && are_numbers);
         let curve = |(position, values): (usize, &Vec<Option<f64>>)| {
@@ -412,14 +412,14 @@ impl View<'_> {
         let diagram = Diagram {
             title: title(metric),
             subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
-            x: axis_over(over),
+            x: axis_along(over),
             y: match means {
                 Some(_) => Axis::linear("deviation from the mean in %"),
                 None => axis_of(metric, Axis::amount),
             },
             curves,
         };
-        let by = if is_named(of) { "_by_tool" } else { "" };
+        let by = if of.setting.names().is_some() { "_by_tool" } else { "" };
         let name = format!("{}_over_{}{by}{}", metric.display.file_name, over.setting.word(), self.slice.suffix());
         Picture { name, canvas: diagram.draw_in(self.format) }
     }
@@ -430,30 +430,15 @@ const DECADES: f64 = 100.0;
 /// Largest change along a curve, as a part of its mean, that is flat next to curves at other levels.
 const FLAT: f64 = 0.1;
 
-/// Whether the values of a side are named tools.
-fn is_named(side: &Side) -> bool {
-    side.setting.names().is_some()
-}
-
-/// How points along a side are drawn: nothing lies between tools.
-fn joined(side: &Side) -> Look {
-    if is_named(side) { Look::Markers } else { Look::Joined }
-}
-
-/// What the values of a side are.
-fn values_of(side: &Side) -> String {
-    if is_named(side) { "tools".to_owned() } else { format!("values of {}", side.setting.symbol()) }
-}
-
-/// The axis of a setting: with a place for each named tool, otherwise logarithmic if its values span decades.
-fn axis_over(side: &Side) -> Axis {
+/// The axis along a side: logarithmic if its values span decades.
+fn axis_along(side: &Side) -> Axis {
     let label = side.setting.label();
-    if let Some(names) = side.setting.names() {
-        return Axis::named(label, names.to_vec());
-    }
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
-    let spans = least > 0.0 && largest >= DECADES * least;
-    if spans { Axis::logarithmic(label) } else { Axis::linear(label) }
+    match side.setting.names() {
+        Some(names) => Axis::named(label, names.to_vec()),
+        None if least > 0.0 && largest >= DECADES * least => Axis::logarithmic(label),
+        None => Axis::linear(label),
+    }
 }
 
 /// The means of several curves that each look flat because their levels differ by more than each of them changes; none if they do
@@ -473,6 +458,16 @@ fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
         values.len() > 1 && changes(values) < FLAT * mean(values).abs() && changes(values) < FLAT * (highest - lowest)
     };
     (known.len() > 1 && known.iter().all(is_flat) && lowest > 0.0).then_some(means)
+}
+
+/// How points along a side are drawn: nothing lies between tools.
+fn joined(side: &Side) -> Look {
+    if side.setting.names().is_some() { Look::Markers } else { Look::Joined }
+}
+
+/// What the values of a side are.
+fn values_of(side: &Side) -> String {
+    if side.setting.names().is_some() { "tools".to_owned() } else { format!("values of {}", side.setting.symbol()) }
 }
 
 /// How many values are shown, unless all are.

@@ -26,8 +26,8 @@ const DIGITS = 3;
 
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** A number with at most `digits` significant digits. */
-function number(value, digits = 5) {
+/** A number with at most `digits` significant digits; with `padded`, zeros at its end count. */
+function number(value, digits = 5, padded = false) {
   if (value === null) return "–";
   const rounded = Number(value.toPrecision(digits));
   const size = Math.abs(rounded);
@@ -36,7 +36,7 @@ function number(value, digits = 5) {
     const power = "10" + [...exponent.replace("+", "")].map((character) => RAISED[character]).join("");
     return (mantissa === "1" ? power : `${mantissa} · ${power}`).replace(/^-/, "−");
   }
-  const [whole, decimals] = String(rounded).split(".");
+  const [whole, decimals] = (padded && size < 10 ** digits ? rounded.toPrecision(digits) : String(rounded)).split(".");
   const grouped = size >= 1e4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
   return (decimals === undefined ? grouped : `${grouped}.${decimals}`).replace(/^-/, "−");
 }

@@ -388,20 +388,17 @@ function createOverview(study, grid, open) {
         ),
       );
     }
-    if (across.names) {
-      for (const i of labelledPlaces(across, Math.max(2, Math.floor(layout.inner / 130)))) {
-        const anchor = i === 0 ? "start" : i === columns - 1 ? "end" : "middle";
-        const [x] = curvePlace(across.values[i], null);
-        drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, tickText(across, i)));
-      }
-    }
-    // Powers of ten of the unit that is shown, or its round values.
+    // Powers of ten of the unit that is shown, or its round values; names have their places.
+    const named = across.names ? [...labelledPlaces(across, Math.max(2, Math.floor(layout.inner / 130)))] : null;
     const inUnit = across.values.map((value) => acrossPlace(value * across.scale.factor));
-    const round = across.names ? [] : ticks(Math.min(...inUnit), Math.max(...inUnit), Math.max(2, layout.inner / 90));
+    const [first, last] = [Math.min(...inUnit), Math.max(...inUnit)];
+    const round = named ?? ticks(first, last, Math.max(2, layout.inner / 90));
     for (const value of spansDecades ? round.filter(Number.isInteger) : round) {
       const shown = spansDecades ? 10 ** value : value;
       const [x] = curvePlace(shown / across.scale.factor, null);
-      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": "middle" }, number(shown, 4)));
+      const anchor = !named ? "middle" : value === first ? "start" : value === last ? "end" : "middle";
+      const text = named ? tickText(across, value) : number(shown, 4);
+      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, text));
     }
     const order = across.values.map((_, i) => i).sort((a, b) => across.values[a] - across.values[b]);
     const solved = order
@@ -432,8 +429,7 @@ function createOverview(study, grid, open) {
       drawCells();
       drawMapAxes();
       if (isShown("stability")) drawUnstable();
-      // Nothing lies between tools.
-      const lines = layers.filter(({ id, of }) => of && isShown(id) && !upward.names);
+      const lines = layers.filter(({ id, of }) => of && !upward.names && isShown(id));
       const drawn = lines.map((line) => ({ ...line, path: separatingLine(line) })).filter(({ path }) => path);
       for (const { id, path } of drawn) {
         drawing.append(...["contour-case", "contour"].map((part) => svgElement("path", { class: `${part} ${id}`, d: path })));
@@ -475,11 +471,12 @@ function createOverview(study, grid, open) {
   /** The numbers of all cells, if all of them fit; whether they are drawn. */
   function drawNumbers() {
     const { size, character, room } = CELL_NUMBER;
+    const numberOf = (value) => number(value * quantity.scale.factor, DIGITS, !Number.isInteger(value));
     const cases = Array.from({ length: rows * columns }, (_, k) => [k % columns, Math.floor(k / columns)]);
     const known = cases.filter(([i, j]) => quantity.values[at(i, j)] !== null);
     // A map of many cells has no numbers: they need not be made to know that.
     const couldFit = cellWidth() >= 3 * character && cellHeight() >= size + room;
-    const texts = couldFit ? known.map(([i, j]) => number(quantity.values[at(i, j)] * quantity.scale.factor, DIGITS)) : [];
+    const texts = couldFit ? known.map(([i, j]) => numberOf(quantity.values[at(i, j)])) : [];
     const fit = couldFit && texts.every((text) => text.length * character + room <= cellWidth());
     layers.find(({ id }) => id === "numbers").box.disabled = !fit;
     if (!fit || !isShown("numbers")) return false;

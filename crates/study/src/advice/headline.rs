@@ -77,7 +77,7 @@ impl Place<'_> {
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let sides = [x.setting.equation(x.values[across]), y.setting.equation(y.values[up])];
+        let sides = [(x, across), (y, up)].map(|(side, at)| side.setting.equation(side.values[at]));
         sides.into_iter().chain([self.slice.condition()]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 

@@ -812,10 +812,13 @@ mod tests {
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 
+    /// Force in N and contact time ratio of a case; `None` if it failed.
+    type Case = Option<(f64, f64)>;
+
     /// Results with these forces in N and contact time ratios. `None` is a case that failed.
-    fn results(study: &Study, cases: &[Option<(f64, f64)>]) -> Vec<CaseResult> {
+    fn results(study: &Study, cases: &[Case]) -> Vec<CaseResult> {
         let nominal = *Pass::new(&study.settings(0)).nominal();
-        let result = |case: &Option<(f64, f64)>| {
+        let result = |case: &Case| {
             let (force, ratio) = case.ok_or("failed")?;
             let metrics = Metrics {
                 tool_contact_normal_force_n: force,
@@ -830,7 +833,7 @@ mod tests {
 
     /// Two depths and four velocities, neither in ascending order. There is a maximum along the tier at 1 mm and 10 m/s.
     const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
-    const CASES: [Option<(f64, f64)>; 8] = [
+    const CASES: [Case; 8] = [
         Some((290.0, 0.7)),
         Some((240.0, 0.95)),
         Some((235.0, 0.8)),
@@ -841,7 +844,7 @@ mod tests {
         Some((200.0, 0.52)),
     ];
 
-    fn section(sweeps: &str, cases: &[Option<(f64, f64)>], limits: Limits) -> Section {
+    fn section(sweeps: &str, cases: &[Case], limits: Limits) -> Section {
         let study = study(sweeps);
         advise(&study, &results(&study, cases), limits).expect("advice").sections.remove(0)
     }
@@ -873,7 +876,7 @@ mod tests {
 
     #[test]
     fn a_headline_is_true_of_any_study() {
-        let of = |sweeps: &str, cases: &[Option<(f64, f64)>], unstable: &[usize]| {
+        let of = |sweeps: &str, cases: &[Case], unstable: &[usize]| {
             let study = study(sweeps);
             let mut results = results(&study, cases);
             for &row in unstable {
@@ -891,9 +894,7 @@ mod tests {
         some[4] = None;
         let one = "brushing_velocity_m_s = [10.0]";
         let segments = "\"filament.segments\" = [5, 10]";
-        /// Sweeps, force and ratio of each case, unstable cases, and the headline.
-        type Line<'a> = (&'a str, &'a [Option<(f64, f64)>], &'a [usize], String);
-        let table: [Line<'_>; 12] = [
+        let table: [(&str, &[Case], &[usize], String); 12] = [
             (SWEEPS, &CASES, &[], format!("The highest tool force of 8 cases is {strikes}. {}", sweeps("290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1)"))),
             (SWEEPS, &CASES, &[5, 1], format!("The highest tool force of 8 cases is {strikes}, and the pass is laterally unstable. {}", sweeps("240 ± 24 N at v_b = 5 m/s, a_e = 2 mm (row 2)"))),
             (SWEEPS, &CASES, &[1, 2, 3, 4, 6, 8], format!("The highest tool force of 8 cases is {strikes}. In no laterally stable case do the filaments sweep (ε_tc ≥ ½).")),
@@ -1007,7 +1008,7 @@ mod tests {
     }
 
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
-    fn tier(cases: &[Option<(f64, f64)>]) -> Option<(f64, String, Vec<usize>)> {
+    fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
         let velocities: Vec<usize> = (1..=cases.len()).collect();
         let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
         let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
