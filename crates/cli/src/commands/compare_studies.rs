@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle_report::page::{Recorder, page};
-use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::joined::{Joined, NamedStudy, join};
 use bristle_study::measured::compare;
@@ -14,7 +13,7 @@ use bristle_study::text::number::counted;
 use bristle_text::shown_path;
 use clap::Args;
 
-use crate::commands::study::{REPORT, write_results};
+use crate::commands::study::{REPORT, show_tables, write_results};
 use crate::error::CliError;
 use crate::files::{occupy, prepare_directory};
 use crate::journal_file::JOURNAL;
@@ -22,7 +21,7 @@ use crate::pictures::{
     COMPARISON, FIGURES, FigureArgs, MEASURED, draw_study, is_picture_of_study, measured_of, say_drawn,
 };
 use crate::saved::{RUNS, RUNS_PARQUET, STUDY, SavedError, saved_study};
-use crate::terminal::{say, say_written, show, width};
+use crate::terminal::{say, say_written};
 
 /// Compare saved studies, each as a tool of its own, in one page and one set of figures
 ///
@@ -75,9 +74,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
-    show(tools_table(&study, width()))?;
-    show("")?;
-    show(study_tables(&study, &results, width()))?;
+    show_tables(&study, &results)?;
     say_drawn(&drawn)?;
     Ok(ExitCode::SUCCESS)
 }

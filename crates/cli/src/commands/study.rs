@@ -275,13 +275,19 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }
 
+/// Shows the tables of a study, below that of what its named tools differ in.
+pub fn show_tables(study: &Study, results: &[CaseResult]) -> io::Result<()> {
+    let tables = study_tables(study, results, width());
+    if study.tools().is_empty() {
+        show(tables)
+    } else {
+        show(format_args!("{}\n{tables}", tools_table(study, width())))
+    }
+}
+
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
-    if !study.tools().is_empty() {
-        show(tools_table(study, width()))?;
-        show("")?;
-    }
-    show(study_tables(study, results, width()))?;
+    show_tables(study, results)?;
     if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
 
