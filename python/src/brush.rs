@@ -7,8 +7,10 @@ use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_report::figures::Brush;
-use bristle_report::page::brush_page;
+use bristle_report::page::{Notes, brush_page};
+use bristle_study::assumptions::Assumptions;
 use bristle_study::brush::Interaction;
+use bristle_study::plausibility::unusual;
 use bristle_study::results::{Moment, Pair, Place, Rest, write_brush_metrics};
 use bristle_study::study::thread_count;
 use numpy::{PyArray1, PyArrayMethods};
@@ -115,7 +117,7 @@ impl SimulatedBrush {
         Ok(Self { settings, result, frames, state })
     }
 
-    /// The page that `bristle brush` writes.
+    /// The page that `bristle brush` writes, without what the file leaves to its defaults.
     fn page(&self, py: Python<'_>, name: &str) -> String {
         let BrushResult { filaments, history, pairs, .. } = self.result.clone();
         let brush = Brush {
@@ -125,7 +127,9 @@ impl SimulatedBrush {
             history,
             pairs,
         };
-        py.detach(|| brush_page(name, &brush, &self.result))
+        let (unusual, assumptions) = (unusual(&self.settings), Assumptions::default());
+        let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+        py.detach(|| brush_page(name, &brush, &self.result, notes))
     }
 }
 

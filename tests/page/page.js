@@ -74,6 +74,18 @@ async function cell(page, column, row) {
   return [box.x + left + (column + 0.5) * width, box.y + box.height - bottom - (row + 0.5) * height];
 }
 
+/** The file of a page with other data. */
+function withData(name, as, change) {
+  const text = fs.readFileSync(report(name), "utf8");
+  const [head, rest] = text.split('id="data">');
+  const end = rest.indexOf("</script>");
+  const data = JSON.parse(rest.slice(0, end));
+  change(data);
+  const file = path.join(scratch, `${as}.html`);
+  fs.writeFileSync(file, `${head}id="data">${JSON.stringify(data).replaceAll("<", "\\u003c")}${rest.slice(end)}`);
+  return file;
+}
+
 async function fitsAcross(page) {
   const [content, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
   assert.ok(content <= window, `the page is ${content} px wide in a window of ${window} px`);
@@ -94,7 +106,7 @@ test("pointing at a case shows its values, and a click opens it", async () => {
   const readout = await page.textContent("#readout");
   assert.match(readout, /vb\s=\s30\s?m\/s, ae\s=\s1\s?mm: εtc\s=\s0\.\d+/);
   const ratio = data.quantities.find(({ key }) => key === "contact_time_ratio").values[12 + 11];
-  assert.ok(readout.includes(String(Number(ratio.toPrecision(5)))), `${readout} has ${ratio}`);
+  assert.ok(readout.includes(String(Number(ratio.toPrecision(3)))), `${readout} has ${ratio}`);
   assert.match(await page.textContent("#card"), /Fn,w[\d.]+ ± [\d.]+\s?N/);
 
   const earlier = await shape(page);
@@ -105,7 +117,7 @@ test("pointing at a case shows its values, and a click opens it", async () => {
   assert.equal(await page.evaluate(() => document.activeElement.id), "case-title");
   const impulse = data.quantities.find(({ key }) => key === "contact_normal_impulse_n_s").values[63];
   const shown = await page.textContent('[data-key="contact_normal_impulse_n_s"] .number');
-  assert.equal(shown.replace(/\s/g, " "), `${Number((impulse * 1e3).toPrecision(5))} mN s`);
+  assert.equal(shown.replace(/\s/g, " "), `${Number((impulse * 1e3).toPrecision(3))} mN s`);
 
   await page.goBack();
   await page.goForward();
@@ -146,7 +158,7 @@ test("another quantity is another map", async () => {
   assert.match(await page.textContent("#map-title"), /Contact normal force of the tool Fn,w in N/);
   await page.mouse.move(...(await cell(page, 0, 0)));
   assert.match(await page.textContent("#readout"), /Fn,w\s=\s[\d.]+\s?N/);
-  assert.ok((await page.getAttribute("#map .contour", "d")).length > 100, "the line at ε_tc = ½ is drawn");
+  assert.ok((await page.getAttribute("#map .contour.tier", "d")).length > 100, "the line at ε_tc = ½ is drawn");
   await close();
 });
 
@@ -157,7 +169,10 @@ test("laterally unstable cases are marked, and their amplification spans decades
   const unstable = values("laterally_unstable").filter((value) => value === 1).length;
   assert.ok(unstable > 10 && unstable < 30, `${unstable} are unstable`);
   assert.equal((await page.getAttribute("#map .unstable", "d")).match(/M/g).length, unstable);
-  assert.match(await page.textContent("#marks"), /between striking and sweepinglaterally unstable/);
+  assert.match(
+    await page.textContent("#marks"),
+    /between striking and sweepinglateral amplification 100, laterally unstable abovelaterally unstable$/,
+  );
 
   // The colours follow the logarithm: the middle of the scale is at the geometric mean of its ends.
   await page.selectOption("#quantity", "lateral_amplification");
@@ -183,7 +198,7 @@ test("laterally unstable cases are marked, and their amplification spans decades
   const expected = below.map((part, k) => part + (place - Math.floor(place)) * (above[k] - part));
   assert.ok(colour.split(" ").every((part, k) => Math.abs(part - expected[k]) < 2), `${colour} for ${expected}`);
   assert.match(await page.textContent("#marks"), /100, laterally unstable above/);
-  assert.ok((await page.getAttribute("#map .contour", "d")).length > 50, "the line at 100 is drawn");
+  assert.ok((await page.getAttribute("#map .contour.stability", "d")).length > 50, "the line at 100 is drawn");
   await page.mouse.move(...(await cell(page, 0, 9)));
   assert.match(await page.textContent("#readout"), /lateral amplification\s=\s62\d\s000, laterally unstable$/);
   await shot(page, "amplification-1280-light");
@@ -205,6 +220,138 @@ test("laterally unstable cases are marked, and their amplification spans decades
   const labels = await curve.locator("#map svg text").allTextContents();
   assert.ok(labels.includes("1") && labels.includes("10"), labels.join());
   await closeCurve();
+});
+
+test("an address with a case opens the page at that case", async () => {
+  const { page, close } = await open(report("paper"), {}, "#case-66");
+  const isThere = () => Math.abs(document.getElementById("case-title").getBoundingClientRect().top) < 5;
+  await opened(page, 66);
+  assert.ok(await page.evaluate(isThere), "the page is scrolled to the case");
+  assert.match(await page.textContent("#readout"), /vb\s=\s15\s?m\/s, ae\s=\s3\s?mm/);
+  assert.equal(await page.evaluate(() => document.activeElement.id), "case-title");
+  assert.equal(await page.locator("#map .opened").count(), 1);
+  await page.evaluate(() => scrollTo({ top: 0, behavior: "instant" }));
+  await page.evaluate(() => (location.hash = "#case-14"));
+  await opened(page, 14);
+  await page.waitForFunction(isThere);
+  // The headline leads to its cases, also to the one that is open.
+  const link = page.locator("#headline a").first();
+  const row = Number(await link.textContent());
+  for (let time = 0; time < 2; time++) {
+    await page.evaluate(() => scrollTo({ top: 0, behavior: "instant" }));
+    await link.click();
+    await opened(page, row);
+    await page.waitForFunction(isThere);
+  }
+  await page.evaluate(() => (location.hash = "#case-999"));
+  assert.equal(await page.textContent("#case-row"), String(row));
+  await close();
+
+  const { page: top, close: closeTop } = await open(report("paper"));
+  assert.equal(await top.evaluate(() => scrollY), 0);
+  await closeTop();
+});
+
+test("the headline is that of the results", async () => {
+  const { page, close } = await open(report("paper"));
+  const data = await dataOf(page);
+  const forces = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n").values;
+  const highest = Math.max(...forces);
+  const headline = await page.textContent("#headline");
+  assert.equal(headline.match(/\.(?=\s|$)/g).length, 2, headline);
+  assert.ok(headline.includes(`Fn,w\u00a0=\u00a0${Number(highest.toPrecision(3))} ±`), headline);
+  assert.ok(headline.includes(`(row ${forces.indexOf(highest) + 1})`), headline);
+  await close();
+  for (const name of ["single", "curve", "slices", "deburring", "turns"]) {
+    const { page: other, close: closeOther } = await open(report(name));
+    assert.match(await other.textContent("#headline"), /Fn,w\s=\s[\d.]+.*N.*\..+\.$/, name);
+    await closeOther();
+  }
+});
+
+test("cells have numbers where they fit, and layers can be left out", async () => {
+  const { page, close } = await open(report("paper"));
+  const data = await dataOf(page);
+  await page.selectOption("#quantity", "tool_contact_normal_force_n");
+  const numbers = page.locator("#map .cell-number");
+  assert.equal(await numbers.count(), 120);
+  const forces = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n").values;
+  const expected = forces.map((force) => String(Number(force.toPrecision(3))));
+  assert.deepEqual((await numbers.allTextContents()).sort(), expected.sort());
+  // As much contrast as WCAG asks of text, on each of them.
+  const contrasts = await numbers.evaluateAll((texts) => {
+    const luminance = (colour) => {
+      const parts = colour.match(/\d+/g).map((part) => part / 255);
+      const [red, green, blue] = parts.map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05;
+    };
+    return texts.map((text) => {
+      const { fill, stroke } = getComputedStyle(text);
+      const [low, high] = [fill, stroke].map(luminance).sort((a, b) => a - b);
+      return high / low;
+    });
+  });
+  assert.ok(Math.min(...contrasts) > 4.5, `${Math.min(...contrasts)}`);
+  await shot(page, "numbers-1280-light");
+
+  for (const [layer, shapes] of [
+    ["tier", ".contour.tier"],
+    ["stability", ".unstable, .contour.stability"],
+    ["numbers", ".cell-number"],
+  ]) {
+    const drawn = page.locator(`#map :is(${shapes})`);
+    assert.ok((await drawn.count()) > 0, layer);
+    await page.uncheck(`#layer-${layer}`);
+    assert.equal(await drawn.count(), 0, layer);
+    await page.check(`#layer-${layer}`);
+    assert.ok((await drawn.count()) > 0, layer);
+  }
+  assert.equal(await page.locator("#layer-interaction").count(), 0, "one filament has no interaction");
+  await page.setViewportSize({ width: NARROW, height: 800 });
+  await page.waitForFunction(() => document.getElementById("layer-numbers").disabled);
+  assert.equal(await numbers.count(), 0, "they do not fit");
+  await fitsAcross(page);
+  await close();
+
+  const { page: curve, close: closeCurve } = await open(report("curve"));
+  assert.ok(await curve.isHidden("#layers"));
+  await closeCurve();
+});
+
+test("of brushes, the interaction factor is a quantity and a layer", async () => {
+  const file = withData("paper", "interaction", (data) => {
+    const amplification = data.quantities.find(({ key }) => key === "lateral_amplification");
+    const values = amplification.values.map((_, index) => 0.8 + 0.005 * (index % 12) + 0.03 * Math.floor(index / 12));
+    const names = { key: "interaction_factor", symbol: "", unit: "", name: "interaction factor", meaning: "" };
+    data.quantities.unshift({ ...names, logarithmic: false, values });
+    data.brush = true;
+  });
+  const { page, close } = await open(file);
+  assert.match(await page.textContent("#map-title"), /Interaction factor/);
+  assert.ok((await page.getAttribute("#map .contour.interaction", "d")).length > 50);
+  assert.match(await page.textContent("#marks"), /interaction factor 1/);
+  await shot(page, "interaction-1280-light");
+  await page.uncheck("#layer-interaction");
+  assert.equal(await page.locator("#map .contour.interaction").count(), 0);
+  await close();
+});
+
+test("a curve begins where its values are, over decades on a logarithmic axis", async () => {
+  const file = withData("curve", "tolerance", (data) => {
+    const [axis] = data.axes;
+    Object.assign(axis, { path: "solver.relative_tolerance", symbol: "", unit: "", name: "relative tolerance" });
+    axis.values = axis.values.map((_, place) => 10 ** (2 * place - 7));
+    const force = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n");
+    force.values = force.values.map((_, place) => 243.4 + 0.2 * place);
+  });
+  const { page, close } = await open(file);
+  await page.selectOption("#quantity", "tool_contact_normal_force_n");
+  const texts = await page.locator("#map svg text").allTextContents();
+  assert.ok(!texts.includes("0") && texts.includes("10⁻⁷") && texts.includes("0.001"), texts.join());
+  const places = await page.locator("#map .point").evaluateAll((points) => points.map((point) => Number(point.getAttribute("cx"))));
+  assert.ok(Math.abs(places[1] - places[0] - (places[2] - places[1])) < 0.1, String(places));
+  await shot(page, "tolerance-1280-light");
+  await close();
 });
 
 test("the filament moves: play, pause, slider, keys, curves", async () => {
@@ -358,18 +505,14 @@ test("where filaments scatter, the band and the shares of the inputs are there",
 });
 
 test("a failed case is shown as one, and its error as text", async () => {
-  const text = fs.readFileSync(report("paper"), "utf8");
-  const [head, rest] = text.split('id="data">');
-  const end = rest.indexOf("</script>");
-  const data = JSON.parse(rest.slice(0, end));
   const failed = 65;
-  data.failed = 1;
-  data.errors = [[failed, "stopped <img src=x onerror=alert(1)>"]];
-  for (const { values } of [...data.quantities, ...data.statistics]) values[failed] = null;
-  data.force_uncertainty[failed] = null;
-  data.courses = data.courses.filter(([index]) => index !== failed && index % 7 === 0);
-  const file = path.join(scratch, "failed.html");
-  fs.writeFileSync(file, `${head}id="data">${JSON.stringify(data).replaceAll("<", "\\u003c")}${rest.slice(end)}`);
+  const file = withData("paper", "failed", (data) => {
+    data.failed = 1;
+    data.errors = [[failed, "stopped <img src=x onerror=alert(1)>"]];
+    for (const { values } of [...data.quantities, ...data.statistics]) values[failed] = null;
+    data.force_uncertainty[failed] = null;
+    data.courses = data.courses.filter(([index]) => index !== failed && index % 7 === 0);
+  });
 
   const { page, close } = await open(file);
   await page.mouse.move(...(await cell(page, 5, 5)));
@@ -506,9 +649,20 @@ test("a brush in motion", async () => {
   const data = await dataOf(page);
   const factor = data.sector.find(({ key }) => key === "interaction_factor").value;
   const shown = await page.textContent('#interaction [data-key="interaction_factor"] .number');
-  assert.equal(shown, String(Number(factor.toPrecision(5))));
+  assert.equal(shown, String(Number(factor.toPrecision(3))));
   assert.ok(await page.evaluate(() => [...document.images].every((image) => image.naturalWidth > 0)));
+  assert.ok(await page.isVisible("#assumptions"));
+  assert.deepEqual(
+    await page.locator("#assumptions tbody code").allTextContents(),
+    data.notes.assumptions.list.map(({ path }) => path),
+  );
+  assert.match(await page.textContent("#assumptions-note"), /for one filament alone\./);
+  assert.ok(await page.isHidden("#warnings"));
   await close();
+  const unusual = withData("brush", "unusual", (data) => data.notes.warnings.push("`filament.length_m` = 30 m"));
+  const { page: warned, close: closeWarned } = await open(unusual);
+  assert.equal(await warned.textContent("#warnings"), "Warning: filament.length_m = 30 m");
+  await closeWarned();
 });
 
 for (const [colorScheme, width] of [["dark", 1280], ["light", NARROW]]) {
@@ -523,9 +677,9 @@ for (const [colorScheme, width] of [["dark", 1280], ["light", NARROW]]) {
 }
 
 test("the picture of the README", async () => {
-  const { page, close } = await open(report("paper"), { height: 1560 });
+  const { page, close } = await open(report("paper"), { height: 1640 });
   await page.locator("#time").fill("400");
-  await page.evaluate(() => document.activeElement.blur());
+  await page.evaluate(() => (document.activeElement.blur(), scrollTo({ top: 0, behavior: "instant" })));
   await page.screenshot({ path: path.join(screenshots, "readme.png") });
   await close();
 });

@@ -8,11 +8,12 @@ use std::{fs, thread};
 
 use bristle_files::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_files::study_files::{COMPARISON, MEASURED};
+use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
     Brush, Picture, brush_figures, contact_figures, is_of_brush, is_of_contact, is_of_study, study_figures,
 };
 use bristle_study::measured::{
-    Comparison, Format, Measurement, compare, comparison_table, read_measured, write_comparison,
+    Comparison, Format as TableFormat, Measurement, compare, comparison_table, read_measured, write_comparison,
 };
 use bristle_study::results::{DataError, SavedStudy};
 use bristle_study::study::{CaseResult, Study, thread_count};
@@ -26,10 +27,11 @@ use crate::terminal::{say, show, width};
 /// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
 /// Endings of the files of a picture.
-const ENDINGS: [&str; 2] = ["svg", "png"];
+const PNG: &str = "png";
+const ENDINGS: [&str; 2] = ["svg", PNG];
 
 /// The figures that a command draws.
-#[derive(Args, Clone, Copy)]
+#[derive(Args, Clone)]
 pub struct FigureArgs {
     /// The kind of files in which figures are drawn
     #[arg(long, value_name = "KIND", default_value = "all")]
@@ -37,6 +39,16 @@ pub struct FigureArgs {
     /// Draw no figures, as --figures none
     #[arg(long, conflicts_with = "figures")]
     no_figures: bool,
+    /// Width of figures on paper, as 84mm, 3.3in, 239pt or the column of a journal: ieee, ieee-double, elsevier,
+    /// elsevier-double, springer, springer-double. PNG files then have 600 dpi
+    #[arg(long, value_name = "WIDTH", value_parser = parse_width)]
+    figure_width: Option<f64>,
+    /// Size of all text in figures at that width, as 8pt [default: 9bp at 180mm, with larger titles]
+    #[arg(long, value_name = "SIZE", value_parser = parse_font_size)]
+    font_size: Option<f64>,
+    /// Font of SVG figures, by name, as "Latin Modern Roman"; PNG figures have Liberation Sans (like Helvetica)
+    #[arg(long, value_name = "NAME", value_parser = parse_font)]
+    font: Option<String>,
 }
 
 /// The kinds of files of figures.
@@ -52,23 +64,41 @@ enum FigureKind {
     All,
 }
 
-impl FigureArgs {
+/// The figures that a command draws, once it is known that they can be drawn.
+pub struct Figures {
     /// Endings of the files that are written.
-    fn endings(self) -> &'static [&'static str] {
-        match self.figures {
+    endings: &'static [&'static str],
+    format: Format,
+}
+
+impl FigureArgs {
+    /// What the arguments ask for. It is known before anything is simulated or written.
+    ///
+    /// # Errors
+    /// If figures cannot be drawn so.
+    pub fn figures(&self) -> Result<Figures, PicturesError> {
+        let endings: &[&str] = match self.figures {
             _ if self.no_figures => &[],
             FigureKind::None => &[],
             FigureKind::Svg => &ENDINGS[..1],
             FigureKind::Png => &ENDINGS[1..],
             FigureKind::All => &ENDINGS,
+        };
+        let format = Format::new(self.figure_width, self.font_size, self.font.clone())?;
+        if endings.contains(&PNG) {
+            format.check_bitmaps()?;
         }
-    }
-
-    /// Whether there are any figures.
-    pub fn are_drawn(self) -> bool {
-        !self.endings().is_empty()
+        Ok(Figures { endings, format })
     }
 }
+
+impl Figures {
+    /// Whether there are any.
+    pub fn are_drawn(&self) -> bool {
+        !self.endings.is_empty()
+    }
+}
+
 /// Why the pictures cannot be drawn or written.
 #[derive(Debug, Error)]
 pub enum PicturesError {
@@ -81,6 +111,9 @@ pub enum PicturesError {
     /// There are no saved results, or they cannot be read.
     #[error(transparent)]
     Saved(#[from] SavedError),
+    /// Figures cannot have the size or the font.
+    #[error(transparent)]
+    Format(#[from] FormatError),
 }
 
 /// A report of what has been drawn.
@@ -93,7 +126,7 @@ pub struct Drawn {
 }
 
 /// Reads measured forces from a table written in a `format`.
-pub fn measured_forces(path: &Path, format: &Format) -> Result<Vec<Measurement>, PicturesError> {
+pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurement>, PicturesError> {
     Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
 }
 
@@ -102,7 +135,7 @@ pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measureme
     if !study.measured {
         return Ok(Vec::new());
     }
-    measured_forces(&directory.join(MEASURED), &Format::of_tools(&study.study))
+    measured_forces(&directory.join(MEASURED), &TableFormat::of_tools(&study.study))
 }
 
 /// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
@@ -114,12 +147,12 @@ pub fn draw_study(
     measured: &[Measurement],
     comparisons: Vec<Comparison>,
     threads: Option<NonZeroUsize>,
-    kinds: FigureArgs,
+    figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
-    let drawn = study_figures(study, results, measured);
-    let mut message = write_pictures(directory, &drawn.pictures, threads, kinds)?;
-    remove_others(directory, &drawn.pictures, kinds, is_of_study);
-    if !drawn.note.is_empty() && kinds.are_drawn() {
+    let drawn = study_figures(study, results, measured, &figures.format);
+    let mut message = write_pictures(directory, &drawn.pictures, threads, figures)?;
+    remove_others(directory, &drawn.pictures, figures, is_of_study);
+    if !drawn.note.is_empty() && figures.are_drawn() {
         message.push_str(&format!("\n  ({})", drawn.note));
     }
     if !comparisons.is_empty() {
@@ -129,11 +162,11 @@ pub fn draw_study(
 }
 
 /// Draws one contact below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
-pub fn draw_contact(directory: &Path, contact: &Contact, kinds: FigureArgs) -> Result<Drawn, PicturesError> {
+pub fn draw_contact(directory: &Path, contact: &Contact, figures: &Figures) -> Result<Drawn, PicturesError> {
     let Contact { settings, history, impulses, profile, shapes } = contact;
-    let pictures = contact_figures(settings, history, impulses, profile, shapes);
-    let message = write_pictures(directory, &pictures, None, kinds)?;
-    remove_others(directory, &pictures, kinds, is_of_simulation);
+    let pictures = contact_figures(settings, history, impulses, profile, shapes, &figures.format);
+    let message = write_pictures(directory, &pictures, None, figures)?;
+    remove_others(directory, &pictures, figures, is_of_simulation);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -142,11 +175,11 @@ pub fn draw_brush(
     directory: &Path,
     brush: &Brush,
     threads: Option<NonZeroUsize>,
-    kinds: FigureArgs,
+    figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
-    let pictures = brush_figures(brush);
-    let message = write_pictures(directory, &pictures, threads, kinds)?;
-    remove_others(directory, &pictures, kinds, is_of_simulation);
+    let pictures = brush_figures(brush, &figures.format);
+    let message = write_pictures(directory, &pictures, threads, figures)?;
+    remove_others(directory, &pictures, figures, is_of_simulation);
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -156,7 +189,7 @@ fn is_of_simulation(name: &str) -> bool {
 }
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or brush, or of both.
-pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<Vec<Drawn>, PicturesError> {
+pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<Vec<Drawn>, PicturesError> {
     // Everything is read before anything is written.
     let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
     if study.is_none() && case.is_none() && brush.is_none() {
@@ -175,13 +208,13 @@ pub fn draw_saved(saved: &Path, directory: &Path, kinds: FigureArgs) -> Result<V
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
         let comparisons = compare(&study, &results, &measured);
-        drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, kinds)?);
+        drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, figures)?);
     }
     if let Some(contact) = case {
-        drawn.push(draw_contact(directory, &contact, kinds)?);
+        drawn.push(draw_contact(directory, &contact, figures)?);
     }
     if let Some(brush) = brush {
-        drawn.push(draw_brush(directory, &brush, None, kinds)?);
+        drawn.push(draw_brush(directory, &brush, None, figures)?);
     }
     Ok(drawn)
 }
@@ -192,9 +225,9 @@ fn write_pictures(
     directory: &Path,
     pictures: &[Picture],
     threads: Option<NonZeroUsize>,
-    kinds: FigureArgs,
+    figures: &Figures,
 ) -> Result<String, PicturesError> {
-    if pictures.is_empty() || !kinds.are_drawn() {
+    if pictures.is_empty() || !figures.are_drawn() {
         return Ok("no figures".to_owned());
     }
     let directory = directory.join(FIGURES);
@@ -202,7 +235,7 @@ fn write_pictures(
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
     let stage = |Picture { name, canvas }: &Picture| {
-        for ending in kinds.endings() {
+        for ending in figures.endings {
             let content = if *ending == ENDINGS[0] { canvas.svg().into_bytes() } else { canvas.png() };
             let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
@@ -227,9 +260,9 @@ fn write_pictures(
     for file in staged.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
         file.commit()?;
     }
-    let figures = if pictures.len() == 1 { "figure" } else { "figures" };
-    let kinds = kinds.endings().join(" and ").to_uppercase().replace("AND", "and");
-    Ok(format!("wrote {} {figures} as {kinds} to {}", pictures.len(), shown_path(&directory)))
+    let count = if pictures.len() == 1 { "figure" } else { "figures" };
+    let kinds = figures.endings.join(" and ").to_uppercase().replace("AND", "and");
+    Ok(format!("wrote {} {count} as {kinds} to {}", pictures.len(), shown_path(&directory)))
 }
 
 /// Whether a file name is that of a picture of a study.
@@ -249,11 +282,11 @@ fn picture(name: &str) -> Option<&str> {
 
 /// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. So are files of
 /// kinds that are not drawn. A failure to remove one is not an error.
-fn remove_others(directory: &Path, pictures: &[Picture], kinds: FigureArgs, is_ours: fn(&str) -> bool) {
+fn remove_others(directory: &Path, pictures: &[Picture], figures: &Figures, is_ours: fn(&str) -> bool) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
         let name = picture(path.file_name()?.to_str()?)?;
-        let is_drawn = kinds.endings().iter().any(|ending| path.extension().is_some_and(|own| own == *ending));
+        let is_drawn = figures.endings.iter().any(|ending| path.extension().is_some_and(|own| own == *ending));
         let is_old = is_ours(name) && !(is_drawn && pictures.iter().any(|picture| picture.name == name));
         is_old.then(|| fs::remove_file(&path).ok()).flatten()
     };

@@ -58,7 +58,7 @@ fn write(path: &Path, study: &Study, title: &str, colours: Axis, values: Vec<Opt
         marked: vec![false; values.len()],
         values,
         range: None,
-        level: None,
+        line: None,
     };
     std::fs::write(path, map.draw().svg())?;
     eprintln!("wrote {}", path.display());

@@ -12,7 +12,7 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::settings::Settings;
 use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_report::figures::Brush;
-use bristle_report::page::brush_page;
+use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::brush_table;
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_study::assumptions::Assumptions;
@@ -28,7 +28,7 @@ use clap::Args;
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
 use crate::input::InputArgs;
-use crate::pictures::{FIGURES, FigureArgs, draw_brush, is_picture_of_simulation, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
@@ -112,13 +112,15 @@ impl BrushArgs {
 
 /// Runs the command.
 pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
     let settings = document.settings()?;
     if settings.brush.is_none() {
         return Err(CliError::NoBrush(arguments.input.file.clone()));
     }
-    arguments.input.warn_of(&unusual(&settings))?;
+    let unusual = unusual(&settings);
+    arguments.input.warn_of(&unusual)?;
     prepare_directory(&arguments.out)?;
     let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT]].concat();
     let _occupied = occupy(
@@ -130,11 +132,12 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     }
     match simulate(arguments, &settings)? {
         Some((result, checkpoint)) => {
-            let table = write_results(arguments, settings.clone(), result)?;
-            checkpoint.remove()?;
-            show(table)?;
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
+            let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+            let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
+            checkpoint.remove()?;
+            show(table)?;
             if !assumptions.list.is_empty() {
                 show(format_args!("\n{}", assumptions.text(width())))?;
             }
@@ -220,7 +223,13 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 }
 
 /// Writes all results and tells the user. Returns the table of the results.
-fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushResult) -> Result<String, CliError> {
+fn write_results(
+    arguments: &BrushArgs,
+    settings: Settings,
+    mut result: BrushResult,
+    notes: Notes<'_>,
+    figures: &Figures,
+) -> Result<String, CliError> {
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
@@ -242,7 +251,7 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         settings,
     };
     let name = arguments.input.short_name();
-    let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result))?;
+    let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result, notes))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
     for file in staged.into_iter().chain([page]) {
         say_written(&file.commit()?);
@@ -252,6 +261,6 @@ fn write_results(arguments: &BrushArgs, settings: Settings, mut result: BrushRes
         remove(&arguments.out.join(name))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), arguments.figures)?)?;
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), figures)?)?;
     Ok(brush_table(&result))
 }

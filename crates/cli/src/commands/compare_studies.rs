@@ -8,7 +8,6 @@ use bristle_files::journal_file::JOURNAL;
 use bristle_files::staged::{occupy, prepare_directory};
 use bristle_files::study_files::{COMPARISON, MEASURED, REPORT, RUNS, RUNS_PARQUET, STUDY};
 use bristle_report::page::{Recorder, page};
-use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::joined::{Joined, NamedStudy, join};
 use bristle_study::measured::compare;
@@ -17,11 +16,11 @@ use bristle_study::text::number::counted;
 use bristle_text::shown_path;
 use clap::Args;
 
-use crate::commands::study::write_results;
+use crate::commands::study::{show_tables, write_results};
 use crate::error::CliError;
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_of, say_drawn};
 use crate::saved::{SavedError, saved_study};
-use crate::terminal::{say, say_written, show, width};
+use crate::terminal::{say, say_written};
 
 /// Compare saved studies, each as a tool of its own, in one page and one set of figures
 ///
@@ -52,6 +51,7 @@ pub struct CompareStudiesArgs {
 
 /// Runs the command.
 pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
     let out = &arguments.out;
     let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
     let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
@@ -61,7 +61,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     prepare_directory(out)?;
     let files = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(out, &[("", &|name| files.contains(&name)), (FIGURES, &is_picture_of_study)])?;
-    if arguments.figures.are_drawn() {
+    if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }
     let courses = Recorder::new(&study).finish(&results, None).map_err(CliError::Threads)?;
@@ -69,12 +69,11 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     let comparisons = compare(&study, &results, &measured);
     let page = page(&name, &study, &results, &courses, &Assumptions::default(), &comparisons);
     let files = write_results(out, &study, &origin, &results, &page, &measured)?;
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, arguments.figures)?;
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
-    show(format_args!("{}\n", tools_table(&study, width())))?;
-    show(study_tables(&study, &results, width()))?;
+    show_tables(&study, &results)?;
     say_drawn(&drawn)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -29,7 +29,7 @@ pub struct PlotArgs {
 /// Runs the command.
 pub fn run(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.results);
-    for drawn in draw_saved(&arguments.results, out, arguments.figures)? {
+    for drawn in draw_saved(&arguments.results, out, &arguments.figures.figures()?)? {
         say_drawn(&drawn)?;
     }
     Ok(ExitCode::SUCCESS)

@@ -78,6 +78,7 @@ pub struct SimulateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
     let (settings, unstated, material) = (document.settings()?, document.unstated(), document.material());
@@ -148,7 +149,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    let drawn = draw_contact(&arguments.out, &contact, arguments.figures)?;
+    let drawn = draw_contact(&arguments.out, &contact, &figures)?;
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
     let shown = say_drawn(&drawn)
         .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));

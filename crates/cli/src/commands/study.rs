@@ -214,6 +214,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
 
 /// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
 pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
     let study = document.study()?;
@@ -226,7 +227,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     prepare_directory(&arguments.out)?;
     let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
     let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
-    if arguments.figures.are_drawn() {
+    if figures.are_drawn() {
         prepare_directory(&arguments.out.join(FIGURES))?;
     }
 
@@ -241,8 +242,8 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     let comparisons = compare(&study, &results, &measured);
     let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
     let files = write_results(&arguments.out, &study, &Origin::here(), &results, &page, &measured)?;
-    let (out, threads, kinds) = (&arguments.out, arguments.threads(), arguments.figures);
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, kinds)?;
+    let (out, threads) = (&arguments.out, arguments.threads());
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, &figures)?;
 
     let tables = if arguments.json {
         Ok(())
@@ -270,12 +271,19 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }
 
+/// Shows the tables of a study, below that of what its named tools differ in.
+pub fn show_tables(study: &Study, results: &[CaseResult]) -> io::Result<()> {
+    let tables = study_tables(study, results, width());
+    if study.tools().is_empty() {
+        show(tables)
+    } else {
+        show(format_args!("{}\n{tables}", tools_table(study, width())))
+    }
+}
+
 /// Shows the tables of a study, and what was not stated.
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
-    if !study.tools().is_empty() {
-        show(format_args!("{}\n", tools_table(study, width())))?;
-    }
-    show(study_tables(study, results, width()))?;
+    show_tables(study, results)?;
     if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }
 

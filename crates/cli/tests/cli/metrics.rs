@@ -4,6 +4,7 @@ use std::fs;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scope};
+use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
@@ -105,7 +106,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> (usize, usize) {
         let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
         !column.display.optional || values.into_iter().any(|value| value != 0.0)
     };
-    let pictures = study_figures(study, results, &[]).pictures;
+    let pictures = study_figures(study, results, &[], &Format::default()).pictures;
     let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
     let drawn: Vec<&str> =
         at_least(Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();

@@ -166,6 +166,32 @@ fn figures_are_drawn_as_asked() {
     said(&directory, "simulate case.toml --out one --figures png");
     assert_eq!(endings(&directory.path().join("one/figures")), ["png"]);
     refused(&directory, "study case.toml --out results --figures svg --no-figures");
+
+    // For a paper.
+    said(&directory, "plot results --figure-width 84mm --font-size 8pt --figures svg --font STIX");
+    let svg = fs::read_to_string(figures.join("tool_force_map.svg")).expect("a figure");
+    assert!(svg.starts_with("<svg width=\"84mm\"") && svg.contains("'STIX', "), "{svg:.200}");
+    said(&directory, "simulate case.toml --out one --figure-width springer --font Arial");
+    let svg = fs::read_to_string(directory.path().join("one/figures/history.svg")).expect("a figure");
+    assert!(svg.starts_with("<svg width=\"84mm\""), "{svg:.200}");
+    for (options, told) in [
+        ("--figure-width 84", "must be a length with its unit, such as 84mm or 239pt, or the column of a journal"),
+        ("--figure-width 2m", "must be"),
+        ("--figure-width 400mm", "must be 30 mm to 300 mm"),
+        ("--font-size 8", "must be a length with its unit"),
+        ("--font-size 72pt", "must be 4 pt to 24 pt"),
+        ("--font a<b", "must be the name of a font"),
+        ("--figure-width 40mm --font-size 8pt", "figures 40.0 mm wide have no room for text of 8.0 pt"),
+        ("--font STIX", "PNG figures have the font Liberation Sans only"),
+    ] {
+        for command in
+            ["study case.toml --out new", "simulate case.toml --out new", "brush case.toml --out new", "plot results"]
+        {
+            let message = refused(&directory, &format!("{command} {options}"));
+            assert!(message.contains(told), "{command} {options}: {message}");
+        }
+    }
+    assert!(!directory.path().join("new").exists(), "what cannot be drawn is refused before anything is written");
 }
 
 #[test]

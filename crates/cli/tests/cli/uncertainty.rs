@@ -3,6 +3,7 @@
 use std::fs;
 
 use bristle::simulation::simulate;
+use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::tables::study_tables;
 use bristle_study::document::Document;
@@ -78,7 +79,7 @@ fn cases_with_and_without_scatter_mix() {
     let tables = study_tables(&study, &results, WIDTH);
     let without_band = tables.lines().filter(|line| line.ends_with('–')).count();
     assert!(!tables.contains("failed") && without_band == 2, "{tables}");
-    let pictures = study_figures(&study, &results, &[]).pictures;
+    let pictures = study_figures(&study, &results, &[], &Format::default()).pictures;
     let scatter = pictures.iter().filter(|picture| picture.name.starts_with("scatter_"));
     let names: Vec<&str> = scatter.map(|picture| picture.name.as_str()).collect();
     assert_eq!(names, ["scatter_over_velocity", "scatter_over_diameter_std_m"]);

@@ -222,5 +222,5 @@ fn a_wider_terminal_is_used() {
         let [tables, _] = printed(directory.path(), "study long.toml --out long --no-figures", width);
         tables.lines().filter(|line| line.trim_start().starts_with("row ")).count()
     };
-    assert_eq!((lists(None), lists(Some(200))), (3, 0), "lists that are tied by the numbers of rows, or one list");
+    assert_eq!((lists(None), lists(Some(200))), (2, 0), "lists that are tied by the numbers of rows, or one list");
 }

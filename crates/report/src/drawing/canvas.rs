@@ -3,6 +3,7 @@
 //! Coordinates are whole numbers ([`fine`] converts pixels), so that both forms are the same on every machine.
 
 use super::color::{Color, WHITE};
+use super::format::Format;
 
 /// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole numbers.
 pub(super) const FINE: i32 = 10;
@@ -21,6 +22,8 @@ pub const fn fine(pixels: i32) -> i32 {
 pub struct Canvas {
     /// Width and height in pixels.
     size: (i32, i32),
+    /// How large it is on paper, and its font.
+    format: Format,
     /// In drawing order: the last one is on top.
     shapes: Vec<Shape>,
 }
@@ -137,10 +140,20 @@ impl TextStyle {
 impl Canvas {
     /// An empty canvas of a width and a height in pixels.
     #[must_use]
-    pub fn new((width, height): (i32, i32)) -> Self {
-        let mut canvas = Self { size: (width, height), shapes: Vec::new() };
+    pub fn new(size: (i32, i32)) -> Self {
+        Self::on(&Format::default(), size)
+    }
+
+    /// An empty canvas of a format. Width and height are pixels of its layout.
+    pub(crate) fn on(format: &Format, (width, height): (i32, i32)) -> Self {
+        let mut canvas = Self { size: (width, height), format: format.clone(), shapes: Vec::new() };
         canvas.rectangle([(0, 0), (fine(width), fine(height))], WHITE);
         canvas
+    }
+
+    /// Its format.
+    pub(super) fn format(&self) -> &Format {
+        &self.format
     }
 
     /// Width and height in pixels.
@@ -193,6 +206,7 @@ impl Canvas {
 
     /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts.
     pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
+        let style = TextStyle { size: fine(self.format.font_size(style.size / fine(1))), ..style };
         self.shapes.push(Shape::Text { text: text.to_owned(), style, at });
     }
 }

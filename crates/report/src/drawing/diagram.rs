@@ -1,30 +1,31 @@
 //! Diagrams: curves on two axes.
 //!
-//! The legend never covers a point: it goes into a free corner, or to the right of the diagram.
+//! The legend never covers a point: it goes into a free corner, or to the right of the diagram, or on paper below it.
 
+use super::format::Format;
+use super::heading::Heading;
 use super::pens::{pen, reference_pen};
 use super::scale::{Axis, Scale, coordinate};
-use super::{Canvas, FAINT, GREY, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
+use super::{Canvas, FAINT, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
 
-/// Size of a figure in pixels. A figure with its legend outside the diagram may be wider.
-const SIZE: (i32, i32) = (680, 430);
-/// Pixels above, below and to the right of the diagram.
-const TOP: i32 = 40;
+/// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of the diagram may be wider.
+const SIZE: (i32, i32) = (680, 340);
+/// Least height of the diagram on paper.
+const MIN_HEIGHT: i32 = 170;
+/// Pixels below and to the right of the diagram.
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 24;
 /// Minimum width of a diagram.
 const MIN_WIDTH: i32 = 400;
 /// With more curves than this, the legend goes to the right of the diagram.
 const MAX_IN_CORNER: usize = 5;
-/// Height of a subtitle.
-pub const SUBTITLE: i32 = 18;
 /// Height of a legend row, where its text begins, and the margin around the legend.
 const ROW: i32 = 18;
 const TEXT: i32 = 58;
 const MARGIN: i32 = 8;
 /// Maximum number of markers on a line.
 const MAX_MARKERS: usize = 25;
-/// Opacity of a band, and half the width of the cap of an error bar.
+/// Opacity of a band and of a stripe, and half the width of the cap of an error bar.
 const BAND: f64 = 0.15;
 const CAP: i32 = 4;
 /// Points closer than half a pixel to the previous one are left out; in coordinates of the canvas.
@@ -56,6 +57,8 @@ pub struct Curve {
     pub look: Look,
     /// Number of its pen; by default its position among the curves of its kind.
     pub pen: Option<usize>,
+    /// Pixels by which it is drawn to the right of its points, so that several error bars at one place are seen.
+    pub shift: i32,
 }
 
 /// How points are drawn.
@@ -73,18 +76,31 @@ pub enum Look {
     Band,
     /// Error bars, two points each.
     Bars,
+    /// A light coloured stripe over the whole height, between its first and its last point.
+    Stripe,
 }
 
 impl Curve {
     /// A curve.
     pub fn new(name: impl Into<String>, look: Look, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, look, pen: None }
+        Self { name: name.into(), points, look, pen: None, shift: 0 }
     }
 
     /// Gives the curve a pen that others may share.
     #[must_use]
     pub fn with_pen(self, index: usize) -> Self {
         Self { pen: Some(index), ..self }
+    }
+
+    /// Draws the curve some pixels to the right of its points.
+    #[must_use]
+    pub fn shifted(self, shift: i32) -> Self {
+        Self { shift, ..self }
+    }
+
+    /// Whether it is an area, which lies below lines.
+    fn is_area(&self) -> bool {
+        [Look::Band, Look::Stripe].contains(&self.look)
     }
 }
 
@@ -106,7 +122,7 @@ impl Styled<'_> {
                 let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
                 self.pen.markers(canvas, &marked);
             }
-            Look::Band => canvas.area(points, self.pen.color, BAND),
+            Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND),
             Look::Bars => {
                 let whole = Pen { dash: (1, 0), tenths: 12, ..self.pen };
                 whole.line(canvas, points);
@@ -120,7 +136,7 @@ impl Styled<'_> {
 
 /// Bands and references come first, so that they lie below the rest. References with the same name look the same.
 fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
-    let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.look == Look::Band);
+    let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.is_area());
     let (references, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|curve| curve.look == Look::Reference);
     let own = |index: usize, curve: &Curve| pen(curve.pen.unwrap_or(index));
     let mut names: Vec<&str> = Vec::new();
@@ -144,8 +160,14 @@ pub type Frame = [i32; 4];
 fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> Vec<Vec<(i32, i32)>> {
     let place = |&(across, up): &(f64, f64)| {
         let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
-        Some((x.place(across, left, right), y.place(up, bottom, top)))
+        Some((x.place(across, left, right) + fine(curve.shift), y.place(up, bottom, top)))
     };
+    if let (Look::Stripe, [(first, _), .., (last, _)]) = (curve.look, &curve.points[..]) {
+        let ends = [*first, *last].map(|across| coordinate(&x.axis, across));
+        let [Some(from), Some(to)] = ends.map(|at| Some(x.place(at?, left, right))) else { return Vec::new() };
+        let [top, bottom] = [top, bottom].map(fine);
+        return vec![vec![(from, bottom), (from, top), (to, top), (to, bottom)]];
+    }
     if curve.look == Look::Bars {
         let bars = curve.points.chunks_exact(2);
         return bars.filter_map(|ends| ends.iter().map(place).collect()).collect();
@@ -180,15 +202,22 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
 }
 
 impl Diagram {
-    /// Draws the diagram.
+    /// Draws the diagram for a screen.
     #[must_use]
     pub fn draw(&self) -> Canvas {
-        let shown = || {
-            let points = self.curves.iter().flat_map(|curve| &curve.points);
+        self.draw_in(&Format::default())
+    }
+
+    /// Draws the diagram.
+    #[must_use]
+    pub fn draw_in(&self, format: &Format) -> Canvas {
+        let shown = |stripes: bool| {
+            let curves = self.curves.iter().filter(move |curve| stripes || curve.look != Look::Stripe);
+            let points = curves.flat_map(|curve| &curve.points);
             points.filter_map(|&(x, y)| Some((coordinate(&self.x, x)?, coordinate(&self.y, y)?)))
         };
-        let x = Scale::new(self.x.clone(), shown().map(|(x, _)| x));
-        let y = Scale::new(self.y.clone(), shown().map(|(_, y)| y));
+        let x = Scale::new(self.x.clone(), shown(true).map(|(x, _)| x));
+        let y = Scale::new(self.y.clone(), shown(false).map(|(_, y)| y));
         let curves = styled(&self.curves);
         let mut entries: Vec<&Styled> = Vec::new();
         for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
@@ -198,55 +227,72 @@ impl Diagram {
             }
         }
 
-        let left = left_of(&y);
-        let extra = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
-        let (top, height) = (TOP + extra, SIZE.1 + extra);
-        let bottom = height - BOTTOM;
+        let left = left_of(format, &y);
+        let page = format.width(SIZE.0);
+        let heading = Heading::new(format, &self.title, &self.subtitle, [left, page]);
+        let top = heading.height();
+        let bottom = top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT);
+        let height = bottom + BOTTOM;
         let names = entries.iter().map(|entry| width(&entry.curve.name, 12)).max().unwrap_or(0);
-        let (wide, high) = (TEXT + names + MARGIN, ROW * entries.len() as i32 + MARGIN);
-        let within = [left, top, SIZE.0 - RIGHT, bottom];
-        let corner = free_corner(&curves, [&x, &y], within, (wide, high)).filter(|_| entries.len() <= MAX_IN_CORNER);
-        let (frame, legend) = corner.map_or_else(
-            || {
-                let right = (SIZE.0 - wide - MARGIN).max(left + MIN_WIDTH);
-                ([left, top, right, bottom], (right + MARGIN, top))
-            },
-            |corner| (within, corner),
-        );
-        let size = if corner.is_some() { (SIZE.0, height) } else { (frame[2] + MARGIN + wide, height.max(top + high)) };
+        let wide = TEXT + names + MARGIN;
+        let high = |rows: usize| ROW * rows as i32 + MARGIN;
+        let within = [left, top, page - RIGHT, bottom];
+        let corner = free_corner(&curves, [&x, &y], within, (wide, high(entries.len())));
+        let Legend { frame, place: (across, down), rows, size } = match corner {
+            Some(place) if entries.len() <= MAX_IN_CORNER => {
+                Legend { frame: within, place, rows: entries.len(), size: (page, height) }
+            }
+            _ if format.is_on_paper() => {
+                let columns = ((page - left) / wide).max(1) as usize;
+                let rows = entries.len().div_ceil(columns);
+                Legend { frame: within, place: (left, height), rows, size: (page, height + high(rows)) }
+            }
+            _ => {
+                let right = (page - wide - MARGIN).max(left + MIN_WIDTH);
+                let (frame, high) = ([left, top, right, bottom], high(entries.len()));
+                let size = (right + MARGIN + wide, height.max(top + high));
+                Legend { frame, place: (right + MARGIN, top), rows: entries.len(), size }
+            }
+        };
 
-        let mut canvas = Canvas::new(size);
-        heading(&mut canvas, left, &self.title, &self.subtitle);
+        let mut canvas = Canvas::on(format, size);
+        heading.draw(&mut canvas);
         draw_axes(&mut canvas, [&x, &y], frame);
         for styled in &curves {
             for points in places(styled.curve, [&x, &y], frame) {
                 styled.draw(&mut canvas, &points, &points);
             }
         }
-        let (across, down) = legend;
-        canvas.rectangle([(fine(across), fine(down)), (fine(across + wide), fine(down + high))], WHITE);
-        for (row, entry) in (0..).zip(&entries) {
-            let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
-            let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
-            entry.draw(&mut canvas, &line, &line[1..2]);
-            canvas.text(&entry.curve.name, text(12, INK).right(), (fine(across + TEXT), level));
+        for (index, column) in entries.chunks(rows.max(1)).enumerate() {
+            let across = across + wide * index as i32;
+            canvas.rectangle([(fine(across), fine(down)), (fine(across + wide), fine(down + high(rows)))], WHITE);
+            for (row, entry) in (0..).zip(column) {
+                let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
+                let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
+                entry.draw(&mut canvas, &line, &line[1..2]);
+                canvas.text(&entry.curve.name, text(12, INK).right(), (fine(across + TEXT), level));
+            }
         }
         canvas
     }
 }
 
-/// Room for the labels of the vertical axis, in pixels.
-pub fn left_of(y: &Scale) -> i32 {
-    let labels = y.ticks.iter().map(|(_, label)| width(label, 11)).max().unwrap_or(0);
-    36 + labels.max(24)
+/// Where the legend of a figure is.
+struct Legend {
+    /// The diagram beside it.
+    frame: Frame,
+    /// Its upper left corner in pixels.
+    place: (i32, i32),
+    /// The number of rows; further entries follow to the right.
+    rows: usize,
+    /// Size of the figure in pixels.
+    size: (i32, i32),
 }
 
-/// Writes a heading and the smaller text below it.
-pub fn heading(canvas: &mut Canvas, left: i32, title: &str, subtitle: &str) {
-    canvas.text(title, text(14, INK), (fine(left), fine(14)));
-    if !subtitle.is_empty() {
-        canvas.text(subtitle, text(11, GREY), (fine(left), fine(32)));
-    }
+/// Room for the labels of the vertical axis, in pixels.
+pub fn left_of(format: &Format, y: &Scale) -> i32 {
+    let labels = y.ticks.iter().map(|(_, label)| width(label, format.font_size(11))).max().unwrap_or(0);
+    36 + labels.max(24)
 }
 
 /// The corner of the frame in which a legend of this size is farthest from the curves; none if it would cover one.
@@ -307,7 +353,7 @@ mod tests {
     }
 
     fn points(points: &[(f64, f64)]) -> Vec<Curve> {
-        let looks = [Look::Reference, Look::Markers, Look::Joined, Look::Line, Look::Band, Look::Bars];
+        let looks = [Look::Reference, Look::Markers, Look::Joined, Look::Line, Look::Band, Look::Bars, Look::Stripe];
         looks.map(|look| Curve::new(format!("{look:?}"), look, points.to_vec())).into()
     }
 

@@ -2,15 +2,17 @@
 //!
 //! The colours are those of viridis, whose brightness rises evenly: a map can be read in grey.
 
-use super::diagram::{Frame, SUBTITLE, heading};
+use super::diagram::Frame;
+use super::format::Format;
+use super::heading::Heading;
 use super::scale::{Axis, Scale, coordinate};
 use super::{Canvas, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, viridis, width};
-use bristle_study::text::number::spanning;
+use bristle_study::text::number::{significant, spanning};
 
-/// Size of a figure in pixels.
-const SIZE: (i32, i32) = (680, 430);
-/// Pixels above, below and to the right of the cells.
-const TOP: i32 = 40;
+/// Width of a figure and height of its cells in pixels, and the least height on paper.
+const SIZE: (i32, i32) = (680, 340);
+const MIN_HEIGHT: i32 = 170;
+/// Pixels below and to the right of the cells.
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 100;
 /// Distance between the colour bar and the cells, and width of the bar.
@@ -54,8 +56,17 @@ pub struct Map {
     pub marked: Vec<bool>,
     /// Range of the colours; by default that of the values.
     pub range: Option<[f64; 2]>,
-    /// A value whose contour line is drawn.
-    pub level: Option<f64>,
+    /// The line that is drawn, if there is one.
+    pub line: Option<Line>,
+}
+
+/// A contour line of the quantity, or of another one over the same sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// The value along it.
+    pub level: f64,
+    /// The values of the other quantity, row by row from the bottom.
+    pub other: Option<Vec<Option<f64>>>,
 }
 
 impl Side {
@@ -97,12 +108,7 @@ const MARK: i32 = 9;
 
 /// The number in a cell.
 fn number(value: f64, colours: &Axis) -> String {
-    let decimals = match value.abs() {
-        100.0.. => 0,
-        10.0.. => 1,
-        _ => 2,
-    };
-    let number = if colours.logarithmic { spanning(value) } else { format!("{value:.decimals$}") };
+    let number = if colours.logarithmic { spanning(value) } else { significant(value) };
     number.replace('-', "−")
 }
 
@@ -111,39 +117,74 @@ fn part(scale: &Scale, value: f64) -> f64 {
     coordinate(&scale.axis, value).map_or(if value > 0.0 { 1.0 } else { 0.0 }, |at| scale.part(at))
 }
 
-/// Whether a piece of a line meets the rectangle with this half size around `middle`, checked at points one pixel apart.
-fn crosses([from, to]: [(i32, i32); 2], middle: (i32, i32), half: (i32, i32)) -> bool {
-    let (wide, high) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
-    let steps = (wide.abs().max(high.abs()) / f64::from(fine(1))).ceil().max(1.0);
-    (0..=steps as i32).any(|step| {
-        let part = f64::from(step) / steps;
-        let (x, y) = (f64::from(from.0) + part * wide, f64::from(from.1) + part * high);
-        (x - f64::from(middle.0)).abs() <= f64::from(half.0) && (y - f64::from(middle.1)).abs() <= f64::from(half.1)
-    })
+/// The number in a cell on the canvas.
+struct Number {
+    text: String,
+    /// The part of the colours that lies below its value.
+    part: f64,
+    middle: (i32, i32),
+    /// Half its width and height.
+    half: (i32, i32),
+}
+
+impl Number {
+    /// Whether a point is on the number, or next to it.
+    fn covers(&self, (x, y): (i32, i32)) -> bool {
+        (x - self.middle.0).abs() <= self.half.0 + fine(FREE.0) / 2
+            && (y - self.middle.1).abs() <= self.half.1 + fine(FREE.1) / 4
+    }
+}
+
+/// The parts of a straight line beside the numbers, told apart at points one pixel apart.
+fn beside([from, to]: [(i32, i32); 2], numbers: &[Number]) -> Vec<[(i32, i32); 2]> {
+    let (wide, high) = (to.0 - from.0, to.1 - from.1);
+    let steps = (wide.abs().max(high.abs()) / fine(1)).max(1);
+    let at = |step: i32| (from.0 + wide * step / steps, from.1 + high * step / steps);
+    let mut parts: Vec<[i32; 2]> = Vec::new();
+    let is_free = |step: &i32| !numbers.iter().any(|number| number.covers(at(*step)) || number.covers(at(step + 1)));
+    for step in (0..steps).filter(is_free) {
+        match parts.last_mut() {
+            Some([_, end]) if *end == step => *end += 1,
+            _ => parts.push([step, step + 1]),
+        }
+    }
+    parts.into_iter().map(|ends| ends.map(at)).collect()
 }
 
 impl Map {
-    /// Draws the map.
+    /// Draws the map for a screen.
     #[must_use]
     pub fn draw(&self) -> Canvas {
+        self.draw_in(&Format::default())
+    }
+
+    /// Draws the map.
+    #[must_use]
+    pub fn draw_in(&self, format: &Format) -> Canvas {
         let known = self.values.iter().flatten().copied();
         let limits = self.range.into_iter().flatten();
         let shown: Vec<f64> = limits.chain(known).filter_map(|value| coordinate(&self.colours, value)).collect();
         let scale = Scale::exact(self.colours.clone(), shown.iter().copied());
-        let height_of_heading = if self.subtitle.is_empty() { 0 } else { SUBTITLE };
-        let labels = self.y.labels.iter().map(|label| width(label, 11)).max().unwrap_or(0);
+        let size = format.font_size(11);
+        let labels = self.y.labels.iter().map(|label| width(label, size)).max().unwrap_or(0);
         let left = 36 + labels.max(24);
-        let (top, height) = (TOP + height_of_heading, SIZE.1 + height_of_heading);
-        let frame @ [_, _, right, bottom] = [left, top, SIZE.0 - RIGHT, height - BOTTOM];
-        let mut canvas = Canvas::new((SIZE.0, height));
-        heading(&mut canvas, left, &self.title, &self.subtitle);
+        let page = format.width(SIZE.0);
+        let heading = Heading::new(format, &self.title, &self.subtitle, [left, page]);
+        let top = heading.height();
+        let frame @ [_, _, right, bottom] = [left, top, page - RIGHT, top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT)];
+        let mut canvas = Canvas::on(format, (page, bottom + BOTTOM));
+        heading.draw(&mut canvas);
         self.draw_cells(&mut canvas, frame, &scale);
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
-        self.draw_level(&mut canvas, &across, &up);
-        self.draw_numbers(&mut canvas, &scale, &across, &up);
+        let numbers = self.numbers(format, &scale, &across, &up);
+        self.draw_line(&mut canvas, &numbers, &across, &up);
+        for number in numbers {
+            let shade = if number.part < 0.6 { WHITE } else { INK };
+            canvas.text(&number.text, text(NUMBER, shade).centred(), number.middle);
+        }
         canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
-        let below = ticks(&self.x, &across, |label| width(label, 11) + 8);
+        let below = ticks(&self.x, &across, |label| width(label, size) + 8);
         let name = (&*self.x.label, ((left + right) / 2, bottom + 38));
         axis(&mut canvas, name, &below, false, |x| (across(x), fine(bottom)));
         let beside = ticks(&self.y, &up, |_| 15);
@@ -189,50 +230,59 @@ impl Map {
         }
     }
 
-    /// Writes the numbers of all cells if all of them fit, except those that the contour line crosses.
-    fn draw_numbers(&self, canvas: &mut Canvas, scale: &Scale, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
+    /// The numbers of all cells if all of them fit, otherwise none.
+    fn numbers(
+        &self,
+        format: &Format,
+        scale: &Scale,
+        across: &impl Fn(f64) -> i32,
+        up: &impl Fn(f64) -> i32,
+    ) -> Vec<Number> {
+        let size = format.font_size(NUMBER);
         let (xs, ys) = (self.x.borders(), self.y.borders());
-        let mut numbers = Vec::new();
+        let (mut numbers, mut largest) = (Vec::new(), 0.0_f64);
         for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
             for (value, x) in row.iter().zip(xs.windows(2)) {
                 let Some(value) = *value else { continue };
-                let number = number(value, &self.colours);
-                let half = (fine(width(&number, NUMBER)) / 2, fine(NUMBER) / 2);
+                let text = number(value, &self.colours);
+                let half = (fine(width(&text, size)) / 2, fine(size) / 2);
                 let [left, right] = [x[0], x[1]].map(across);
                 let [bottom, top] = [y[0], y[1]].map(up);
                 if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
-                    return;
+                    return Vec::new();
                 }
-                numbers.push((value, number, ((left + right) / 2, (top + bottom) / 2), half));
+                let middle = ((left + right) / 2, (top + bottom) / 2);
+                numbers.push(Number { text, part: part(scale, value), middle, half });
+                largest = largest.max(value.abs());
             }
         }
-        let largest = numbers.iter().fold(0.0_f64, |largest, (value, ..)| largest.max(value.abs()));
-        if !scale.factor.is_empty() || largest < 0.1 {
-            return;
-        }
-        let line = self.level_line(across, up);
-        for (value, number, middle, half) in numbers {
-            let near = (half.0 + fine(FREE.0) / 2, half.1 + fine(FREE.1) / 2);
-            if line.iter().any(|piece| crosses(*piece, middle, near)) {
-                continue;
+        if scale.factor.is_empty() && largest >= 0.1 { numbers } else { Vec::new() }
+    }
+
+    /// The pieces of the contour line in coordinates of the canvas; none without a line.
+    fn pieces(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
+        let Some(Line { level, other }) = &self.line else { return Vec::new() };
+        let sides = [&self.x.values[..], &self.y.values];
+        let pieces = match other {
+            Some(values) => contour(sides, values, *level),
+            None => {
+                let at = |value: f64| coordinate(&self.colours, value);
+                let coordinates: Vec<Option<f64>> = self.values.iter().map(|value| value.and_then(at)).collect();
+                at(*level).map_or_else(Vec::new, |level| contour(sides, &coordinates, level))
             }
-            let shade = if part(scale, value) < 0.6 { WHITE } else { INK };
-            canvas.text(&number, text(NUMBER, shade).centred(), middle);
-        }
+        };
+        pieces.into_iter().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
     }
 
-    /// The pieces of the contour line in coordinates of the canvas; none without a level.
-    fn level_line(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
-        let at = |value: f64| coordinate(&self.colours, value);
-        let coordinates: Vec<Option<f64>> = self.values.iter().map(|value| value.and_then(at)).collect();
-        let level = self.level.and_then(at);
-        let pieces = level.map(|level| contour([&self.x.values, &self.y.values], &coordinates, level));
-        pieces.into_iter().flatten().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
-    }
-
-    /// Draws the contour line in ink on white, so that it shows on every colour.
-    fn draw_level(&self, canvas: &mut Canvas, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) {
-        let pieces = self.level_line(across, up);
+    /// Draws the contour line in ink on white, so that it shows on every colour, with gaps at the numbers.
+    fn draw_line(
+        &self,
+        canvas: &mut Canvas,
+        numbers: &[Number],
+        across: &impl Fn(f64) -> i32,
+        up: &impl Fn(f64) -> i32,
+    ) {
+        let pieces: Vec<_> = self.pieces(across, up).into_iter().flat_map(|piece| beside(piece, numbers)).collect();
         for (color, tenths) in LINE {
             for piece in &pieces {
                 canvas.line(*piece, stroke(color, tenths));
@@ -256,7 +306,8 @@ impl Map {
             canvas.text(label, text(11, INK).right(), (fine(end + 7), level));
             labels = labels.max(width(label, 11));
         }
-        let level = self.level.and_then(|level| coordinate(&self.colours, level));
+        let own = self.line.as_ref().filter(|line| line.other.is_none());
+        let level = own.and_then(|line| coordinate(&self.colours, line.level));
         if let Some(level) = level.filter(|level| (0.0..=1.0).contains(&scale.part(*level))) {
             let level = scale.place(level, bottom, top);
             for (color, tenths) in LINE {
@@ -331,7 +382,17 @@ mod tests {
     fn map(xs: &[f64], ys: &[f64], values: Vec<Option<f64>>) -> Map {
         let (title, subtitle, colours) = ("Title".to_owned(), "Below".to_owned(), Axis::linear("quantity"));
         let marked = values.iter().map(Option::is_some).collect();
-        Map { title, subtitle, x: side(xs), y: side(ys), colours, values, marked, range: None, level: Some(0.5) }
+        Map {
+            title,
+            subtitle,
+            x: side(xs),
+            y: side(ys),
+            colours,
+            values,
+            marked,
+            range: None,
+            line: Some(Line { level: 0.5, other: None }),
+        }
     }
 
     #[test]
@@ -353,6 +414,26 @@ mod tests {
         assert_eq!(contour([&xs[..2], &ys[..2]], &saddle, 0.5).len(), 2);
         let gap = [Some(1.0), None, Some(0.0), Some(1.0)];
         assert!(contour([&xs[..2], &ys[..2]], &gap, 0.5).is_empty());
+    }
+
+    #[test]
+    fn the_line_leaves_numbers_free() {
+        let number = |x: i32| Number { text: "1".to_owned(), part: 0.5, middle: (x, 0), half: (fine(5), fine(5)) };
+        let line = [(0, 0), (fine(100), 0)];
+        assert_eq!(beside(line, &[]), [line]);
+        let parts = beside(line, &[number(fine(50)), number(fine(100))]);
+        let free = 5 + FREE.0 / 2;
+        let ends = [[0, 50 - free - 1], [50 + free + 1, 100 - free - 1]];
+        assert_eq!(parts, ends.map(|ends| ends.map(|x| (fine(x), 0))));
+        assert!(beside([(0, 0), (0, 0)], &[number(0)]).is_empty());
+        // The line of another quantity has no place on the colours.
+        let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
+            let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];
+            let mut map = map(&sides, &sides, values.into_iter().chain(values).map(Some).collect());
+            map.line = Some(Line { level: 1.0, other });
+            map.draw().svg().matches("stroke=\"#282C34\" stroke-width=\"20\"").count()
+        });
+        assert!(lines[0] == 0 && lines[1] > 0, "{lines:?}");
     }
 
     #[test]

@@ -8,6 +8,8 @@ pub mod clip;
 mod color;
 pub mod diagram;
 mod font;
+pub mod format;
+pub mod heading;
 pub mod map;
 pub mod pens;
 mod png;

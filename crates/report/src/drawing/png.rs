@@ -9,8 +9,8 @@ use miniz_oxide::deflate::compress_to_vec_zlib;
 const LEVEL: u8 = 1;
 
 /// A PNG file of `width` times `height` pixels, row by row from the top. Each pixel has four bytes: red, green, blue and an
-/// opacity, which is left out.
-pub(super) fn encode(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
+/// opacity, which is left out. The file states how many pixels a metre has, if there is such a number.
+pub(super) fn encode(width: u32, height: u32, per_metre: Option<u32>, pixels: &[u8]) -> Vec<u8> {
     let row_bytes = 4 * width as usize;
     let mut rows = Vec::with_capacity(pixels.len());
     for row in pixels.chunks_exact(row_bytes) {
@@ -24,9 +24,14 @@ pub(super) fn encode(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
     // Eight bits per channel, RGB, the only methods of compression and filtering, no interlacing.
     header.extend([8, 2, 0, 0, 0]);
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
-    for (kind, content) in [(b"IHDR", header), (b"IDAT", compress_to_vec_zlib(&rows, LEVEL)), (b"IEND", Vec::new())] {
-        write_chunk(&mut file, kind, &content);
+    write_chunk(&mut file, b"IHDR", &header);
+    if let Some(per_metre) = per_metre {
+        // The same in both directions; 1 stands for the metre.
+        let density = [&per_metre.to_be_bytes()[..], &per_metre.to_be_bytes(), &[1]].concat();
+        write_chunk(&mut file, b"pHYs", &density);
     }
+    write_chunk(&mut file, b"IDAT", &compress_to_vec_zlib(&rows, LEVEL));
+    write_chunk(&mut file, b"IEND", &[]);
     file
 }
 
@@ -78,11 +83,14 @@ mod tests {
     #[test]
     fn pixels_come_back() {
         let pixels: Vec<u8> = (0..3 * 2 * 4).collect();
-        let file = encode(3, 2, &pixels);
+        let file = encode(3, 2, None, &pixels);
         let length = u32::from_be_bytes(file[33..37].try_into().expect("four bytes")) as usize;
         assert_eq!((&file[12..16], &file[37..41]), (&b"IHDR"[..], &b"IDAT"[..]));
         let rows = decompress_to_vec_zlib(&file[41..41 + length]).expect("compressed rows");
         assert_eq!(rows, [0, 0, 1, 2, 4, 5, 6, 8, 9, 10, 0, 12, 13, 14, 16, 17, 18, 20, 21, 22]);
+        let on_paper = encode(3, 2, Some(23_622), &pixels);
+        assert_eq!(on_paper[33..54], *b"\0\0\0\x09pHYs\0\0\x5C\x46\0\0\x5C\x46\x01\x14\x94\x43\x41");
+        assert_eq!((&on_paper[..33], &on_paper[54..]), (&file[..33], &file[33..]));
         assert_eq!(file[41 + length + 4..], *b"\0\0\0\0IEND\xAE\x42\x60\x82");
     }
 }

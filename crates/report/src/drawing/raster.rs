@@ -10,25 +10,24 @@ use super::{font, png};
 const SCALE: f32 = 2.0;
 
 impl Canvas {
-    /// The figure as a PNG file, with twice the width and the height of the SVG file in pixels.
+    /// The figure as a PNG file: with twice the width and the height of the SVG file in pixels, or 600 pixels per inch on paper. Its
+    /// font is Liberation Sans, whatever that of the format is.
     ///
     /// # Panics
     /// If the figure has no pixels, or more than fit into memory.
     #[must_use]
     pub fn png(&self) -> Vec<u8> {
         let (width, height) = self.size();
-        let [width, height] = [width, height].map(|pixels| (pixels as f32 * SCALE) as u32);
+        let on_paper = self.format().resolution();
+        let scale = on_paper.map_or(SCALE, |(scale, _)| scale as f32);
+        let [width, height] = [width, height].map(|pixels| (pixels as f32 * scale).round() as u32);
         let mut pixels = Pixmap::new(width, height).expect("a figure has pixels, and they fit into memory");
+        let to_pixels = Transform::from_scale(scale / FINE as f32, scale / FINE as f32);
         for shape in self.shapes() {
-            draw(&mut pixels, shape);
+            draw(&mut pixels, shape, to_pixels);
         }
-        png::encode(width, height, pixels.data())
+        png::encode(width, height, on_paper.map(|(_, per_metre)| per_metre), pixels.data())
     }
-}
-
-/// Converts coordinates to pixels of the bitmap.
-fn scale() -> Transform {
-    Transform::from_scale(SCALE / FINE as f32, SCALE / FINE as f32)
 }
 
 fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
@@ -39,7 +38,8 @@ fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
     paint
 }
 
-fn draw(pixels: &mut Pixmap, shape: &Shape) {
+/// Draws a shape, whose coordinates `scale` converts to pixels of the bitmap.
+fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
     let mut fill = |path: Option<Path>, paint: &Paint<'_>, transform| {
         // A text of spaces, for one, has no path.
         if let Some(path) = path {
@@ -50,23 +50,23 @@ fn draw(pixels: &mut Pixmap, shape: &Shape) {
         Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
             let [left, top, right, bottom] = [left, top, right, bottom].map(|&coordinate| coordinate as f32);
             let path = Rect::from_ltrb(left, top, right, bottom).map(PathBuilder::from_rect);
-            fill(path, &paint(*color, 1.0), scale());
+            fill(path, &paint(*color, 1.0), scale);
         }
         Shape::Polygon { points, fill: color, opacity } => {
-            fill(polyline(points, true), &paint(*color, *opacity), scale())
+            fill(polyline(points, true), &paint(*color, *opacity), scale)
         }
         Shape::Circle { centre: (x, y), radius, fill: color } => {
-            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), &paint(*color, 1.0), scale());
+            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), &paint(*color, 1.0), scale);
         }
         Shape::Line { points, stroke } => {
             let look = tiny_skia::Stroke { width: stroke.width as f32, line_cap: LineCap::Butt, ..Default::default() };
             if let Some(path) = polyline(points, false) {
-                pixels.stroke_path(&path, &paint(stroke.color, 1.0), &look, scale(), None);
+                pixels.stroke_path(&path, &paint(stroke.color, 1.0), &look, scale, None);
             }
         }
         Shape::Text { text, style, at } => {
             let (path, turn) = outline(text, style, *at);
-            fill(path, &paint(style.color, 1.0), scale().pre_concat(turn));
+            fill(path, &paint(style.color, 1.0), scale.pre_concat(turn));
         }
     }
 }

@@ -11,16 +11,30 @@ pub struct Axis {
     pub label: Cow<'static, str>,
     /// Whether powers of ten are at equal distances.
     pub logarithmic: bool,
-    /// Whether zero is always shown.
-    pub from_zero: bool,
+    /// Whether zero is shown.
+    pub zero: Zero,
     /// The names of the coordinates 0, 1, 2 and so on; empty if coordinates are numbers.
     pub names: Vec<String>,
 }
 
+/// Whether a linear axis shows zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Zero {
+    /// Where it is between the values.
+    Between,
+    /// Where values come near: unless all are at least half of the largest.
+    Near,
+    /// Always.
+    Always,
+}
+
+/// Least length of an axis of [`Zero::Near`], as a part of its largest value. Smaller changes look as small as they are.
+const LEAST_PART: f64 = 0.01;
+
 impl Axis {
     /// A linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
-        Self { label: label.into(), logarithmic: false, from_zero: false, names: Vec::new() }
+        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new() }
     }
 
     /// A logarithmic axis.
@@ -35,7 +49,27 @@ impl Axis {
 
     /// A linear axis that always shows zero.
     pub fn from_zero(label: impl Into<Cow<'static, str>>) -> Self {
-        Self { from_zero: true, ..Self::linear(label) }
+        Self { zero: Zero::Always, ..Self::linear(label) }
+    }
+
+    /// A linear axis of an amount: it begins at zero if some values come near zero, and where the values are otherwise.
+    pub fn amount(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { zero: Zero::Near, ..Self::linear(label) }
+    }
+
+    /// The ends of the axis for values from `low` to `high`, without a margin.
+    fn ends(&self, (low, high): (f64, f64)) -> (f64, f64) {
+        let largest = low.abs().max(high.abs());
+        let is_near = low <= 0.5 * high && high >= 0.5 * low || largest == 0.0;
+        match self.zero {
+            Zero::Between => (low, high),
+            _ if self.logarithmic => (low, high),
+            Zero::Near if !is_near => {
+                let more = (LEAST_PART * largest - (high - low)).max(0.0);
+                (low - more / 2.0, high + more / 2.0)
+            }
+            Zero::Near | Zero::Always => (low.min(0.0), high.max(0.0)),
+        }
     }
 }
 
@@ -60,8 +94,7 @@ impl Scale {
             let (ticks, high) = (named_ticks(&axis.names), axis.names.len() as f64 - 0.5);
             return Self { axis, low: -0.5, high, ticks, factor: String::new() };
         }
-        let zero = (axis.from_zero && !axis.logarithmic).then_some(0.0);
-        let (low, high) = range(values.chain(zero), axis.logarithmic);
+        let (low, high) = range(values, &axis);
         let margin = 0.04 * (high - low);
         let (low, high) = (low - margin, high + margin);
         let (ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
@@ -71,7 +104,7 @@ impl Scale {
     /// The scale of an axis from the least to the largest of `values` (coordinates).
     #[must_use]
     pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = range(values, axis.logarithmic);
+        let (low, high) = range(values, &axis);
         // So that rounding does not remove a tick at an end.
         let slack = 1e-9 * (high - low);
         let ticks = if axis.logarithmic { logarithmic_ticks } else { linear_ticks };
@@ -92,19 +125,20 @@ impl Scale {
     }
 }
 
-/// The smallest and the largest of `values`, with some room if they are equal.
-fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> (f64, f64) {
+/// The ends of an axis for `values`, with some room if they are equal.
+fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     if low > high {
         return (0.0, 1.0);
     }
+    let (low, high) = axis.ends((low, high));
     let largest = low.abs().max(high.abs());
     if high - low > 1e-9 * largest && largest >= 1e-290 {
         return (low, high);
     }
     // Labels could not tell the ends apart.
-    let half = match logarithmic {
+    let half = match axis.logarithmic {
         true => 0.5,
         false if largest < 1e-290 => 1.0,
         false => 0.1 * largest,
@@ -210,5 +244,23 @@ mod tests {
         let labels = |axis| labels((Scale::new(axis, [200.0, 400.0].into_iter()).ticks, String::new())).0;
         assert_eq!(labels(Axis::linear("")), "200 250 300 350 400");
         assert_eq!(labels(Axis::from_zero("")), "0 100 200 300 400");
+    }
+
+    #[test]
+    fn an_axis_of_an_amount_begins_where_the_values_are() {
+        let cases = [
+            ([200.0, 400.0], "0 100 200 300 400"),
+            ([-1.0, 400.0], "0 100 200 300 400"),
+            ([-400.0, -300.0], "−400 −380 −360 −340 −320 −300"),
+            ([300.0, 400.0], "300 320 340 360 380 400"),
+            // Never less than a hundredth of the values.
+            ([400.0, 400.001], "398 399 400 401 402"),
+            ([400.0, 400.0], "398 399 400 401 402"),
+            ([0.0, 0.0], "−1.0 −0.5 0.0 0.5 1.0"),
+        ];
+        for (values, expected) in cases {
+            let ticks = Scale::new(Axis::amount(""), values.into_iter()).ticks;
+            assert_eq!(ticks.into_iter().map(|(_, label)| label).collect::<Vec<_>>().join(" "), expected, "{values:?}");
+        }
     }
 }

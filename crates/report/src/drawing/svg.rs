@@ -11,14 +11,21 @@ impl Canvas {
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = self.size();
+        let on_page = |pixels: i32| match self.format().pixel_mm() {
+            Some(pixel_mm) => format!("{}mm", (f64::from(pixels) * pixel_mm * 1e3).round() / 1e3),
+            None => pixels.to_string(),
+        };
         // The view box has the coordinates; the size is that on a page.
         let mut svg = format!(
-            "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" xmlns=\"http://www.w3.org/2000/svg\">\n",
+            "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {} {}\" xmlns=\"http://www.w3.org/2000/svg\">\n",
+            on_page(width),
+            on_page(height),
             fine(width),
             fine(height)
         );
+        let families = self.format().families();
         for shape in self.shapes() {
-            write_shape(&mut svg, shape).expect("memory takes what is written to it");
+            write_shape(&mut svg, shape, &families).expect("memory takes what is written to it");
         }
         svg + "</svg>\n\n"
     }
@@ -30,7 +37,7 @@ impl std::fmt::Display for Color {
     }
 }
 
-fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
+fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Result {
     match shape {
         Shape::Rectangle { corners: [(x, y), (right, bottom)], fill } => {
             let (width, height) = (right - x, bottom - y);
@@ -54,7 +61,7 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" opacity=\"1\" fill=\"{fill}\" stroke=\"none\" \
              stroke-width=\"1\"/>"
         ),
-        Shape::Text { text, style, at } => write_text(svg, text, *style, *at),
+        Shape::Text { text, style, at } => write_text(svg, text, *style, *at, families),
     }
 }
 
@@ -67,7 +74,7 @@ fn write_points(svg: &mut String, points: &[Point]) -> std::fmt::Result {
     Ok(())
 }
 
-fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point) -> std::fmt::Result {
+fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point, families: &str) -> std::fmt::Result {
     let TextStyle { size, color, anchor, level, upwards } = style;
     let dy = match level {
         Level::Top => "0.76em",
@@ -80,7 +87,7 @@ fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point) -> 
     };
     write!(
         svg,
-        "<text x=\"{x}\" y=\"{y}\" dy=\"{dy}\" text-anchor=\"{anchor}\" font-family=\"Helvetica, Arial, sans-serif\" \
+        "<text x=\"{x}\" y=\"{y}\" dy=\"{dy}\" text-anchor=\"{anchor}\" font-family=\"{families}\" \
          font-size=\"{}\" opacity=\"1\" fill=\"{color}\"",
         written_size(size)
     )?;

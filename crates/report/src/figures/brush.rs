@@ -2,6 +2,7 @@
 
 use super::{Picture, contact_title};
 use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;
 use bristle::brush::{FilamentResult, PairResult, ToolSample};
 use bristle::model::settings::Settings;
@@ -38,10 +39,10 @@ pub struct Brush {
 /// The figures of a brush: `brush_impulses` has `p_n` over the columns, `brush_forces` the forces over time. If filaments touched each
 /// other, `brush_presses_along_filaments` and `brush_presses_over_columns` have where.
 #[must_use]
-pub fn brush_figures(brush: &Brush) -> Vec<Picture> {
-    let mut pictures = vec![impulses(brush), forces(brush)];
+pub fn brush_figures(brush: &Brush, format: &Format) -> Vec<Picture> {
+    let mut pictures = vec![impulses(brush, format), forces(brush, format)];
     if !brush.pairs.is_empty() {
-        pictures.extend([presses_along(brush), presses_over_columns(brush)]);
+        pictures.extend([presses_along(brush, format), presses_over_columns(brush, format)]);
     }
     pictures
 }
@@ -53,13 +54,12 @@ pub fn is_of_brush(name: &str) -> bool {
 }
 
 /// `p_n` over the columns, with the columns that count and the filament alone.
-fn impulses(brush: &Brush) -> Picture {
+fn impulses(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.metrics.contact_normal_impulse_n_s;
     let alone = 1e3 * brush.interaction.contact_normal_impulse_alone_n_s;
-    let largest = brush.filaments.iter().map(value).fold(alone, f64::max);
     let Interaction { interaction_factor: factor, impulse_scatter: scatter, .. } = brush.interaction;
     let curves = [
-        vec![counted(brush, largest), Curve::new("one filament alone", Look::Reference, across(brush, alone))],
+        vec![counted(brush), Curve::new("one filament alone", Look::Reference, across(brush, alone))],
         over_columns(brush, value),
     ];
     let diagram = Diagram {
@@ -69,18 +69,17 @@ fn impulses(brush: &Brush) -> Picture {
             100.0 * scatter
         ),
         x: Axis::linear("column; 0 meets the workpiece first"),
-        y: Axis::from_zero("p_n in mN s"),
+        y: Axis::amount("p_n in mN s"),
         curves: curves.concat(),
     };
-    Picture { name: IMPULSES.to_owned(), canvas: diagram.draw() }
+    Picture { name: IMPULSES.to_owned(), canvas: diagram.draw_in(format) }
 }
 
-/// The columns that count, up to a height.
-fn counted(brush: &Brush, height: f64) -> Curve {
+/// The columns that count.
+fn counted(brush: &Brush) -> Curve {
     let Interaction { first_counted_column: first, last_counted_column: last, .. } = brush.interaction;
-    let [first, last] = [first as f64 - 0.5, last as f64 + 0.5];
-    let outline = vec![(first, 0.0), (first, height), (last, height), (last, 0.0)];
-    Curve::new("", Look::Band, outline).with_pen(SHADE)
+    let ends = [first as f64 - 0.5, last as f64 + 0.5];
+    Curve::new("", Look::Stripe, ends.map(|end| (end, 0.0)).to_vec()).with_pen(SHADE)
 }
 
 /// A level from the first to the last column.
@@ -114,7 +113,7 @@ fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Cu
 }
 
 /// The forces of the sector over time.
-fn forces(brush: &Brush) -> Picture {
+fn forces(brush: &Brush, format: &Format) -> Picture {
     let over_time = |value: fn(&ToolSample) -> f64| -> Vec<(f64, f64)> {
         brush.history.iter().map(|sample| (1e3 * sample.time_s, value(sample))).collect()
     };
@@ -128,14 +127,14 @@ fn forces(brush: &Brush) -> Picture {
         title: contact_title("Normal forces of the sector", &brush.settings),
         subtitle: format!("sums over {columns} × {rows} filaments"),
         x: Axis::linear("time t in ms"),
-        y: Axis::from_zero("normal force in N"),
+        y: Axis::amount("normal force in N"),
         curves,
     };
-    Picture { name: FORCES.to_owned(), canvas: diagram.draw() }
+    Picture { name: FORCES.to_owned(), canvas: diagram.draw_in(format) }
 }
 
 /// Where along their length filaments press on each other.
-fn presses_along(brush: &Brush) -> Picture {
+fn presses_along(brush: &Brush, format: &Format) -> Picture {
     let length = brush.settings.filament.length_m;
     let width = length / INTERVALS as f64;
     let mut sums = [0.0; INTERVALS];
@@ -162,19 +161,18 @@ fn presses_along(brush: &Brush) -> Picture {
             Curve::new("", Look::Line, outline).with_pen(0),
         ],
     };
-    Picture { name: ALONG.to_owned(), canvas: diagram.draw() }
+    Picture { name: ALONG.to_owned(), canvas: diagram.draw_in(format) }
 }
 
 /// The impulse with which its neighbours press on each filament, over the columns.
-fn presses_over_columns(brush: &Brush) -> Picture {
+fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.press_impulse_n_s;
-    let largest = brush.filaments.iter().map(value).fold(0.0, f64::max);
     let diagram = Diagram {
         title: contact_title("Impulse of neighbours on each filament", &brush.settings),
         subtitle: "without regard to direction; shaded: the columns that count".to_owned(),
         x: Axis::linear("column; 0 meets the workpiece first"),
-        y: Axis::from_zero("impulse in mN s"),
-        curves: [vec![counted(brush, largest)], over_columns(brush, value)].concat(),
+        y: Axis::amount("impulse in mN s"),
+        curves: [vec![counted(brush)], over_columns(brush, value)].concat(),
     };
-    Picture { name: OVER_COLUMNS.to_owned(), canvas: diagram.draw() }
+    Picture { name: OVER_COLUMNS.to_owned(), canvas: diagram.draw_in(format) }
 }

@@ -21,9 +21,15 @@ const MAX_SCATTERED: usize = 3;
 /// Maximum number of markers on a curve; more would hide each other, and make a file that no viewer opens.
 const MAX_MARKS: usize = 100;
 
-/// Simulated forces with their bands.
+/// Maximum number of error bars on a curve, and the pixels between those of curves at one place.
+const MAX_BARS: usize = 16;
+const BESIDE: i32 = 6;
+
+/// Simulated forces with their uncertainties: bands, or bars beside each other where bands would overlap.
 struct Banded {
     curves: Vec<Curve>,
+    /// What shows the uncertainties.
+    shown_as: &'static str,
     /// Whether some forces are unknown.
     has_gaps: bool,
 }
@@ -37,20 +43,20 @@ impl View<'_> {
         }
         let levels: Vec<f64> =
             spread(of.values.len(), MAX_SCATTERED).into_iter().map(|index| of.values[index]).collect();
-        let Banded { curves, has_gaps } = self.banded(sides, &levels, "");
+        let Banded { curves, shown_as, has_gaps } = self.banded(sides, &levels, "");
         if curves.iter().all(|curve| ![Look::Band, Look::Bars].contains(&curve.look) || curve.points.is_empty()) {
             return None;
         }
         let selection = selection(levels.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
             title: "Contact normal force of the tool with scattering filaments".to_owned(),
-            subtitle: self.subtitle([self.band_text(), selection, gaps(has_gaps)]),
+            subtitle: self.subtitle([self.band_text(shown_as), selection, gaps(has_gaps)]),
             x: axis_along(over),
-            y: Axis::from_zero("F_n,w in N"),
+            y: Axis::amount("F_n,w in N"),
             curves,
         };
         let name = format!("scatter_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw() })
+        Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
     /// First-order Sobol indices along the first side, at the middle value of the other.
@@ -93,7 +99,7 @@ impl View<'_> {
             curves,
         };
         let name = format!("sobol_over_{}{}", x.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw() })
+        Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
     /// The tool force with and without interaction; none if this side has one value only.
@@ -127,11 +133,11 @@ impl View<'_> {
             title: "Contact normal force of the tool with and without interaction".to_owned(),
             subtitle: self.subtitle([selection, gaps(has_gaps)]),
             x: axis_along(over),
-            y: Axis::from_zero("F_n,w in N"),
+            y: Axis::amount("F_n,w in N"),
             curves,
         };
         let name = format!("interaction_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw() })
+        Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
     /// Where a measured point lies along the horizontal side of the slice.
@@ -160,7 +166,7 @@ impl View<'_> {
         }
         let total = levels.len();
         let levels: Vec<f64> = spread(total, MAX_MEASURED).into_iter().map(|index| levels[index]).collect();
-        let Banded { mut curves, has_gaps } = self.banded(sides, &levels, "simulated, ");
+        let Banded { mut curves, shown_as, has_gaps } = self.banded(sides, &levels, "simulated, ");
         let mut has_means = false;
         for (index, &level) in levels.iter().enumerate() {
             let name = of.setting.legend(level);
@@ -175,31 +181,33 @@ impl View<'_> {
         }
         let has_bars = measured.iter().any(|point| point.std_n.is_some());
         let bars = match (has_means, has_bars) {
-            (true, true) => format!("markers: means of {MAX_MARKS} intervals; bars: all points ± standard deviation"),
-            (true, false) => format!("markers: means of {MAX_MARKS} intervals; bars: all points"),
-            (false, true) => "bars: ± standard deviation".to_owned(),
+            (true, true) => {
+                format!("markers: means of {MAX_MARKS} intervals; their bars: all points ± standard deviation")
+            }
+            (true, false) => format!("markers: means of {MAX_MARKS} intervals; their bars: all points"),
+            (false, true) => "bars of markers: ± standard deviation".to_owned(),
             (false, false) => "measured without standard deviations".to_owned(),
         };
         let selection = selection(levels.len(), total, &format!("measured {}", values_of(of)));
         let diagram = Diagram {
             title: "Contact normal force of the tool, simulated and measured".to_owned(),
-            subtitle: self.subtitle([format!("{}; {bars}", self.band_text()), selection, gaps(has_gaps)]),
+            subtitle: self.subtitle([format!("{}; {bars}", self.band_text(shown_as)), selection, gaps(has_gaps)]),
             x: axis_along(over),
-            y: Axis::from_zero("F_n,w in N"),
+            y: Axis::amount("F_n,w in N"),
             curves,
         };
         let name = format!("measured_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw() })
+        Some(Picture { name, canvas: diagram.draw_in(self.format) })
     }
 
-    /// Explains the bands.
-    fn band_text(&self) -> String {
+    /// Explains the bands, or what shows them.
+    fn band_text(&self, shown_as: &str) -> String {
         let Slice { x, y, .. } = self.slice;
         let cases = (0..y.values.len()).flat_map(|row| (0..x.values.len()).map(move |column| (column, row)));
         let mut all = cases.map(|(column, row)| self.study.settings(self.slice.case(column, row)));
         // Swept deviations may include zero.
         if let Some(settings) = all.find(scatters) {
-            return format!("band: 95 % of the tools with {}", scatter_text(&settings));
+            return format!("{shown_as}: 95 % of the tools with {}", scatter_text(&settings));
         }
         let settings = self.study.settings(self.slice.case(0, 0));
         let tool = &settings.tool;
@@ -207,51 +215,46 @@ impl View<'_> {
             return "no band: the number of filaments is exact".to_owned();
         }
         let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
-        format!("band: N_f = {count} ± {spread} (standard deviation)")
+        format!("{shown_as}: N_f = {count} ± {spread} (standard deviation)")
     }
 
-    /// Curves with bands for some values of a side.
+    /// Curves with their uncertainties for some values of a side.
     fn banded(&self, &Sides { family, over, of }: &Sides<'_>, levels: &[f64], prefix: &str) -> Banded {
         let force = |at: f64, level: f64| {
             let [x, y] = if family == Family::OverX { [at, level] } else { [level, at] };
             tool_force(self.study, self.results, self.slice, x, y).ok()
         };
-        // Nothing lies between tools: bars take the place of bands.
+        let simulated: Vec<Vec<Option<Simulated>>> =
+            levels.iter().map(|&level| over.values.iter().map(|&at| force(at, level)).collect()).collect();
+        let bands: Vec<Vec<Option<[f64; 2]>>> = simulated
+            .iter()
+            .map(|along| along.iter().map(|simulated| simulated.and_then(|simulated| self.band(simulated))).collect())
+            .collect();
+        // Nothing lies between tools.
         let is_named = over.setting.names().is_some();
-        let mut banded = Banded { curves: Vec::new(), has_gaps: false };
-        for (index, &level) in levels.iter().enumerate() {
-            let mut line = Vec::new();
-            // Outlines between gaps: the upper edge forwards, then the lower edge backwards.
-            let mut band = (Vec::new(), Vec::new());
-            let mut bands = Vec::new();
-            for &at in &over.values {
-                let simulated = force(at, level);
-                banded.has_gaps |= simulated.is_none();
-                let at = at * over.setting.factor();
-                line.push((at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
-                match simulated.and_then(|simulated| self.band(simulated)) {
-                    Some([lower, upper]) => {
-                        band.0.push((at, upper));
-                        band.1.push((at, lower));
-                    }
-                    None => bands.push(std::mem::take(&mut band)),
-                }
+        let are_apart = !is_named && !overlap(&bands);
+        let shift = |index: usize| BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
+        let places = over.shown();
+        let mut curves = Vec::new();
+        for (index, (along, bands)) in simulated.iter().zip(&bands).enumerate() {
+            let banded: Vec<(f64, Option<[f64; 2]>)> = places.iter().copied().zip(bands.iter().copied()).collect();
+            if are_apart {
+                curves.extend(areas(&banded).map(|area| area.with_pen(index)));
+            } else {
+                curves.push(bars(&banded).with_pen(index).shifted(shift(index)));
             }
-            bands.push(band);
-            for (mut upper, lower) in bands {
-                if is_named {
-                    let ends = upper.into_iter().zip(lower).flat_map(|(upper, lower)| [upper, lower]).collect();
-                    banded.curves.push(Curve::new("", Look::Bars, ends).with_pen(index));
-                    continue;
-                }
-                upper.extend(lower.into_iter().rev());
-                banded.curves.push(Curve::new("", Look::Band, upper).with_pen(index));
-            }
-            let name = format!("{prefix}{}", of.setting.legend(level));
-            let look = if is_named { Look::Markers } else { Look::Line };
-            banded.curves.push(Curve::new(name, look, line).with_pen(index));
+            let line = places.iter().zip(along);
+            let line = line.map(|(&at, simulated)| (at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
+            let name = format!("{prefix}{}", of.setting.legend(levels[index]));
+            let curve = if is_named {
+                Curve::new(name, Look::Markers, line.collect()).shifted(shift(index))
+            } else {
+                Curve::new(name, Look::Line, line.collect())
+            };
+            curves.push(curve.with_pen(index));
         }
-        banded
+        let shown_as = if are_apart { "band" } else { "bars on curves, side by side" };
+        Banded { curves, shown_as, has_gaps: simulated.iter().flatten().any(Option::is_none) }
     }
 
     /// The band of a force: from the sampled tools where filaments scatter, otherwise from the number of filaments.
@@ -259,6 +262,33 @@ impl View<'_> {
         let Simulated { force_n, uncertainty_n, band_n } = simulated;
         if self.study.scatters() { band_n } else { Some([force_n - uncertainty_n, force_n + uncertainty_n]) }
     }
+}
+
+/// Whether the bands of two curves overlap at some place.
+fn overlap(curves: &[Vec<Option<[f64; 2]>>]) -> bool {
+    let meet = |[lower, upper]: [f64; 2], [other_lower, other_upper]: [f64; 2]| {
+        upper > lower && other_upper > other_lower && lower < other_upper && other_lower < upper
+    };
+    curves.iter().enumerate().any(|(index, bands)| {
+        let places = curves[..index].iter().flat_map(|other| other.iter().zip(bands));
+        places.into_iter().any(|pair| matches!(pair, (Some(band), Some(other)) if meet(*band, *other)))
+    })
+}
+
+/// Bands as areas between gaps.
+fn areas(banded: &[(f64, Option<[f64; 2]>)]) -> impl Iterator<Item = Curve> {
+    banded.split(|(_, band)| band.is_none()).map(|part| {
+        // The upper edge forwards, then the lower edge backwards.
+        let edge = |end: usize| part.iter().filter_map(move |&(at, band)| Some((at, band?[end])));
+        Curve::new("", Look::Band, edge(1).chain(edge(0).rev()).collect())
+    })
+}
+
+/// Bands as bars, at some of the places if there are many.
+fn bars(banded: &[(f64, Option<[f64; 2]>)]) -> Curve {
+    let places =
+        spread(banded.len(), MAX_BARS).into_iter().filter_map(|index| Some((banded[index].0, banded[index].1?)));
+    Curve::new("", Look::Bars, places.flat_map(|(at, band)| band.map(|end| (at, end))).collect())
 }
 
 /// A marker with its error bar.
@@ -339,5 +369,26 @@ mod tests {
         // At one place, as repeated measurements that differ by rounding are.
         let Marks { marks, .. } = Marks::of(vec![point(1); 2 * MAX_MARKS]);
         assert_eq!(marks, [point(1)]);
+    }
+
+    #[test]
+    fn bands_that_overlap_are_told_from_others() {
+        let curve = |ends: [[f64; 2]; 2]| ends.map(Some).to_vec();
+        let first = || curve([[1.0, 2.0], [3.0, 4.0]]);
+        assert!(!overlap(&[first(), curve([[2.0, 3.0], [4.5, 5.0]])]));
+        assert!(overlap(&[first(), curve([[5.0, 6.0], [7.0, 8.0]]), curve([[2.5, 3.0], [3.9, 5.0]])]));
+        // Curves that cross have no bands if nothing is uncertain, and failed cases have none.
+        assert!(!overlap(&[first(), curve([[1.5, 1.5], [3.5, 3.5]])]));
+        assert!(!overlap(&[first(), vec![None, None]]) && !overlap(&[first()]) && !overlap(&[]));
+    }
+
+    #[test]
+    fn bars_and_areas_leave_gaps() {
+        let banded = [(1.0, Some([0.0, 1.0])), (2.0, None), (3.0, Some([2.0, 3.0])), (4.0, Some([3.0, 4.0]))];
+        let points: Vec<_> = areas(&banded).map(|area| area.points).collect();
+        assert_eq!(points, [vec![(1.0, 1.0), (1.0, 0.0)], vec![(3.0, 3.0), (4.0, 4.0), (4.0, 3.0), (3.0, 2.0)]]);
+        assert_eq!(bars(&banded).points, [(1.0, 0.0), (1.0, 1.0), (3.0, 2.0), (3.0, 3.0), (4.0, 3.0), (4.0, 4.0)]);
+        let many: Vec<_> = (0..1000).map(|at| (f64::from(at), Some([0.0, 1.0]))).collect();
+        assert_eq!(bars(&many).points.len(), 2 * MAX_BARS);
     }
 }

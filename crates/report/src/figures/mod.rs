@@ -2,8 +2,10 @@
 //!
 //! Results in, named figures out. They correspond to figures 3 to 7 of Uhlmann and Hoyer (2021).
 
-use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, heading, left_of};
-use crate::drawing::map::{self, Map};
+use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, left_of};
+use crate::drawing::format::Format;
+use crate::drawing::heading::Heading;
+use crate::drawing::map::{self, Line, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
@@ -17,7 +19,7 @@ use bristle_study::measured::{Measurement, points_of, relative_uncertainty};
 use bristle_study::slices::spread;
 use bristle_study::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
-use bristle_study::text::number::short;
+use bristle_study::text::number::{short, significant};
 use bristle_study::text::quantity::shown_metrics;
 
 mod brush;
@@ -58,6 +60,8 @@ struct Style {
     /// Range of the colours of a map; by default that of the values.
     range: Option<[f64; 2]>,
     level: Option<Level>,
+    /// Whether a map shows the [`TIER`], as a line of another metric.
+    has_tier: bool,
     /// The sides of a map along which families of curves are drawn too.
     families: &'static [Family],
 }
@@ -71,6 +75,12 @@ struct Level {
     /// The name of the line among curves; none if they do not show it.
     in_curves: Option<&'static str>,
 }
+
+/// The metric of the [`TIER`].
+const RATIO: &str = "contact_time_ratio";
+/// The line between sweeping and striking.
+const TIER: Level =
+    Level { value: 0.5, in_map: "line: ε_tc = ½, with sweeping above it and striking below", in_curves: None };
 
 /// A family of curves that goes with a map.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -104,17 +114,9 @@ fn drawn<R: Drawn>() -> impl Iterator<Item = &'static Column<R>> {
 
 /// How a metric is drawn; by default as a map, and as curves over the horizontal side.
 fn style<R>(metric: &Column<R>) -> Style {
-    let plain = Style { range: None, level: None, families: &[Family::OverX] };
+    let plain = Style { range: None, level: None, has_tier: false, families: &[Family::OverX] };
     match metric.key {
-        "contact_time_ratio" => Style {
-            range: Some([0.0, 1.0]),
-            level: Some(Level {
-                value: 0.5,
-                in_map: "line: ε_tc = ½, with sweeping above it and striking below",
-                in_curves: None,
-            }),
-            families: &[],
-        },
+        RATIO => Style { range: Some([0.0, 1.0]), level: Some(TIER), has_tier: false, families: &[] },
         "lateral_amplification" => Style {
             level: Some(Level {
                 value: UNSTABLE_AMPLIFICATION,
@@ -132,9 +134,9 @@ fn style<R>(metric: &Column<R>) -> Style {
             ..plain
         },
         "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
-        "contact_normal_impulse_n_s" | "tool_contact_normal_force_n" => {
-            Style { families: &[Family::OverX, Family::OverY], ..plain }
-        }
+        "contact_normal_impulse_n_s" => Style { families: &[Family::OverX, Family::OverY], ..plain },
+        "tool_contact_normal_force_n" => Style { has_tier: true, families: &[Family::OverX, Family::OverY], ..plain },
+        "tool_contact_normal_force_alone_n" => Style { has_tier: true, ..plain },
         _ => plain,
     }
 }
@@ -157,7 +159,7 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
 }
 
-/// The axis of a metric. A linear one can always show zero.
+/// The axis of a metric.
 fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
     match metric.display.scale {
         record::Scale::Linear => linear(label(metric)),
@@ -177,11 +179,14 @@ fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
 /// of their values, at most four, with the value at the end of the name. Named tools also share diagrams with one curve each, as in
 /// `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the rotational speed have `speed` instead of
 /// `velocity` in the names.
-pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Pictures {
+pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement], format: &Format) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
+    let [of_tools, offsets, process] =
+        [tool_slices, offset_slices, process_slices].map(|slices| slices(study, MAX_SLICES));
+    let view_of = |slice| View { study, results, slice, format };
     let mut pictures = Vec::new();
     for slice in &slices.chosen {
-        let view = View { study, results, slice };
+        let view = view_of(slice);
         let is_map = is_map(slice);
         for metric in shown_metrics(Prominence::Figure, results) {
             if is_map {
@@ -193,21 +198,21 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
             }
         }
     }
-    for slice in &tool_slices(study, MAX_SLICES).chosen {
-        let view = View { study, results, slice };
+    for slice in &of_tools.chosen {
+        let view = view_of(slice);
         let metrics = shown_metrics(Prominence::Headline, results);
         pictures.extend(metrics.map(|metric| view.curves(metric, Family::OverX)));
     }
     if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
-        for slice in &offset_slices(study, MAX_SLICES).chosen {
-            let view = View { study, results, slice };
+        for slice in &offsets.chosen {
+            let view = view_of(slice);
             let of_edges = drawn::<Metrics>().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
             pictures.extend(of_edges.map(|metric| view.map(metric, "over_offset_and_depth")));
         }
     }
     if study.has_brush() {
         for slice in &slices.chosen {
-            let view = View { study, results, slice };
+            let view = view_of(slice);
             pictures.extend([Family::OverX, Family::OverY].into_iter().filter_map(|family| view.interaction(family)));
             if is_map(slice) {
                 pictures.extend(drawn::<Interaction>().map(|column| view.map(column, "map")));
@@ -216,7 +221,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     }
     if study.scatters() {
         for slice in &slices.chosen {
-            let view = View { study, results, slice };
+            let view = view_of(slice);
             pictures.extend(view.scatter(Family::OverX));
             pictures.extend(view.scatter(Family::OverY));
             pictures.extend(view.sobol());
@@ -229,8 +234,8 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         note = format!("for {} of {} values of the further sweeps", slices.chosen.len(), slices.total);
     }
     if !measured.is_empty() {
-        for slice in &process_slices(study, MAX_SLICES).chosen {
-            let view = View { study, results, slice };
+        for slice in &process.chosen {
+            let view = view_of(slice);
             let own: Vec<Measurement> = points_of(study, slice, measured).collect();
             for family in [Family::OverX, Family::OverY] {
                 pictures.extend(view.measured(&own, family));
@@ -268,6 +273,7 @@ struct View<'a> {
     study: &'a Study,
     results: &'a [CaseResult],
     slice: &'a Slice,
+    format: &'a Format,
 }
 
 impl View<'_> {
@@ -334,10 +340,18 @@ impl View<'_> {
         let marked: Vec<bool> = shown().map(|(column, row)| self.is_unstable(column, row)).collect();
         let all = x.values.len() * y.values.len();
         let selection = selection(values.len(), all, "cases");
-        let known = || values.iter().flatten();
-        let crossed = |level: f64| known().any(|value| *value < level) && known().any(|value| *value >= level);
-        let level = style(metric).level.filter(|level| crossed(level.value));
-        let meaning = level.map_or_else(String::new, |level| level.in_map.to_owned());
+        let crosses = |level: &Level, values: &[Option<f64>]| {
+            let is_below = |value: &f64| *value < level.value;
+            values.iter().flatten().any(is_below) && !values.iter().flatten().all(is_below)
+        };
+        let tier = style(metric).has_tier.then(|| {
+            let ratio = Metrics::COLUMNS.iter().find(|column| column.key == RATIO).expect("the ratio is a metric");
+            let ratios: Vec<Option<f64>> = shown().map(|(column, row)| self.value(ratio, column, row)).collect();
+            (TIER, Some(ratios))
+        });
+        let line = style(metric).level.map(|level| (level, None)).or(tier);
+        let line = line.filter(|(level, other)| crosses(level, other.as_ref().unwrap_or(&values)));
+        let meaning = line.as_ref().map_or_else(String::new, |(level, _)| level.in_map.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
         let instabilities = if marked.contains(&true) { "corner: laterally unstable" } else { "" };
         let parts = [meaning, instabilities.to_owned(), self.uncertainty(metric), selection, failures];
@@ -351,9 +365,12 @@ impl View<'_> {
             values,
             marked,
             range: style(metric).range,
-            level: level.map(|level| level.value),
+            line: line.map(|(level, other)| Line { level: level.value, other }),
         };
-        Picture { name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()), canvas: map.draw() }
+        Picture {
+            name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()),
+            canvas: map.draw_in(self.format),
+        }
     }
 
     fn curves<R: Drawn>(&self, metric: &Column<R>, family: Family) -> Picture {
@@ -364,11 +381,26 @@ impl View<'_> {
         };
         let members = spread(of.values.len(), MAX_CURVES);
         let shown = over.shown();
-        let curve = |&member: &usize| {
-            let points = shown.iter().enumerate().map(|(along, &at)| (at, value(along, member).unwrap_or(f64::NAN)));
-            Curve::new(of.setting.legend(of.values[member]), joined(over), points.collect())
+        let family: Vec<Vec<Option<f64>>> =
+            members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
+        // Tools are compared by their levels.
+        let are_numbers = [over, of].iter().all(|side| side.setting.names().is_none());
+        let is_linear = metric.display.scale == record::Scale::Linear;
+        let means = means_of_flat(&family).filter(|_| is_linear && are_numbers);
+        let curve = |(position, values): (usize, &Vec<Option<f64>>)| {
+            let name = of.setting.legend(of.values[members[position]]);
+            let (name, on_axis): (_, Box<dyn Fn(f64) -> f64>) = match &means {
+                Some(means) => {
+                    let mean = means[position];
+                    let name = format!("{name}: mean {} {}", significant(mean), metric.display.unit);
+                    (name.trim_end().to_owned(), Box::new(move |value| 100.0 * (value / mean - 1.0)))
+                }
+                None => (name, Box::new(|value| value)),
+            };
+            let points = shown.iter().zip(values).map(|(&at, value)| (at, value.map_or(f64::NAN, &on_axis)));
+            Curve::new(name, joined(over), points.collect())
         };
-        let mut curves: Vec<Curve> = members.iter().map(curve).collect();
+        let mut curves: Vec<Curve> = family.iter().enumerate().map(curve).collect();
         if let Some(Level { value, in_curves: Some(name), .. }) = style(metric).level
             && curves.iter().flat_map(|curve| &curve.points).any(|(_, shown)| *shown > value)
         {
@@ -376,28 +408,56 @@ impl View<'_> {
             curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value)).to_vec()));
         }
         let selection = selection(members.len(), of.values.len(), &values_of(of));
-        let of_shown = members.iter().flat_map(|&member| (0..shown.len()).map(move |along| (along, member)));
-        let failures = self.failures(of_shown.map(|(along, member)| value(along, member)), "gaps");
+        let failures = self.failures(family.into_iter().flatten(), "gaps");
         let diagram = Diagram {
             title: title(metric),
             subtitle: self.subtitle([self.uncertainty(metric), selection, failures]),
             x: axis_along(over),
-            y: axis_of(metric, Axis::from_zero),
+            y: match means {
+                Some(_) => Axis::linear("deviation from the mean in %"),
+                None => axis_of(metric, Axis::amount),
+            },
             curves,
         };
         let by = if of.setting.names().is_some() { "_by_tool" } else { "" };
         let name = format!("{}_over_{}{by}{}", metric.display.file_name, over.setting.word(), self.slice.suffix());
-        Picture { name, canvas: diagram.draw() }
+        Picture { name, canvas: diagram.draw_in(self.format) }
     }
 }
 
-/// The axis along a side.
+/// Least ratio of the values of a setting that are drawn on a logarithmic axis.
+const DECADES: f64 = 100.0;
+/// Largest change along a curve, as a part of its mean, that is flat next to curves at other levels.
+const FLAT: f64 = 0.1;
+
+/// The axis along a side: logarithmic if its values span decades.
 fn axis_along(side: &Side) -> Axis {
     let label = side.setting.label();
+    let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
     match side.setting.names() {
         Some(names) => Axis::named(label, names.to_vec()),
+        None if least > 0.0 && largest >= DECADES * least => Axis::logarithmic(label),
         None => Axis::linear(label),
     }
+}
+
+/// The means of several curves that each look flat because their levels differ by more than each of them changes; none if they do
+/// not.
+fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
+    let range =
+        |values: &[f64]| values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+    let known: Vec<Vec<f64>> = curves.iter().map(|values| values.iter().copied().flatten().collect()).collect();
+    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+    let means: Vec<f64> = known.iter().map(mean).collect();
+    let changes = |values: &Vec<f64>| {
+        let [least, largest] = range(values);
+        largest - least
+    };
+    let [lowest, highest] = range(&means);
+    let is_flat = |values: &Vec<f64>| {
+        values.len() > 1 && changes(values) < FLAT * mean(values).abs() && changes(values) < FLAT * (highest - lowest)
+    };
+    (known.len() > 1 && known.iter().all(is_flat) && lowest > 0.0).then_some(means)
 }
 
 /// How points along a side are drawn: nothing lies between tools.
@@ -431,13 +491,14 @@ pub fn contact_figures(
     impulses: &[f64],
     profile: &[ProfileCell],
     shapes: &[Shape],
+    format: &Format,
 ) -> Vec<Picture> {
     let drawn = [
-        turns_figure(settings, impulses),
-        profile::unrolled(settings, profile),
-        profile::drawn(settings, profile, shapes),
+        turns_figure(settings, impulses, format),
+        profile::unrolled(settings, profile, format),
+        profile::drawn(settings, profile, shapes, format),
     ];
-    std::iter::once(history_figure(settings, history)).chain(drawn.into_iter().flatten()).collect()
+    std::iter::once(history_figure(settings, history, format)).chain(drawn.into_iter().flatten()).collect()
 }
 
 /// Whether [`contact_figures`] can make a figure of this name.
@@ -454,16 +515,19 @@ fn contact_title(title: &str, settings: &Settings) -> String {
     format!("{title}: {}", settings.join(", "))
 }
 
-/// Size of the figure of a history and of its panels, in pixels.
-const HISTORY: (i32, i32) = (760, 528);
-const HISTORY_TOP: i32 = 68;
+/// Width of the figure of a history, and height of its panels on a screen and at least, in pixels.
+const HISTORY: i32 = 760;
 const PANEL: i32 = 190;
+const MIN_PANEL: i32 = 120;
+/// Pixels between the heading and the panels, between them, and below them.
+const ABOVE: i32 = 10;
 const BETWEEN: i32 = 26;
+const BELOW: i32 = 54;
 /// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
 /// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper).
-fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
+fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
@@ -483,15 +547,19 @@ fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
     let panels = [("F_n in N", &forces, VERMILION), ("s_n in mm", &deflections, BLUE)].map(|(label, points, color)| {
         (Scale::new(Axis::from_zero(label), points.iter().map(|(_, y)| *y)), points, color)
     });
-    let left = panels.iter().map(|(scale, ..)| left_of(scale)).max().unwrap_or(0);
-    let right = HISTORY.0 - 24;
-    let mut canvas = Canvas::new(HISTORY);
+    let left = panels.iter().map(|(scale, ..)| left_of(format, scale)).max().unwrap_or(0);
+    let page = format.width(HISTORY);
+    let right = page - 24;
     let title = contact_title("One contact", settings);
     let subtitle = "shaded: in contact; dashed: nominal entry and exit of the undeformed filament";
-    heading(&mut canvas, left, &title, subtitle);
+    let heading = Heading::new(format, &title, subtitle, [left, page]);
+    let panel = format.height(PANEL, HISTORY, MIN_PANEL);
+    let first = heading.height() + ABOVE;
+    let mut canvas = Canvas::on(format, (page, first + 2 * panel + BETWEEN + BELOW));
+    heading.draw(&mut canvas);
     for (row, (scale, points, color)) in (0..).zip(&panels) {
-        let top = HISTORY_TOP + row * (PANEL + BETWEEN);
-        let frame = [left, top, right, top + PANEL];
+        let top = first + row * (panel + BETWEEN);
+        let frame = [left, top, right, top + panel];
         draw_contact(&mut canvas, &x, &forces, frame);
         let last = row + 1 == panels.len() as i32;
         let mut x = x.clone();
@@ -504,13 +572,13 @@ fn history_figure(settings: &Settings, history: &[Sample]) -> Picture {
             if (0.0..=1.0).contains(&x.part(time)) {
                 let at = x.place(time, left, right);
                 let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
-                line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + PANEL))]);
+                line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + panel))]);
                 if row == 0 && are_named {
                     canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
                 }
             }
         }
-        let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + PANEL, top)));
+        let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + panel, top)));
         let mut line: Vec<Point> = places.collect();
         line.dedup();
         canvas.line(line, stroke(*color, 14));
@@ -523,7 +591,7 @@ const TURNS_FIGURE: &str = "turns";
 
 /// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
 /// turn.
-fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
+fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Option<Picture> {
     if impulses.len() < 2 {
         return None;
     }
@@ -535,10 +603,10 @@ fn turns_figure(settings: &Settings, impulses: &[f64]) -> Option<Picture> {
         title: "Contact normal impulse turn by turn".to_owned(),
         subtitle: shown.join(", "),
         x: Axis::linear("turn"),
-        y: Axis::from_zero("p_n in mN s"),
+        y: Axis::amount("p_n in mN s"),
         curves: vec![Curve::new("", Look::Joined, points.collect())],
     };
-    Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw() })
+    Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw_in(format) })
 }
 
 /// Shades the times in contact.
@@ -602,8 +670,8 @@ mod tests {
             // As simulated, with one failed case, and with failed cases only.
             for failed in [0, 1, results.len()] {
                 results.iter_mut().take(failed).for_each(|result| *result = Err("failed".to_owned()));
-                let pictures = study_figures(&study, &results, &measured);
-                let again = study_figures(&study, &results, &measured);
+                let pictures = study_figures(&study, &results, &measured, &Format::default());
+                let again = study_figures(&study, &results, &measured, &Format::default());
                 assert_eq!(pictures, again);
                 for Picture { name, canvas } in &pictures.pictures {
                     let svg = canvas.svg();
@@ -633,7 +701,7 @@ mod tests {
             tool: None,
         };
         let measured: Vec<Measurement> = (0..60_000).map(point).collect();
-        for Picture { name, canvas } in study_figures(&study, &results, &measured).pictures {
+        for Picture { name, canvas } in study_figures(&study, &results, &measured, &Format::default()).pictures {
             let svg = canvas.svg();
             assert!(svg.len() < 300_000, "{name}: {} bytes", svg.len());
             assert_eq!(svg.contains("means of 100 intervals"), name == "measured_over_velocity", "{name}");
@@ -643,8 +711,74 @@ mod tests {
     #[test]
     fn one_case_has_no_picture() {
         let (study, results) = study("brushing_velocity_m_s = [10.0]");
-        let pictures = study_figures(&study, &results, &[]);
+        let pictures = study_figures(&study, &results, &[], &Format::default());
         assert!(pictures.pictures.is_empty() && !pictures.note.is_empty());
+    }
+
+    #[test]
+    fn flat_curves_at_different_levels_show_their_changes() {
+        let known =
+            |curves: &[&[f64]]| curves.iter().map(|values| values.iter().copied().map(Some).collect()).collect();
+        let means = |curves: Vec<Vec<Option<f64>>>| means_of_flat(&curves);
+        assert_eq!(means(known(&[&[10.0, 10.1], &[20.0, 20.1]])), Some(vec![10.05, 20.05]));
+        assert_eq!(
+            means(vec![vec![Some(10.0), None, Some(10.1)], vec![Some(20.0), Some(20.1), None]]),
+            Some(vec![10.05, 20.05])
+        );
+        // One curve, curves that change, that lie together, without values, or below zero, are drawn as they are.
+        for curves in [
+            &[&[10.0, 10.1][..]][..],
+            &[&[10.0, 12.0], &[20.0, 20.1]],
+            &[&[10.0, 10.1], &[10.2, 10.3]],
+            &[&[], &[]],
+            &[&[-1.0, -1.0], &[1.0, 1.0]],
+        ] {
+            assert_eq!(means(known(curves)), None, "{curves:?}");
+        }
+
+        let (study, mut results) =
+            study("\"filament.segments\" = [1, 2]\n\"solver.relative_tolerance\" = [1e-5, 1e-3]");
+        for (case, result) in results.iter_mut().enumerate() {
+            let force = [100.0, 100.1, 200.0, 200.4][case];
+            result.as_mut().expect("a result").metrics.tool_contact_normal_force_n = force;
+        }
+        let pictures = study_figures(&study, &results, &[], &Format::default()).pictures;
+        let picture = pictures.iter().find(|picture| picture.name == "tool_force_over_relative_tolerance");
+        let svg = picture.expect("a figure").canvas.svg();
+        for text in ["deviation from the mean in %", "segments = 2: mean 200 N", "10⁻⁵"] {
+            assert!(svg.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn on_paper_all_text_has_its_size() {
+        let (study, results) = study("brushing_velocity_m_s = [10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let settings = study.settings(0);
+        let simulation = simulate_with_history(&settings, 100).expect("a pass");
+        for (width_mm, points) in [(84.0, 8.0), (90.0, 10.0), (174.0, 7.0), (300.0, 24.0)] {
+            let format = Format::new(Some(width_mm), Some(points), Some("STIX".to_owned())).expect("a format");
+            let mut pictures = study_figures(&study, &results, &[], &format).pictures;
+            pictures.extend(contact_figures(&settings, &simulation.history, &[1e-3, 2e-3], &[], &[], &format));
+            assert!(pictures.len() > 10);
+            for Picture { name, canvas } in pictures {
+                let svg = canvas.svg();
+                let after = |text: &str| svg.split_once(text).map(|(_, rest)| rest).expect("an attribute");
+                let number =
+                    |text: &str| text.split(['"', ' ', 'm']).next().and_then(|number| number.parse::<f64>().ok());
+                assert_eq!(number(after("<svg width=\"")), Some(width_mm), "{name}");
+                let of_view_box = number(after("viewBox=\"0 0 ")).expect("a width");
+                // A part in a thousand, as the layout has whole pixels.
+                for size in svg.split("sans-serif\" font-size=\"").skip(1).filter_map(number) {
+                    let in_points = size / of_view_box * width_mm * 72.27 / 25.4;
+                    assert!((in_points / points - 1.0).abs() < 2e-3, "{name}: {in_points} pt");
+                }
+                assert!(svg.contains("font-family=\"'STIX', Helvetica"));
+            }
+        }
+        let format = Format::new(Some(84.0), Some(8.0), None).expect("a format");
+        let png = history_figure(&settings, &simulation.history, &format).canvas.png();
+        let [width, per_metre] = [16, 41].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes")));
+        assert!(width.abs_diff(1984) <= 1 && per_metre == 23_622, "{width} {per_metre}");
     }
 
     #[test]
@@ -652,7 +786,7 @@ mod tests {
         let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
-        let pictures = study_figures(&study, &results, &[]);
+        let pictures = study_figures(&study, &results, &[], &Format::default());
         assert_eq!(pictures.pictures.len(), 17);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
@@ -675,10 +809,10 @@ mod tests {
         let settings = study.settings(0);
         for samples in [2, 3, 300] {
             let history = simulate_with_history(&settings, samples).expect("a pass").history;
-            let svg = history_figure(&settings, &history).canvas.svg();
+            let svg = history_figure(&settings, &history, &Format::default()).canvas.svg();
             assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
         }
-        assert!(history_figure(&settings, &[]).canvas.svg().contains("One contact"));
+        assert!(history_figure(&settings, &[], &Format::default()).canvas.svg().contains("One contact"));
     }
 
     #[test]
@@ -686,11 +820,15 @@ mod tests {
         let (study, _) = study("brushing_velocity_m_s = [30.0]\n\"process.turns\" = [3]");
         let settings = study.settings(0);
         let simulation = simulate_with_history(&settings, 300).expect("a pass");
-        let svg = history_figure(&settings, &simulation.history).canvas.svg();
+        let svg = history_figure(&settings, &simulation.history, &Format::default()).canvas.svg();
         assert!(!svg.contains(">entry<") && !svg.contains("NaN"));
-        let turns = turns_figure(&settings, &simulation.turn_contact_normal_impulses_n_s).expect("three turns");
+        let turns = turns_figure(&settings, &simulation.turn_contact_normal_impulses_n_s, &Format::default())
+            .expect("three turns");
         assert!(turns.name == TURNS_FIGURE && turns.canvas.svg().contains("turn by turn"));
-        assert_eq!(turns_figure(&settings, &[1e-3]), None);
-        assert!(turns_figure(&settings, &[0.0, 0.0]).is_some_and(|picture| !picture.canvas.svg().contains("NaN")));
+        assert_eq!(turns_figure(&settings, &[1e-3], &Format::default()), None);
+        assert!(
+            turns_figure(&settings, &[0.0, 0.0], &Format::default())
+                .is_some_and(|picture| !picture.canvas.svg().contains("NaN"))
+        );
     }
 }

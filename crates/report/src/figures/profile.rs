@@ -2,24 +2,29 @@
 
 use super::{PROFILE_DRAWN, PROFILE_UNROLLED, Picture, contact_title};
 use crate::drawing::clip::{clip_line, clip_polygon};
-use crate::drawing::diagram::{Frame, draw_axes, heading, left_of};
+use crate::drawing::diagram::{Frame, draw_axes, left_of};
+use crate::drawing::format::Format;
+use crate::drawing::heading::Heading;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, fine, stroke, text};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
 use bristle::workpiece::Workpiece;
-use bristle_study::text::number::short;
+use bristle_study::text::number::{short, significant};
 
 /// Number of shapes of the filament that are drawn.
 const DRAWN_SHAPES: usize = 13;
-/// Size of the figures, and the space above and below panels, in pixels.
+/// Width of the figures on a screen, and the space above and below panels, in pixels.
 const WIDTH: i32 = 760;
-const TOP: i32 = 68;
+const ABOVE: i32 = 10;
 const BETWEEN: i32 = 30;
 const BOTTOM: i32 = 50;
-/// Height of a panel of the unrolled profile.
+/// Height of a panel of the unrolled profile on a screen and at least; width of the column of edges, and of its panel at least.
 const PANEL: i32 = 180;
-/// Height of the drawn contact, its largest width, and the width of the part around edges.
+const MIN_PANEL: i32 = 150;
+const EDGES: i32 = 276;
+const MIN_EDGES: i32 = 100;
+/// Height of the drawn contact on a screen, and the width of the part around edges.
 const DRAWN: i32 = 380;
 const AROUND: i32 = 330;
 /// How far edges and worked cells are shown beyond their ends, as a part of their length.
@@ -93,7 +98,7 @@ const WORK: Quantity =
 
 /// Impulse and friction work per length over the arc length of the profile; a second column shows edges on a larger scale. None if
 /// the filament touches nothing.
-pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell]) -> Option<Picture> {
+pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell], format: &Format) -> Option<Picture> {
     let whole = stretch(profile)?;
     let edges = worked_edges(profile, whole);
     let has_work = profile.iter().any(|cell| cell.friction_work_j_m > 0.0);
@@ -102,23 +107,28 @@ pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell]) -> Option<P
         .iter()
         .map(|row| Scale::new(Axis::from_zero(row.label), profile.iter().map(|cell| (row.value)(cell))))
         .collect();
-    let left = scales.iter().map(left_of).max().unwrap_or(0);
-    let split = if edges.is_some() { WIDTH - 300 } else { WIDTH - 24 };
+    let left = scales.iter().map(|scale| left_of(format, scale)).max().unwrap_or(0);
+    let page = format.width(WIDTH);
+    let panel = format.height(PANEL, WIDTH, MIN_PANEL);
+    let beside = if edges.is_some() { (EDGES * page / WIDTH).max(left + MIN_EDGES) } else { 0 };
+    let split = page - 24 - beside;
     let mut columns = vec![(widened(whole, MARGIN), [left, split], "arc length in mm")];
     if let Some(edges) = edges {
-        columns.push((widened(edges, 0.5), [split + left, WIDTH - 24], "at the edge, in mm"));
+        columns.push((widened(edges, 0.5), [split + left, page - 24], "at the edge, in mm"));
     }
-    let height = TOP + rows.len() as i32 * (PANEL + BETWEEN) - BETWEEN + BOTTOM;
-    let mut canvas = Canvas::new((WIDTH, height));
     let mut subtitle = "per length of the profile, for one filament in one pass".to_owned();
     if edges.is_some() {
         subtitle.push_str("; shaded: edges");
     }
-    heading(&mut canvas, left, &contact_title("Work along the profile", settings), &subtitle);
+    let heading = Heading::new(format, &contact_title("Work along the profile", settings), &subtitle, [left, page]);
+    let first = heading.height() + ABOVE;
+    let height = first + rows.len() as i32 * (panel + BETWEEN) - BETWEEN + BOTTOM;
+    let mut canvas = Canvas::on(format, (page, height));
+    heading.draw(&mut canvas);
     for (row, (quantity, y)) in (0..).zip(rows.iter().zip(&scales)) {
-        let top = TOP + row * (PANEL + BETWEEN);
+        let top = first + row * (panel + BETWEEN);
         for (column, &(shown, [left, right], label)) in columns.iter().enumerate() {
-            let frame = [left, top, right, top + PANEL];
+            let frame = [left, top, right, top + panel];
             let mut x = Scale::exact(Axis::linear(label), shown.into_iter().map(|length| 1e3 * length));
             if row + 1 < rows.len() as i32 {
                 x.axis.label = "".into();
@@ -133,10 +143,10 @@ pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell]) -> Option<P
             let cells = || profile.iter().filter(within);
             for cell in cells().filter(|cell| cell.on_edge) {
                 let [from, to] = ends(cell).map(place);
-                canvas.rectangle([(from, fine(top)), (to, fine(top + PANEL))], EDGE);
+                canvas.rectangle([(from, fine(top)), (to, fine(top + panel))], EDGE);
             }
             draw_axes(&mut canvas, [&x, &y], frame);
-            let level = |value: f64| y.place(value, top + PANEL, top);
+            let level = |value: f64| y.place(value, top + panel, top);
             let mut outline: Vec<Point> = Vec::new();
             for cell in cells() {
                 let at = level((quantity.value)(cell));
@@ -229,7 +239,12 @@ fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4]
 
 /// The filament at some times on the profile in true scale, with the work as bars across the surface; a second panel shows edges on a
 /// larger scale.
-pub(super) fn drawn(settings: &Settings, profile: &[ProfileCell], shapes: &[Shape]) -> Option<Picture> {
+pub(super) fn drawn(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    shapes: &[Shape],
+    format: &Format,
+) -> Option<Picture> {
     let whole = stretch(profile)?;
     let edges = worked_edges(profile, whole);
     let pass = Pass::new(settings);
@@ -246,21 +261,25 @@ pub(super) fn drawn(settings: &Settings, profile: &[ProfileCell], shapes: &[Shap
     };
     let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
     let nodes = filaments.iter().flatten().copied();
-    let split = if edges.is_some() { WIDTH - 24 - AROUND } else { WIDTH };
-    let frames = [[24, TOP, split - 24, TOP + DRAWN], [split, TOP, WIDTH - 24, TOP + DRAWN]];
+    let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) { &WORK } else { &IMPULSE };
+    let largest = profile.iter().map(quantity.value).fold(0.0, f64::max);
+    let name = quantity.label.split(" in ").next().unwrap_or_default();
+    let unit = quantity.label.split(" in ").nth(1).unwrap_or_default();
+    let bars =
+        format!("bars: {name} per length, at most {} {unit}; the filament from light to dark", significant(largest));
+    let page = format.width(WIDTH);
+    let heading = Heading::new(format, &contact_title("Filament on the workpiece", settings), &bars, [24, page]);
+    let top = heading.height() + ABOVE;
+    let bottom = top + format.height(DRAWN, WIDTH, 0);
+    let split = if edges.is_some() { page - 24 - AROUND * page / WIDTH } else { page };
+    let frames = [[24, top, split - 24, bottom], [split, top, page - 24, bottom]];
     let mut views = vec![View::new(frames[0], around(worked.map(|cell| [cell.x_m, cell.y_m]).chain(nodes), 0.04)?)];
     if let Some([from, to]) = edges {
         let on_edges = profile.iter().filter(|cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
         views.push(View::new(frames[1], around(on_edges.map(|cell| [cell.x_m, cell.y_m]), 0.8)?));
     }
-    let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) { &WORK } else { &IMPULSE };
-    let largest = profile.iter().map(quantity.value).fold(0.0, f64::max);
-
-    let mut canvas = Canvas::new((WIDTH, TOP + DRAWN + 40));
-    let name = quantity.label.split(" in ").next().unwrap_or_default();
-    let unit = quantity.label.split(" in ").nth(1).unwrap_or_default();
-    let bars = format!("bars: {name} per length, at most {} {unit}; the filament from light to dark", short(largest));
-    heading(&mut canvas, 24, &contact_title("Filament on the workpiece", settings), &bars);
+    let mut canvas = Canvas::on(format, (page, bottom + 40));
+    heading.draw(&mut canvas);
     for view in &views {
         if outline.is_solid() {
             view.polygon(&mut canvas, &surface, MATERIAL, 1.0);

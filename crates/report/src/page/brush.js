@@ -26,7 +26,7 @@ function showHead() {
   byId("summary").replaceChildren(
     `${number_of(brush.columns, "column")} of ${number_of(brush.rows, "filament")} pass the workpiece. `,
     ...rich("F_n,w"),
-    ` is ${withUnit(force.value, scale, 4)}; without interaction it would be ${withUnit(force.alone, scale, 4)}. The interaction factor is ${number(factor, 4)}.`,
+    ` is ${withUnit(force.value, scale, DIGITS)}; without interaction it would be ${withUnit(force.alone, scale, DIGITS)}. The interaction factor is ${number(factor, DIGITS)}.`,
   );
 }
 
@@ -45,11 +45,11 @@ function showResults() {
   const metrics = brush.metrics.map((metric) => {
     const scale = scaleFor(metric.unit, Math.max(Math.abs(metric.value), Math.abs(metric.alone)));
     const mark = element("td", {}, metric.symbol ? symbol(metric.symbol) : []);
-    return row(metric, [mark], [withUnit(metric.value, scale), withUnit(metric.alone, scale)]);
+    return row(metric, [mark], [withUnit(metric.value, scale, DIGITS), withUnit(metric.alone, scale, DIGITS)]);
   });
   byId("metrics").tBodies[0].replaceChildren(...metrics);
   const interaction = brush.sector.map((entry) =>
-    row(entry, [], [withUnit(entry.value, scaleFor(entry.unit, Math.abs(entry.value)))]),
+    row(entry, [], [withUnit(entry.value, scaleFor(entry.unit, Math.abs(entry.value)), DIGITS)]),
   );
   byId("interaction").tBodies[0].replaceChildren(...interaction);
 }
@@ -228,7 +228,7 @@ function createSector() {
   function showLegend() {
     const high = most[byId("quantity").value];
     byId("legend-low").textContent = "grey: none";
-    byId("legend-high").textContent = `${withUnit(high, scaleFor("N", high), 3)} or more`;
+    byId("legend-high").textContent = `${withUnit(high, scaleFor("N", high), DIGITS)} or more`;
     const stops = Array.from({ length: 9 }, (_, k) => color(k / 8));
     byId("bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
   }
@@ -299,6 +299,7 @@ function createSector() {
 
 showHead();
 showResults();
+showNotes(brush.notes);
 showSettings(brush.settings, fixedSettingText);
 showOrigin();
 if (brush.motion === null) byId("sector").hidden = true;

@@ -16,7 +16,8 @@ use serde_json::{Value, json};
 
 use super::course::{Outline, SideView};
 use super::packed::Packed;
-use super::{LONGEST_NAME, Page, fill, place_on_page, rounded, settings, spread};
+use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, rounded, settings, spread};
+use crate::drawing::format::Format;
 use crate::figures::{Brush, Picture, brush_figures};
 
 const SECTIONS: &str = include_str!("brush.html");
@@ -111,17 +112,18 @@ fn different(frames: &[Frame]) -> Vec<usize> {
     (0..frames[0].nodes_m.len()).filter(|&filament| seen.insert(motion(filament))).collect()
 }
 
-/// The page of a brush. `name` is its name, such as that of its input file; `frames` are those of `result`, which `brush` was made from.
+/// The page of a brush. `name` is its name, such as that of its input file; `brush` was made from `result`.
 #[must_use]
-pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult) -> String {
+pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<'_>) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let figures: String = brush_figures(brush).iter().map(figure).collect();
+    let figures: String = brush_figures(brush, &Format::default()).iter().map(figure).collect();
     let page = Page {
         title: &format!("{name}: brush"),
         subject: "filaments of a brush that touch each other and a workpiece",
         without_scripts: "This page draws the sector with JavaScript, which is switched off. Its numbers are in \
                           <code>metrics.json</code> and <code>filaments.csv</code> in the same directory.",
         sections: &fill(SECTIONS, &[("figures", &figures)]),
+        notes,
         data: data(name, brush, result),
         script: SCRIPT,
     };

@@ -118,9 +118,9 @@ function createCaseView(study, grid) {
       ]);
     }
     if (isUnstable(study, index)) {
-      const { values, digits } = study.quantities.find(({ key }) => key === AMPLIFICATION);
+      const { values } = study.quantities.find(({ key }) => key === AMPLIFICATION);
       notes.push([
-        `Laterally unstable: in this pass an imperfection out of the plane of rotation grows ${number(values[index], digits)}-fold. Forces and impulse can change with it: sweep `,
+        `Laterally unstable: in this pass an imperfection out of the plane of rotation grows ${number(values[index], DIGITS)}-fold. Forces and impulse can change with it: sweep `,
         element("code", {}, "filament.lateral_tilt_rad"),
         " to see what imperfect filaments do.",
       ]);
@@ -175,7 +175,7 @@ function createCaseView(study, grid) {
     if (sum === 0) return;
     known.push(["not attributed to one input", Math.max(0, 1 - sum)]);
     const rows = known.map(([name, value]) => {
-      const percent = `${number(Math.round(1000 * value) / 10, 3)}\u202f%`;
+      const percent = `${number(Math.round(1000 * value) / 10, DIGITS)}\u202f%`;
       return element(
         "tr",
         {},
@@ -422,7 +422,7 @@ function createCaseView(study, grid) {
         cursor.setAttribute("x2", place);
         const sample = Math.min(Math.ceil((time / course.end) * last), last);
         curves.forEach(
-          ({ values }, k) => (outputs[k].textContent = withUnit(Math.round(values[sample] / grain) * grain, scale, 3)),
+          ({ values }, k) => (outputs[k].textContent = withUnit(Math.round(values[sample] / grain) * grain, scale, DIGITS)),
         );
       },
     };
@@ -454,7 +454,7 @@ function createCaseView(study, grid) {
       const every = Math.ceil(24 / slot);
       const bars = values.flatMap((value, turn) => {
         const bar = { x: left + (turn + 0.15) * slot, width: 0.7 * slot, y: y(value), height: y(0) - y(value) };
-        const tip = svgElement("title", {}, `turn ${turn + 1}: ${withUnit(value, scale, 4)}`);
+        const tip = svgElement("title", {}, `turn ${turn + 1}: ${withUnit(value, scale, DIGITS)}`);
         const rectangle = svgElement("rect", { class: "series-area", ...bar }, tip);
         if (turn % every !== 0) return [rectangle];
         const place = { x: left + (turn + 0.5) * slot, y: height - bottom + 15, "text-anchor": "middle" };

@@ -21,10 +21,13 @@ function scaleFor(unit, magnitude) {
   return { unit: prefix + unit, factor: 1 / size };
 }
 
+/** Significant digits of results. Settings are shown as they were stated. */
+const DIGITS = 3;
+
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** A number with at most `digits` significant digits. */
-function number(value, digits = 5) {
+/** A number with at most `digits` significant digits; with `padded`, zeros at its end count. */
+function number(value, digits = 5, padded = false) {
   if (value === null) return "–";
   const rounded = Number(value.toPrecision(digits));
   const size = Math.abs(rounded);
@@ -33,7 +36,7 @@ function number(value, digits = 5) {
     const power = "10" + [...exponent.replace("+", "")].map((character) => RAISED[character]).join("");
     return (mantissa === "1" ? power : `${mantissa} · ${power}`).replace(/^-/, "−");
   }
-  const [whole, decimals] = String(rounded).split(".");
+  const [whole, decimals] = (padded && size < 10 ** digits ? rounded.toPrecision(digits) : String(rounded)).split(".");
   const grouped = size >= 1e4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
   return (decimals === undefined ? grouped : `${grouped}.${decimals}`).replace(/^-/, "−");
 }
@@ -115,10 +118,22 @@ function ticks(low, high, count) {
 const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
 const VIRIDIS_PARTS = VIRIDIS.map((color) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16)));
 
-/** The colour at a part of the range, 0 to 1. */
-function color(share) {
+/** The red, green and blue of the colour at a part of the range, 0 to 1. */
+function colorParts(share) {
   const place = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
   const below = Math.min(Math.floor(place), VIRIDIS.length - 2);
   const mix = (a, b) => Math.round(a + (place - below) * (b - a));
-  return `rgb(${VIRIDIS_PARTS[below].map((part, i) => mix(part, VIRIDIS_PARTS[below + 1][i])).join(" ")})`;
+  return VIRIDIS_PARTS[below].map((part, i) => mix(part, VIRIDIS_PARTS[below + 1][i]));
+}
+
+/** The colour at a part of the range, 0 to 1. */
+function color(share) {
+  return `rgb(${colorParts(share).join(" ")})`;
+}
+
+/** Black or white, whichever has more contrast to the colour at a part of the range (relative luminance of WCAG 2). */
+function inkOn(share) {
+  const linear = (part) => (part <= 10 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4);
+  const [red, green, blue] = colorParts(share).map(linear);
+  return 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.179 ? "#000" : "#fff";
 }

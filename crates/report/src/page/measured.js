@@ -9,7 +9,7 @@ function showMeasured(measured) {
   const force = (value, spread) => {
     if (value === null) return "–";
     const { factor, unit } = scaleFor("N", Math.abs(value));
-    const both = spread ? `${number(value * factor, 4)} ± ${number(spread * factor, 2)}` : number(value * factor, 4);
+    const both = spread ? `${number(value * factor, DIGITS)} ± ${number(spread * factor, 2)}` : number(value * factor, DIGITS);
     return `${both}\u202f${unit}`;
   };
   const cell = (...content) => element("td", { class: "number" }, ...content);

@@ -13,9 +13,11 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
+use bristle_study::advice::headline;
 use bristle_study::assumptions::{Assumption, Assumptions};
 use bristle_study::brush::Interaction;
 use bristle_study::measured::Comparison;
+use bristle_study::plausibility::Unusual;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
 use bristle_study::uncertainty::ForceScatter;
 use bristle_text::shown;
@@ -60,16 +62,37 @@ pub fn page(
     comparisons: &[Comparison],
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
+    let notes = Notes { unusual: study.unusual(), assumptions };
     let page = Page {
         title: &format!("{name}: brushing study"),
         subject: "contact of a brush filament with a workpiece",
         without_scripts: "This page draws its figures with JavaScript, which is switched off. The same numbers are in \
                           <code>runs.csv</code> in the same directory.",
         sections: SECTIONS,
-        data: data(name, study, results, courses, assumptions, comparisons),
+        notes,
+        data: data(name, study, results, courses, comparisons),
         script: SCRIPT,
     };
     page.framed()
+}
+
+/// What a reader should know about the settings of a page.
+#[derive(Clone, Copy)]
+pub struct Notes<'a> {
+    /// What is unusual about them.
+    pub unusual: &'a [Unusual],
+    /// Those that the input file leaves to their defaults.
+    pub assumptions: &'a Assumptions,
+}
+
+impl Notes<'_> {
+    /// For the script.
+    fn data(&self) -> Value {
+        json!({
+            "warnings": self.unusual.iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
+            "assumptions": assumptions_data(self.assumptions),
+        })
+    }
 }
 
 /// What a page has of its own.
@@ -82,7 +105,8 @@ struct Page<'a> {
     without_scripts: &'static str,
     /// The sections before those that each page ends with.
     sections: &'a str,
-    /// What the script reads.
+    notes: Notes<'a>,
+    /// What the script reads beside the notes.
     data: Value,
     script: &'static str,
 }
@@ -90,7 +114,8 @@ struct Page<'a> {
 impl Page<'_> {
     /// The whole page.
     fn framed(self) -> String {
-        let Self { title, subject, without_scripts, sections, data, script } = self;
+        let Self { title, subject, without_scripts, sections, notes, mut data, script } = self;
+        data["notes"] = notes.data();
         fill(
             FRAME,
             &[
@@ -173,14 +198,7 @@ fn quantity<R: Record>(
     QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
 }
 
-fn data(
-    name: &str,
-    study: &Study,
-    results: &[CaseResult],
-    courses: &[Course],
-    assumptions: &Assumptions,
-    comparisons: &[Comparison],
-) -> Value {
+fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], comparisons: &[Comparison]) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData<'_>> = study
         .sweeps()
@@ -238,6 +256,7 @@ fn data(
         courses.iter().filter_map(|course| Some((shown.cases.binary_search(&course.case()).ok()?, course))).collect();
     json!({
         "name": name,
+        "headline": headline(study, results),
         "version": env!("CARGO_PKG_VERSION"),
         "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
         "cases": study.case_count(),
@@ -247,8 +266,6 @@ fn data(
         "settings": study_settings(study),
         "quantities": quantities,
         "brush": study.has_brush(),
-        "warnings": study.unusual().iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
-        "assumptions": assumptions_data(assumptions),
         "measured": measured::measured_data(study, comparisons),
         "unstable_above": UNSTABLE_AMPLIFICATION,
         "force_uncertainty": uncertainties,

@@ -7,8 +7,15 @@ const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
 const AMPLIFICATION = "lateral_amplification";
 const UNSTABLE = "laterally_unstable";
+const INTERACTION = "interaction_factor";
 /** Prefix of the keys of shares in the variance of the tool force. */
 const SHARE = "sobol_";
+/** Font size of the numbers in cells, their width per character, and the least room around them, in pixels. */
+const CELL_NUMBER = { size: 11, character: 6.4, room: 6 };
+/** Least length of the axis of a curve, as a part of its largest value: smaller changes look as small as they are. */
+const LEAST_PART = 0.01;
+/** Least ratio of the values of a setting that lie on a logarithmic axis. */
+const DECADES = 100;
 /** Number of quantities on the card; they come in the order of importance. */
 const ON_CARD = 8;
 
@@ -76,7 +83,6 @@ function findRanges(quantities) {
     // Zero has no place on a logarithmic scale; it is shown at the lower end.
     const onScale = (value) => value !== null && (value > 0 || !quantity.logarithmic);
     const known = quantity.values.filter(onScale);
-    quantity.digits = quantity.logarithmic ? 3 : 5;
     quantity.coordinate = (value) => (quantity.logarithmic ? Math.log10(Math.max(value, quantity.low)) : value);
     quantity.low = known.reduce((a, b) => Math.min(a, b), Infinity);
     quantity.high = known.reduce((a, b) => Math.max(a, b), -Infinity);
@@ -139,7 +145,21 @@ function createOverview(study, grid, open) {
   const errors = new Map(study.errors);
   const kept = new Set(study.courses.map(([index]) => index));
   const quantities = study.quantities;
-  const ratio = quantities.find(({ key }) => key === RATIO);
+  /** What a map shows beside its colours: lines at a level of some quantity, laterally unstable cases, and numbers. */
+  const layers = [
+    { id: "tier", name: "ε_tc = ½", of: RATIO, level: 0.5, text: "ε_tc = ½, between striking and sweeping" },
+    {
+      id: "stability",
+      name: "lateral stability",
+      of: AMPLIFICATION,
+      level: study.unstable_above,
+      text: `lateral amplification ${study.unstable_above}, laterally unstable above`,
+    },
+    { id: "interaction", name: "interaction factor 1", of: INTERACTION, level: 1, text: "interaction factor 1" },
+    { id: "numbers", name: "numbers" },
+  ]
+    .map((layer) => ({ ...layer, of: layer.of && quantities.find(({ key }) => key === layer.of) }))
+    .filter(({ id, of }) => of || id === "numbers");
   const unstable = new Set([...quantities[0].values.keys()].filter((index) => isUnstable(study, index)));
 
   const map = byId("map");
@@ -163,6 +183,12 @@ function createOverview(study, grid, open) {
       quantity = quantities.find(({ key }) => key === select.value);
       draw();
     });
+    for (const layer of upward ? layers : []) {
+      const { id, name } = layer;
+      layer.box = element("input", { type: "checkbox", id: `layer-${id}`, checked: "", onchange: draw });
+      byId("layers").append(element("label", {}, layer.box, element("span", {}, ...rich(name))));
+    }
+    byId("layers").hidden = !upward;
     for (const axis of sliced) {
       const place = grid.axes.indexOf(axis);
       const options = axis.values.map((_, i) => element("option", { value: i }, axisText(axis, i)));
@@ -203,15 +229,13 @@ function createOverview(study, grid, open) {
     const context = canvas.getContext("2d");
     const styles = getComputedStyle(document.documentElement);
     const [failed, failedInk] = ["--failed", "--failed-ink"].map((name) => styles.getPropertyValue(name));
-    const [low, high] = [quantity.low, quantity.high].map(quantity.coordinate);
-    const share = (value) => (high > low ? (quantity.coordinate(value) - low) / (high - low) : 0.5);
     // Edges on whole pixels, so that no seam shows.
     const x = Array.from({ length: columns + 1 }, (_, i) => Math.round(left(i) * density));
     const y = Array.from({ length: rows + 1 }, (_, j) => Math.round(top(j - 1) * density));
     for (let j = 0; j < rows; j++) {
       for (let i = 0; i < columns; i++) {
         const value = quantity.values[at(i, j)];
-        context.fillStyle = value === null ? failed : color(share(value));
+        context.fillStyle = value === null ? failed : color(shareOf(value));
         context.fillRect(x[i], y[j + 1], x[i + 1] - x[i], y[j] - y[j + 1]);
         if (value === null && cellWidth() > 8 && cellHeight() > 8) {
           context.strokeStyle = failedInk;
@@ -228,11 +252,13 @@ function createOverview(study, grid, open) {
     }
   }
 
-  /** The line on the map: between stable and unstable in the map of the amplification, else at the tier. */
-  function separation() {
-    return quantity.key === AMPLIFICATION
-      ? { of: quantity, level: study.unstable_above, text: `${study.unstable_above}, laterally unstable above` }
-      : { of: ratio, level: 0.5, text: "ε_tc = ½, between striking and sweeping" };
+  /** Whether a layer is shown. */
+  const isShown = (id) => layers.some((layer) => layer.id === id && layer.box.checked);
+
+  /** The part of the colours at a value. */
+  function shareOf(value) {
+    const [low, high] = [quantity.low, quantity.high].map(quantity.coordinate);
+    return high > low ? (quantity.coordinate(value) - low) / (high - low) : 0.5;
   }
 
   /** Lines on which a quantity has a level, between the middles of the cells. */
@@ -305,12 +331,19 @@ function createOverview(study, grid, open) {
     return measuredIn(study, places, [acrossAt, upwardAt]);
   }
 
-  /** The ends of the vertical axis of the curve, as coordinates: zero is one of them, or they are powers of ten. */
+  /**
+   * The ends of the vertical axis of the curve, as coordinates: powers of ten, or zero unless all values are far from it, in which
+   * case the axis begins where they are.
+   */
   function curveRange() {
     const { low, high, logarithmic, coordinate } = quantity;
     if (!logarithmic) {
       const ends = measuredPoints().flatMap(({ force, std }) => [force - (std ?? 0), force + (std ?? 0)]);
-      return [Math.min(0, low, ...ends), Math.max(0, high, ...ends)];
+      const [least, largest] = [Math.min(low, ...ends), Math.max(high, ...ends)];
+      if (least <= 0.5 * largest && largest >= 0.5 * least) return [Math.min(0, least), Math.max(0, largest)];
+      const more = Math.max(0, LEAST_PART * Math.max(-least, largest) - (largest - least));
+      const margin = 0.04 * (largest - least + more) + more / 2;
+      return [least - margin, largest + margin];
     }
     // Without a value above zero there is no range.
     if (!(high > 0)) return [0, 1];
@@ -318,18 +351,23 @@ function createOverview(study, grid, open) {
     return [first, Math.max(Math.ceil(coordinate(high)), first + 1)];
   }
 
+  /** Whether the values of the horizontal axis of the curve span decades. */
+  const spansDecades = Math.min(...across.values) > 0 && Math.max(...across.values) >= DECADES * Math.min(...across.values);
+  const acrossPlace = (value) => (spansDecades ? Math.log10(value) : value);
+  const acrossRange = () => [Math.min, Math.max].map((end) => acrossPlace(end(...across.values)));
+
   /** Where a value of the only axis and one of the quantity lie in the curve; failed cases lie on the axis. */
   function curvePoint(i) {
     return curvePlace(across.values[i], quantity.values[at(i, 0)]);
   }
 
   function curvePlace(x, value) {
-    const [first, last] = [Math.min(...across.values), Math.max(...across.values)];
+    const [first, last] = acrossRange();
     const [low, high] = curveRange();
     const rise = value === null || high === low ? 0 : Math.max((quantity.coordinate(value) - low) / (high - low), 0);
     const pad = 12;
     return [
-      layout.left + pad + ((x - first) / (last - first)) * (layout.inner - 2 * pad),
+      layout.left + pad + ((acrossPlace(x) - first) / (last - first)) * (layout.inner - 2 * pad),
       layout.top + layout.height - rise * (layout.height - pad),
     ];
   }
@@ -350,13 +388,17 @@ function createOverview(study, grid, open) {
         ),
       );
     }
-    const values = across.values.map((value) => value * across.scale.factor);
-    const [first, last] = [Math.min(...values), Math.max(...values)];
+    // Powers of ten of the unit that is shown, or its round values; names have their places.
     const named = across.names ? [...labelledPlaces(across, Math.max(2, Math.floor(layout.inner / 130)))] : null;
-    for (const value of named ?? ticks(first, last, Math.max(2, layout.inner / 90))) {
-      const x = layout.left + 12 + ((value - first) / (last - first)) * (layout.inner - 24);
+    const inUnit = across.values.map((value) => acrossPlace(value * across.scale.factor));
+    const [first, last] = [Math.min(...inUnit), Math.max(...inUnit)];
+    const round = named ?? ticks(first, last, Math.max(2, layout.inner / 90));
+    for (const value of spansDecades ? round.filter(Number.isInteger) : round) {
+      const shown = spansDecades ? 10 ** value : value;
+      const [x] = curvePlace(shown / across.scale.factor, null);
       const anchor = !named ? "middle" : value === first ? "start" : value === last ? "end" : "middle";
-      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, named ? tickText(across, value) : number(value, 4)));
+      const text = named ? tickText(across, value) : number(shown, 4);
+      drawing.append(svgText({ x, y: bottom + 17, "text-anchor": anchor }, text));
     }
     const order = across.values.map((_, i) => i).sort((a, b) => across.values[a] - across.values[b]);
     const solved = order
@@ -386,23 +428,21 @@ function createOverview(study, grid, open) {
     if (upward) {
       drawCells();
       drawMapAxes();
-      drawUnstable();
-      const line = separation();
-      const path = upward.names ? "" : separatingLine(line);
-      if (path) {
-        drawing.append(
-          svgElement("path", { class: "contour-case", d: path }),
-          svgElement("path", { class: "contour", d: path }),
-        );
+      if (isShown("stability")) drawUnstable();
+      const lines = layers.filter(({ id, of }) => of && !upward.names && isShown(id));
+      const drawn = lines.map((line) => ({ ...line, path: separatingLine(line) })).filter(({ path }) => path);
+      for (const { id, path } of drawn) {
+        drawing.append(...["contour-case", "contour"].map((part) => svgElement("path", { class: `${part} ${id}`, d: path })));
       }
-      drawDots();
+      const hasNumbers = drawNumbers();
+      drawDots(hasNumbers);
       drawMeasured();
       drawOpened();
-      drawMarks(path === "" ? null : line.text);
+      drawMarks(drawn);
     } else {
       drawCurve();
       drawMeasured();
-      drawMarks(null);
+      drawMarks([]);
     }
     point();
   }
@@ -428,14 +468,37 @@ function createOverview(study, grid, open) {
     if (path) drawing.append(svgElement("path", { class: "unstable", d: path }));
   }
 
-  /** A dot on each case with a course, unless all have one. */
-  function drawDots() {
+  /** The numbers of all cells, if all of them fit; whether they are drawn. */
+  function drawNumbers() {
+    const { size, character, room } = CELL_NUMBER;
+    const numberOf = (value) => number(value * quantity.scale.factor, DIGITS, !Number.isInteger(value));
+    const cases = Array.from({ length: rows * columns }, (_, k) => [k % columns, Math.floor(k / columns)]);
+    const known = cases.filter(([i, j]) => quantity.values[at(i, j)] !== null);
+    // A map of many cells has no numbers: they need not be made to know that.
+    const couldFit = cellWidth() >= 3 * character && cellHeight() >= size + room;
+    const texts = couldFit ? known.map(([i, j]) => numberOf(quantity.values[at(i, j)])) : [];
+    const fit = couldFit && texts.every((text) => text.length * character + room <= cellWidth());
+    layers.find(({ id }) => id === "numbers").box.disabled = !fit;
+    if (!fit || !isShown("numbers")) return false;
+    known.forEach(([i, j], k) => {
+      const share = shareOf(quantity.values[at(i, j)]);
+      const place = { x: left(i) + cellWidth() / 2, y: top(j) + cellHeight() / 2 + 0.36 * size, "text-anchor": "middle" };
+      const style = `fill: ${inkOn(share)}; stroke: ${color(share)}`;
+      drawing.append(svgElement("text", { class: "cell-number", style, ...place }, texts[k]));
+    });
+    return true;
+  }
+
+  /** A dot on each case with a course, unless all have one: in a corner if there are numbers. */
+  function drawDots(hasNumbers) {
     if (!isSelection()) return;
     const radius = Math.max(1, Math.min(3, cellWidth() / 4, cellHeight() / 4));
     for (let j = 0; j < rows; j++) {
       for (let i = 0; i < columns; i++) {
         if (!kept.has(at(i, j))) continue;
-        const [cx, cy] = [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
+        const [cx, cy] = hasNumbers
+          ? [left(i) + 2 * radius, top(j) + cellHeight() - 2 * radius]
+          : [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
         drawing.append(svgElement("circle", { class: "kept", cx, cy, r: radius }));
       }
     }
@@ -468,7 +531,7 @@ function createOverview(study, grid, open) {
   }
 
   function drawTitle() {
-    const { name, symbol: mark, scale, meaning, low, high, digits } = quantity;
+    const { name, symbol: mark, scale, meaning, low, high } = quantity;
     const unit = scale.unit ? ` in ${scale.unit}` : "";
     byId("map-title").replaceChildren(
       name[0].toUpperCase() + name.slice(1),
@@ -477,19 +540,18 @@ function createOverview(study, grid, open) {
     );
     byId("map-note").replaceChildren(...rich(meaning));
     byId("legend").hidden = !upward;
-    const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, Math.min(digits, 4)) : "–");
+    const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, DIGITS) : "–");
     byId("legend-low").textContent = text(low);
     byId("legend-high").textContent = high > low ? text(high) : "";
     byId("bar").style.background = `linear-gradient(to right, ${VIRIDIS})`;
   }
 
-  /** Explains the marks other than colours. */
-  function drawMarks(lineText) {
+  /** Explains the marks other than colours, and the lines. */
+  function drawMarks(lines) {
     const key = (...content) => svgElement("svg", { viewBox: "0 0 26 12", "aria-hidden": "true" }, ...content);
     const line = (style) => svgElement("line", { class: style, x1: 1, x2: 25, y1: 6, y2: 6 });
-    const items = [];
-    if (lineText !== null) items.push([key(line("contour-case"), line("contour")), rich(lineText)]);
-    if (upward && unstable.size > 0) {
+    const items = lines.map(({ id, text }) => [key(line(`contour-case ${id}`), line(`contour ${id}`)), rich(text)]);
+    if (upward && unstable.size > 0 && isShown("stability")) {
       const square = svgElement("rect", { class: "failed-cell", x: 7, width: 12, height: 12 });
       items.push([key(square, svgElement("path", { class: "unstable", d: "M11 0h8v8z" })), ["laterally unstable"]]);
     }
@@ -514,7 +576,7 @@ function createOverview(study, grid, open) {
     const failed = errors.has(index);
     const value = failed
       ? "failed"
-      : `${quantity.symbol || quantity.name} = ${withUnit(quantity.values[index], quantity.scale, quantity.digits)}`;
+      : `${quantity.symbol || quantity.name} = ${withUnit(quantity.values[index], quantity.scale, DIGITS)}`;
     const text = `${grid.name(index)}: ${value}${unstable.has(index) ? ", laterally unstable" : ""}`;
     byId("readout").replaceChildren(...rich(text));
     byId("map-row").setAttribute("aria-rowindex", rows - j);
@@ -601,7 +663,7 @@ function createOverview(study, grid, open) {
 /** A metric of a case with its unit, and with its uncertainty if it has one. */
 function valueText(study, quantity, index) {
   const value = quantity.values[index];
-  if (quantity.key !== FORCE || !study.force_uncertainty[index]) return withUnit(value, quantity.scale, quantity.digits);
+  if (quantity.key !== FORCE || !study.force_uncertainty[index]) return withUnit(value, quantity.scale, DIGITS);
   // Two digits of the uncertainty, and the value to the same decimal.
   const { factor, unit } = quantity.scale;
   const uncertainty = Number((study.force_uncertainty[index] * factor).toPrecision(2));

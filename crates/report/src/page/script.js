@@ -4,6 +4,20 @@ const study = JSON.parse(document.getElementById("data").textContent);
 findRanges(study.quantities);
 const grid = new Grid(study);
 
+/** The answer in two sentences, whose rows lead to their cases. */
+function showHeadline() {
+  // Numbers stay with their units.
+  const unbroken = study.headline.replace(/(?<=\d) (?=[\p{L}%])|(?<=≥) | (?=≥)/gu, "\u00a0");
+  const parts = unbroken.split(/(?<=\(row )(\d+)(?=\))/);
+  const headline = document.getElementById("headline");
+  headline.hidden = false;
+  headline.replaceChildren(
+    ...parts.flatMap((part, k) =>
+      k % 2 === 0 || !indexOfRow.has(Number(part)) ? rich(part) : element("a", { href: `#case-${part}` }, part),
+    ),
+  );
+}
+
 function showHead() {
   document.getElementById("name").textContent = study.name;
   const swept = grid.named
@@ -104,11 +118,16 @@ const overview = createOverview(study, grid, (index) => {
   else location.hash = address;
 });
 
-function goToCase() {
+function goToCase(options) {
   const title = document.getElementById("case-title");
   title.focus({ preventScroll: true });
-  title.scrollIntoView();
+  title.scrollIntoView(options);
 }
+
+// A link to the case that is open changes no address.
+addEventListener("click", ({ target }) => {
+  if (target.closest?.("a")?.getAttribute("href") === location.hash && caseOfAddress() !== null) goToCase();
+});
 
 addEventListener("hashchange", () => {
   const index = caseOfAddress();
@@ -118,12 +137,14 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
-showWarnings(study.warnings);
+showHeadline();
 showMeasured(study.measured);
-showAssumptions(study.assumptions);
+showNotes(study.notes);
 showSettings(study.settings, settingText);
 showOrigin();
 // Without an address: the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);
 const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
-showCase(caseOfAddress() ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+const asked = caseOfAddress();
+showCase(asked ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+if (asked !== null) goToCase({ behavior: "instant" });

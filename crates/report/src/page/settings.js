@@ -34,6 +34,12 @@ function showSettings(settings, text) {
   document.getElementById("settings").replaceChildren(...tables);
 }
 
+/** Shows what a reader should know about the settings. */
+function showNotes({ warnings, assumptions }) {
+  showWarnings(warnings);
+  showAssumptions(assumptions);
+}
+
 /** Shows what is unusual about the settings. */
 function showWarnings(warnings) {
   const list = document.getElementById("warnings");
@@ -46,7 +52,7 @@ function showAssumptions({ row, place, list, material }) {
   if (list.length === 0) return;
   const section = document.getElementById("assumptions");
   section.hidden = false;
-  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place} (row ${row}).${material === null ? "" : ` ${material}`}`;
+  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place}${row === null ? "" : ` (row ${row})`}.${material === null ? "" : ` ${material}`}`;
   document.getElementById("assumptions-note").replaceChildren(...rich(note));
   const cell = (...content) => element("td", { class: "number" }, ...content);
   const percent = (change) => (change === null ? "–" : `${change < 0 ? "" : "+"}${number(100 * change, 3)}\u202f%`);

@@ -4,6 +4,7 @@
 //! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
 //! interpolated [`Suggestion`]s, marked as such, which can be simulated.
 
+mod headline;
 mod limits;
 mod suggestion;
 
@@ -27,6 +28,7 @@ use crate::text::number::{counted, short, spanning};
 use crate::text::quantity::{Quantity, Readable};
 use crate::turns::vibrating_note;
 
+pub use headline::headline;
 pub use limits::{Limits, Place};
 pub use suggestion::{Simulated, Suggestion};
 
@@ -810,10 +812,13 @@ mod tests {
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 
+    /// Force in N and contact time ratio of a case; `None` if it failed.
+    type Case = Option<(f64, f64)>;
+
     /// Results with these forces in N and contact time ratios. `None` is a case that failed.
-    fn results(study: &Study, cases: &[Option<(f64, f64)>]) -> Vec<CaseResult> {
+    fn results(study: &Study, cases: &[Case]) -> Vec<CaseResult> {
         let nominal = *Pass::new(&study.settings(0)).nominal();
-        let result = |case: &Option<(f64, f64)>| {
+        let result = |case: &Case| {
             let (force, ratio) = case.ok_or("failed")?;
             let metrics = Metrics {
                 tool_contact_normal_force_n: force,
@@ -828,7 +833,7 @@ mod tests {
 
     /// Two depths and four velocities, neither in ascending order. There is a maximum along the tier at 1 mm and 10 m/s.
     const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
-    const CASES: [Option<(f64, f64)>; 8] = [
+    const CASES: [Case; 8] = [
         Some((290.0, 0.7)),
         Some((240.0, 0.95)),
         Some((235.0, 0.8)),
@@ -839,7 +844,7 @@ mod tests {
         Some((200.0, 0.52)),
     ];
 
-    fn section(sweeps: &str, cases: &[Option<(f64, f64)>], limits: Limits) -> Section {
+    fn section(sweeps: &str, cases: &[Case], limits: Limits) -> Section {
         let study = study(sweeps);
         advise(&study, &results(&study, cases), limits).expect("advice").sections.remove(0)
     }
@@ -867,6 +872,45 @@ mod tests {
         let cell = &section.advice[0].cell;
         assert_eq!((cell.place.brushing_velocity_m_s, cell.place.penetration_depth_m), (20.0, 1e-3));
         assert!((cell.outcome.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
+    }
+
+    #[test]
+    fn a_headline_is_true_of_any_study() {
+        let of = |sweeps: &str, cases: &[Case], unstable: &[usize]| {
+            let study = study(sweeps);
+            let mut results = results(&study, cases);
+            for &row in unstable {
+                results[row - 1].as_mut().expect("a result").metrics.laterally_unstable = true;
+            }
+            headline(&study, &results)
+        };
+        let strikes =
+            "F_n,w = 300 ± 30 N at v_b = 20 m/s, a_e = 1 mm (row 5), where the filaments strike (ε_tc = 0.250)";
+        let sweeps = |force: &str| {
+            format!("Where the filaments sweep (ε_tc ≥ ½) in a laterally stable pass, the highest is {force}.")
+        };
+        let lowest = "The lowest is 150 ± 15 N at v_b = 5 m/s, a_e = 1 mm (row 6).";
+        let mut some = CASES;
+        some[4] = None;
+        let one = "brushing_velocity_m_s = [10.0]";
+        let segments = "\"filament.segments\" = [5, 10]";
+        let table: [(&str, &[Case], &[usize], String); 12] = [
+            (SWEEPS, &CASES, &[], format!("The highest tool force of 8 cases is {strikes}. {}", sweeps("290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1)"))),
+            (SWEEPS, &CASES, &[5, 1], format!("The highest tool force of 8 cases is {strikes}, and the pass is laterally unstable. {}", sweeps("240 ± 24 N at v_b = 5 m/s, a_e = 2 mm (row 2)"))),
+            (SWEEPS, &CASES, &[1, 2, 3, 4, 6, 8], format!("The highest tool force of 8 cases is {strikes}. In no laterally stable case do the filaments sweep (ε_tc ≥ ½).")),
+            (SWEEPS, &some, &[], format!("The highest tool force of the 7 of 8 cases that did not fail is F_n,w = 290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1), where the filaments sweep (ε_tc = 0.700). {lowest}")),
+            (SWEEPS, &[None; 8], &[], "All 8 cases failed. Their errors stand below.".to_owned()),
+            (SWEEPS, &[Some((0.0, 0.0)); 8], &[], "There is no contact normal force in 8 cases. The filaments do not touch the workpiece.".to_owned()),
+            (one, &[Some((54.321, 0.75))], &[], "At v_b = 10 m/s, a_e = 1 mm, the tool presses with F_n,w = 54.3 ± 5.4 N, and its filaments sweep (ε_tc = 0.750). The pass is laterally stable.".to_owned()),
+            (one, &[Some((54.321, 0.25))], &[1], "At v_b = 10 m/s, a_e = 1 mm, the tool presses with F_n,w = 54.3 ± 5.4 N, and its filaments strike (ε_tc = 0.250). The pass is laterally unstable, so that an imperfection of the filament can change the force.".to_owned()),
+            (one, &[Some((0.0, 0.0))], &[], "There is no contact normal force in one case. The filaments do not touch the workpiece.".to_owned()),
+            (one, &[None], &[], "The case failed. Its error stands below.".to_owned()),
+            (segments, &[Some((60.0, 0.75)), Some((50.0, 0.75))], &[], "The highest tool force of 2 cases is F_n,w = 60.0 ± 6.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 5 (row 1), where the filaments sweep (ε_tc = 0.750). The lowest is 50.0 ± 5.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 10 (row 2).".to_owned()),
+            (segments, &[Some((60.0, 0.75)); 2], &[], "The highest tool force of 2 cases is F_n,w = 60.0 ± 6.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 5 (row 1), where the filaments sweep (ε_tc = 0.750). All cases have the same force.".to_owned()),
+        ];
+        for (sweeps, cases, unstable, expected) in table {
+            assert_eq!(of(sweeps, cases, unstable), expected);
+        }
     }
 
     #[test]
@@ -964,7 +1008,7 @@ mod tests {
     }
 
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
-    fn tier(cases: &[Option<(f64, f64)>]) -> Option<(f64, String, Vec<usize>)> {
+    fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
         let velocities: Vec<usize> = (1..=cases.len()).collect();
         let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
         let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);

@@ -25,6 +25,32 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A result with three significant digits.
+#[must_use]
+pub fn significant(value: f64) -> String {
+    let scientific = format!("{value:.2e}");
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    match exponent {
+        _ if value == 0.0 => "0".to_owned(),
+        Some(exponent @ -4..=1) => format!("{value:.*}", (2 - exponent) as usize),
+        Some(2..=5) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
+        _ => scientific,
+    }
+}
+
+/// A result with its uncertainty, which has two digits, if there is one.
+#[must_use]
+pub fn uncertain(value: f64, uncertainty: f64) -> String {
+    let scientific = format!("{uncertainty:.1e}");
+    let digits = match scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()) {
+        _ if uncertainty == 0.0 => return significant(value),
+        Some(exponent @ -4..=0) => format!("{uncertainty:.*}", (1 - exponent) as usize),
+        Some(1..=5) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
+        _ => scientific,
+    };
+    format!("{} ± {digits}", significant(value))
+}
+
 /// A number of a quantity that spans decades: three significant digits, and two with an exponent from 10⁴.
 pub fn spanning(value: f64) -> String {
     let scientific = format!("{value:.2e}");
@@ -52,6 +78,20 @@ mod tests {
         let values = [2.5, 5.0, 0.5e-3 * 1e3, 1.0 / 3.0];
         assert_eq!(labels(values.into_iter()), ["2.5000", "5.0000", "0.5000", "0.3333"]);
         assert_eq!(labels([10.0, 1e300].into_iter()), ["10", "1e300"]);
+    }
+
+    #[test]
+    fn results_have_three_digits() {
+        let values =
+            [0.0, -0.0, 1.234e-5, 1.2345e-4, 0.0, 0.95, 0.9996, 9.999, 54.321, 99.96, 312.4, 1234.0, -31_250.0, 1e6];
+        let texts = [
+            "0", "0", "1.23e-5", "0.000123", "0", "0.950", "1.00", "10.0", "54.3", "100", "312", "1230", "-31200",
+            "1.00e6",
+        ];
+        assert_eq!(values.map(significant), texts);
+        let uncertain = [(312.4, 17.86), (54.321, 5.0), (1.0, 0.123), (2500.0, 137.0), (3.0, 0.0)]
+            .map(|(value, uncertainty)| uncertain(value, uncertainty));
+        assert_eq!(uncertain, ["312 ± 18", "54.3 ± 5.0", "1.00 ± 0.12", "2500 ± 140", "3.00"]);
     }
 
     #[test]
