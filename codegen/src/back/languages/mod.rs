@@ -1,7 +1,7 @@
 //! C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
 //!
 //! The languages agree in how sums, products and parentheses are written, so that one writer serves them all; a
-//! [`Dialect`] has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
+//! `Dialect` has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
 //! the same bytes in each language, and up to the last bits of sines and cosines the same values.
 
 use std::fmt::Write;
