@@ -6,6 +6,7 @@
 mod arrays;
 mod brush;
 mod contact;
+mod distributed;
 mod equations;
 mod error;
 mod input;
@@ -27,6 +28,8 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<tool::SampledTool>()?;
     module.add_class::<brush::SimulatedBrush>()?;
     module.add_class::<study::SimulatedStudy>()?;
+    module.add_class::<distributed::Cases>()?;
+    module.add_class::<distributed::GatheredStudy>()?;
     module.add_function(wrap_pyfunction!(input::paper, module)?)?;
     module.add_function(wrap_pyfunction!(input::read_input, module)?)?;
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;

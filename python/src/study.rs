@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bristle::model::metrics::Metrics;
@@ -35,36 +35,44 @@ use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
 
+/// What only a mistake in this package leads to.
+pub const INCOMPLETE: &str = "the study ended without all results";
+
 /// A study that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SimulatedStudy {
-    study: Study,
-    results: Vec<CaseResult>,
+    pub study: Study,
+    pub results: Vec<CaseResult>,
 }
 
 /// Cases that are done, and those of them that failed.
 #[derive(Default)]
-struct Progress {
+pub struct Progress {
     done: AtomicUsize,
     failed: AtomicUsize,
 }
 
 impl Progress {
-    fn count(&self, result: &CaseResult) {
+    pub fn count(&self, result: &CaseResult) {
         self.done.fetch_add(1, Ordering::Relaxed);
         self.failed.fetch_add(usize::from(result.is_err()), Ordering::Relaxed);
+    }
+
+    /// The numbers of cases that are done, and of those that failed.
+    pub fn counts(&self) -> (usize, usize) {
+        (self.done.load(Ordering::Relaxed), self.failed.load(Ordering::Relaxed))
     }
 }
 
 /// The directory of a study's results.
-struct Output {
+pub struct Output {
     directory: PathBuf,
-    journal: JournalFile,
+    pub journal: JournalFile,
     _occupied: Occupied,
 }
 
 /// Why a study has no results.
-enum Failure {
+pub enum Failure {
     Threads(io::Error),
     File(FileError),
     Input(PyErr),
@@ -92,21 +100,12 @@ pub fn study(
     memory: Option<u64>,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<SimulatedStudy> {
-    let study = input.document()?.study().map_err(|error| of_input(&error))?;
-    if study.has_brush() {
-        check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
-    }
+    let study = study_of(input, threads, memory)?;
     let total = study.case_count();
-    let opened = out.map(|directory| Output::open(directory, &study, restart)).transpose()?;
-    let (mut output, results) = match opened {
-        Some((output, results)) => (Some(output), results),
-        None => (None, vec![None; total]),
-    };
-    let progress = Progress::default();
-    results.iter().flatten().for_each(|result| progress.count(result));
+    let (mut output, results, progress) = begin(&study, out, restart)?;
     let tell = |py: Python<'_>| {
         let Some(tell) = &tell else { return Ok(()) };
-        let (done, failed) = (progress.done.load(Ordering::Relaxed), progress.failed.load(Ordering::Relaxed));
+        let (done, failed) = progress.counts();
         tell.call1(py, (done, total, failed)).map(drop)
     };
     tell(py)?;
@@ -115,18 +114,40 @@ pub fn study(
         let recorder = Recorder::new(&study).until(&stop);
         let results = simulate(&study, threads, results, &stop, &recorder, &progress, output.as_mut())?;
         // None after a stop.
-        if let (Some(Output { directory, .. }), Some(results)) = (&output, &results) {
-            let page = page_of(input, &study, results, recorder, threads)?;
-            if !stop.is_requested() {
-                write(directory, &study, results, &page)?;
-            }
+        if let (Some(output), Some(results)) = (&output, &results) {
+            output.write(input, &study, results, recorder, threads, &stop)?;
         }
         Ok(results)
     })?;
     let results = results.map_err(|failure: Failure| PyErr::from(failure))?;
-    let results = results.ok_or_else(|| PyRuntimeError::new_err("the study ended without all results"))?;
+    let results = results.ok_or_else(|| PyRuntimeError::new_err(INCOMPLETE))?;
     tell(py)?;
     Ok(SimulatedStudy { study, results })
+}
+
+/// The study that `input` states, once its brushes are known to fit into the memory.
+pub fn study_of(input: &Input, threads: Option<NonZeroUsize>, memory: Option<u64>) -> PyResult<Study> {
+    let study = input.document()?.study().map_err(|error| of_input(&error))?;
+    if study.has_brush() {
+        check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
+    }
+    Ok(study)
+}
+
+/// The directory `out`, the results in its journal, and their progress.
+pub fn begin(
+    study: &Study,
+    out: Option<PathBuf>,
+    restart: bool,
+) -> PyResult<(Option<Output>, Vec<Option<CaseResult>>, Progress)> {
+    let opened = out.map(|directory| Output::open(directory, study, restart)).transpose()?;
+    let (output, results) = match opened {
+        Some((output, results)) => (Some(output), results),
+        None => (None, vec![None; study.case_count()]),
+    };
+    let progress = Progress::default();
+    results.iter().flatten().for_each(|result| progress.count(result));
+    Ok((output, results, progress))
 }
 
 impl Output {
@@ -138,6 +159,29 @@ impl Output {
         let opened = JournalFile::open(&directory, study, restart).map_err(|error| of_journal(&error))?;
         let (journal, Earlier { results, .. }) = opened;
         Ok((Self { directory, journal, _occupied: occupied }, results))
+    }
+
+    /// Writes the results of a study and its page, unless `stop` is requested, and removes files of an earlier one that this one does not
+    /// write.
+    pub fn write(
+        &self,
+        input: &Input,
+        study: &Study,
+        results: &[CaseResult],
+        recorder: Recorder<'_>,
+        threads: Option<NonZeroUsize>,
+        stop: &Stop,
+    ) -> Result<(), Failure> {
+        let page = page_of(input, study, results, recorder, threads)?;
+        if stop.is_requested() {
+            return Ok(());
+        }
+        write_study(&self.directory, (study, &Origin::here()), results, &page, false, |_| Ok(Vec::new()))
+            .map_err(Failure::File)?;
+        for name in [RUNS_PARQUET, MEASURED, COMPARISON] {
+            remove(&self.directory.join(name)).map_err(Failure::File)?;
+        }
+        Ok(())
     }
 }
 
@@ -180,16 +224,6 @@ fn page_of(
     let document = input.document().map_err(Failure::Input)?;
     let assumptions = Assumptions::of_study(study, results, &document);
     Ok(page(&input.short_name(), study, results, &courses, &assumptions, &[]))
-}
-
-/// Writes the results of a study and its page, and removes files of an earlier one that this one does not write.
-fn write(directory: &Path, study: &Study, results: &[CaseResult], page: &str) -> Result<(), Failure> {
-    write_study(directory, (study, &Origin::here()), results, page, false, |_| Ok(Vec::new()))
-        .map_err(Failure::File)?;
-    for name in [RUNS_PARQUET, MEASURED, COMPARISON] {
-        remove(&directory.join(name)).map_err(Failure::File)?;
-    }
-    Ok(())
 }
 
 #[pymethods]

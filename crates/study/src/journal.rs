@@ -1,7 +1,8 @@
 //! The journal of a study: its results so far as lines of text, from which a stopped study resumes.
 //!
 //! This module turns results into lines and lines into results. The caller stores the lines and appends each when its case is
-//! done. Nothing is ever changed in place, so a crash can damage only the end.
+//! done. Nothing is ever changed in place, so a crash can damage only the end. Cases that another machine has simulated come from it as
+//! such a journal, too.
 //!
 //! Every line is a JSON object. The first is the header, which states the program and the settings of the results. Each of the
 //! others is a case, numbered from 1:
@@ -82,6 +83,15 @@ pub enum JournalError {
 pub struct Contents {
     /// The result of each case; `None` if it is not in the journal.
     pub results: Vec<Option<CaseResult>>,
+    /// As in [`Length`].
+    pub intact: u64,
+    /// As in [`Length`].
+    pub torn: u64,
+}
+
+/// Length of a journal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Length {
     /// Length in bytes of the intact part. After a crash, the journal is cut to this length before lines are appended.
     ///
     /// Zero if there is no header yet.
@@ -199,8 +209,23 @@ impl Journal {
     ///
     /// # Errors
     /// If it is not a journal, belongs to another study or another build, or is damaged before its end.
-    pub fn read(&self, study: &Study, mut input: impl BufRead) -> Result<Contents, JournalError> {
-        let mut contents = Contents { results: vec![None; self.case_count], intact: 0, torn: 0 };
+    pub fn read(&self, study: &Study, input: impl BufRead) -> Result<Contents, JournalError> {
+        let mut results = vec![None; self.case_count];
+        let Length { intact, torn } = self.read_each(study, input, |case, result| results[case] = Some(result))?;
+        Ok(Contents { results, intact, torn })
+    }
+
+    /// [`Journal::read`], which passes each case, counted from 0, and its result to `take`.
+    ///
+    /// # Errors
+    /// As for [`Journal::read`]. Some cases may have been passed on by then.
+    pub fn read_each(
+        &self,
+        study: &Study,
+        mut input: impl BufRead,
+        mut take: impl FnMut(usize, CaseResult),
+    ) -> Result<Length, JournalError> {
+        let mut contents = Length { intact: 0, torn: 0 };
         let mut line = Vec::new();
         let length = read_line(&mut input, &mut line)?;
         if line != self.header.as_bytes() {
@@ -220,7 +245,7 @@ impl Journal {
             }
             match (self.decode(&line), damaged) {
                 (Some((case, result)), None) => {
-                    contents.results[case] = Some(result);
+                    take(case, result);
                     contents.intact += length;
                 }
                 (Some(_), Some(line)) => return Err(JournalError::Damaged { line }),

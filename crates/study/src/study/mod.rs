@@ -10,7 +10,10 @@ mod sweep;
 mod tool;
 
 pub use grid::{Study, StudyError};
-pub use scheduler::{CaseResult, CaseSummary, complete_study, complete_study_sampled, run_study, thread_count};
+pub use scheduler::{
+    CaseResult, CaseSummary, Waiting, complete_study, complete_study_sampled, run_study, simulate_cases, thread_count,
+    waiting_cases, without_result,
+};
 pub use setting::{Setting, TOOL, equation};
 pub use shard::{Shard, complete_shard};
 pub use sweep::{DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, VELOCITY};
@@ -22,8 +25,10 @@ pub(crate) use tool::ToolText;
 
 #[cfg(test)]
 mod tests {
+    use std::io;
     use std::num::NonZeroUsize;
     use std::ops::ControlFlow;
+    use std::sync::Mutex;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use bristle::model::metrics::Metrics;
@@ -32,7 +37,7 @@ mod tests {
     use bristle::simulation::Statistics;
     use bristle::simulation::{Job, Kind, Sampling, Simulation, Stop};
 
-    use super::scheduler::{complete_cases, in_order_of_work};
+    use super::scheduler::{complete_cases, in_order_of_work, keeping};
     use super::*;
     use crate::document::Document;
     use crate::testing::brush;
@@ -160,6 +165,19 @@ mod tests {
         }
     }
 
+    /// Simulates the cases without a result by `simulate`.
+    fn complete(
+        study: &Study,
+        threads: Option<NonZeroUsize>,
+        results: &mut [Option<CaseResult>],
+        on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+        simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, &'static str>)) + Sync,
+    ) -> io::Result<()> {
+        let cases = without_result(study, results);
+        let results = Mutex::new(results);
+        complete_cases(study, &cases, threads, keeping(&results, on_case_done), simulate)
+    }
+
     #[test]
     fn a_failed_case_does_not_stop_the_others() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
@@ -178,7 +196,7 @@ mod tests {
             ControlFlow::Continue(())
         };
         let mut results = vec![None; 20];
-        complete_cases(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
+        complete(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
         assert_eq!(done.into_inner(), 20);
         for (velocity, result) in velocities.into_iter().zip(results) {
             match result.expect("every case is done") {
@@ -205,14 +223,14 @@ mod tests {
         let three = |_: usize, _: &CaseResult| {
             if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        complete_cases(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
         assert_eq!(results.iter().flatten().count(), 8);
         assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
 
         let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
-        complete_cases(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
         assert!(results.iter().all(Option::is_some));
-        complete_cases(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
+        complete(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
             .expect("nothing is to be done");
     }
 
@@ -239,7 +257,7 @@ mod tests {
             vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
         };
         let study = Study::new(base(), sweeps()).expect("the study is right");
-        let mut order = in_order_of_work(&study);
+        let mut order = in_order_of_work(&study, &Vec::from_iter(0..12));
         order.reverse();
         let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
         for group in settings.chunks(3) {
@@ -250,6 +268,29 @@ mod tests {
         let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
         numbers.sort_unstable();
         assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn some_cases_are_divided_by_kind_and_work() {
+        let sweeps = vec![list("filament.segments", &[3.0, 4.0]), list(VELOCITY, &[5.0, 10.0, 20.0])];
+        let study = Study::new(base(), sweeps).expect("the study is right");
+        let waiting = waiting_cases(&study, &[0, 2, 3, 5]);
+        let kinds: Vec<usize> = waiting.iter().map(|waiting| waiting.kind).collect();
+        assert_eq!(kinds, [0, 0, 1, 1]);
+        // The filament with more segments takes more work; a shorter pass over the same way does not take less.
+        let work = |case| waiting.iter().find(|waiting| waiting.case == case).expect("it waits").work;
+        assert!(work(3) > work(0) && work(5) > work(2));
+
+        let done = Mutex::new(Vec::new());
+        let keep = |case, result: CaseResult| {
+            done.lock().expect("no test panics").push((case, result.is_ok()));
+            ControlFlow::Continue(())
+        };
+        simulate_cases(&study, &[2, 3], None, &Stop::default(), Sampling::default(), |_, _| {}, keep)
+            .expect("the threads start");
+        let mut done = done.into_inner().expect("no test panics");
+        done.sort_unstable();
+        assert_eq!(done, [(2, true), (3, true)]);
     }
 
     fn simulation(contact_time_s: f64) -> Simulation {

@@ -103,10 +103,53 @@ pub fn complete_study_sampled(
     on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    if study.has_brush() {
-        return complete_brushes(study, threads, results, on_case_done, |settings| simulate_case(settings, stop));
+    let cases = without_result(study, results);
+    let results = Mutex::new(results);
+    simulate_cases(study, &cases, threads, stop, sampling, on_pass, keeping(&results, on_case_done))
+}
+
+/// The cases that have no result yet, counted from 0.
+///
+/// # Panics
+/// If `results` has another length than the study has cases.
+#[must_use]
+pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usize> {
+    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
+    (0..results.len()).filter(|&case| results[case].is_none()).collect()
+}
+
+/// Keeps each result once `on_case_done` has seen it.
+pub(super) fn keeping(
+    results: &Mutex<&mut [Option<CaseResult>]>,
+    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+) -> impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync {
+    move |case, result| {
+        let flow = on_case_done(case, &result);
+        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+        flow
     }
-    complete_cases(study, threads, results, on_case_done, |take, done| {
+}
+
+/// [`complete_study_sampled`] for some `cases`, counted from 0. `on_case_done` receives their results.
+///
+/// # Errors
+/// As for [`complete_study`].
+///
+/// # Panics
+/// If the study has no such case.
+pub fn simulate_cases(
+    study: &Study,
+    cases: &[usize],
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+    sampling: Sampling,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    if study.has_brush() {
+        return complete_brushes(study, cases, threads, on_case_done, |settings| simulate_case(settings, stop));
+    }
+    complete_cases(study, cases, threads, on_case_done, |take, done| {
         let take = |kind| {
             let Job { number, pass } = if stop.is_requested() { None } else { take(kind) }?;
             Some(Job { number, pass: pass.until(stop) })
@@ -120,6 +163,44 @@ pub fn complete_study_sampled(
             done(number, result);
         });
     })
+}
+
+/// A case that is to be simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waiting {
+    /// Its number, counted from 0.
+    pub case: usize,
+    /// Cases with the same number are simulated side by side.
+    pub kind: usize,
+    /// The work that it takes, compared with others of its kind.
+    pub work: f64,
+}
+
+/// What `cases` take, for callers that divide a study: kind by kind, and within a kind those with the most work first.
+///
+/// # Panics
+/// If the study has no such case.
+#[must_use]
+pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
+    let waiting = |kind, case| {
+        let settings = study.settings(case);
+        let tools = if study.scatters() { settings.uncertainty.samples } else { 0 };
+        Waiting { case, kind, work: (1 + tools) as f64 * work(&settings) }
+    };
+    if study.has_brush() {
+        return brushes_in_order_of_work(study, cases).into_iter().rev().map(|case| waiting(0, case)).collect();
+    }
+    let ordered = in_order_of_work(study, cases);
+    let kinds = ordered.chunk_by(|a, b| a.0 == b.0).rev().enumerate();
+    kinds.flat_map(|(kind, cases)| cases.iter().rev().map(move |&(_, case)| waiting(kind, case))).collect()
+}
+
+/// The work of a case, compared with others: steps are ways of the tips.
+fn work(settings: &Settings) -> f64 {
+    settings.filament.segments as f64
+        * Pass::new(settings).end_time()
+        * settings.process.brushing_velocity_m_s
+        * settings.brush.as_ref().and_then(|brush| brush.rows).unwrap_or(1) as f64
 }
 
 /// Simulates the brush of one case. `None` if it was asked to stop.
@@ -142,43 +223,29 @@ fn simulate_case(settings: &Settings, stop: &Stop) -> Option<CaseResult> {
     })
 }
 
-/// [`complete_study`] for a study of brushes. Each thread simulates one case at a time, those with the most work first, until `simulate`
+/// [`simulate_cases`] for a study of brushes. Each thread simulates one case at a time, those with the most work first, until `simulate`
 /// returns none.
 pub(super) fn complete_brushes(
     study: &Study,
+    cases: &[usize],
     threads: Option<NonZeroUsize>,
-    results: &mut [Option<CaseResult>],
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
     simulate: impl Fn(&Settings) -> Option<CaseResult> + Sync,
 ) -> io::Result<()> {
-    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
-    // Steps are ways of the tips.
-    let work = |number: &usize| {
-        let settings = study.settings(*number);
-        settings.filament.segments as f64
-            * Pass::new(&settings).end_time()
-            * settings.process.brushing_velocity_m_s
-            * settings.brush.and_then(|brush| brush.rows).unwrap_or(1) as f64
-    };
-    let mut waiting: Vec<(f64, usize)> =
-        (0..results.len()).filter(|&number| results[number].is_none()).map(|number| (work(&number), number)).collect();
-    waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    let waiting = brushes_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
     info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study of brushes started");
     let start = Instant::now();
     let waiting = Mutex::new(waiting);
-    let results = Mutex::new(results);
     let queued = || waiting.lock().expect("nothing panics with the queue in hand");
     let work = || {
         loop {
             let next = queued().pop();
-            let Some((_, case)) = next else { return };
+            let Some(case) = next else { return };
             let begun = Instant::now();
             let Some(result) = simulate(&study.settings(case)) else { return };
             trace_case(case, &result, begun);
-            let flow = on_case_done(case, &result);
-            results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
-            if flow.is_break() {
+            if on_case_done(case, result).is_break() {
                 queued().clear();
             }
         }
@@ -192,6 +259,13 @@ pub(super) fn complete_brushes(
     })?;
     info!(seconds = start.elapsed().as_secs_f64(), "study ended");
     Ok(())
+}
+
+/// Brushes in reverse order of simulation: those with the most work are last.
+fn brushes_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
+    let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(&study.settings(case)), case)).collect();
+    waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    waiting.into_iter().map(|(_, case)| case).collect()
 }
 
 /// [`sample_side_by_side`], compiled once here rather than again for each caller of this module.
@@ -351,17 +425,15 @@ impl Queue {
     }
 }
 
-/// [`complete_study`] with a function that takes and simulates passes until there are none left.
+/// [`simulate_cases`] with a function that takes and simulates passes until there are none left.
 pub(super) fn complete_cases<E: Display>(
     study: &Study,
+    cases: &[usize],
     threads: Option<NonZeroUsize>,
-    results: &mut [Option<CaseResult>],
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
     simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
 ) -> io::Result<()> {
-    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
-    let mut waiting = in_order_of_work(study);
-    waiting.retain(|&(_, number)| results[number].is_none());
+    let waiting = in_order_of_work(study, cases);
     let threads = thread_count(threads);
     // Where tools are sampled, a single case has passes for several threads.
     let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
@@ -371,7 +443,6 @@ pub(super) fn complete_cases<E: Display>(
 
     let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), tools: 0 };
     let queue = Mutex::new(queue);
-    let results = Mutex::new(results);
     let queued = || queue.lock().expect("nothing panics with the queue in hand");
     let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
@@ -380,9 +451,7 @@ pub(super) fn complete_cases<E: Display>(
         let start = begun.start;
         let result = begun.conclude();
         trace_case(case, &result, start);
-        let flow = on_case_done(case, &result);
-        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
-        if flow.is_break() {
+        if on_case_done(case, result).is_break() {
             let mut queue = queued();
             queue.waiting.clear();
             queue.current = None;
@@ -413,9 +482,10 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
 
 /// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and within a kind the longest
 /// passes first, so that threads and lanes finish at the same time.
-pub(super) fn in_order_of_work(study: &Study) -> Vec<(Kind, usize)> {
-    let mut cases: Vec<(Kind, f64, usize)> = (0..study.case_count())
-        .map(|number| {
+pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
+    let mut cases: Vec<(Kind, f64, usize)> = cases
+        .iter()
+        .map(|&number| {
             let settings = study.settings(number);
             let duration = Pass::new(&settings).end_time();
             (Kind::of(&settings), duration, number)

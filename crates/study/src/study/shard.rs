@@ -5,9 +5,12 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::str::FromStr;
+use std::sync::Mutex;
+
+use bristle::simulation::{Sampling, Stop};
 
 use super::grid::Study;
-use super::scheduler::{CaseResult, complete_study};
+use super::scheduler::{CaseResult, keeping, simulate_cases, without_result};
 
 /// One of several shards. Case `c`, counted from 0, belongs to shard `c mod N + 1` of `N`, so that shards of a grid take about as long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,13 +48,13 @@ impl Display for Shard {
     }
 }
 
-/// [`complete_study`] for the cases of a shard. The others stay as they are.
+/// [`complete_study`](super::complete_study) for the cases of a shard. The others stay as they are.
 ///
 /// # Errors
-/// As for [`complete_study`].
+/// If the threads cannot be started.
 ///
 /// # Panics
-/// As for [`complete_study`].
+/// If `results` has another length than the study has cases.
 pub fn complete_shard(
     study: &Study,
     shard: Shard,
@@ -59,12 +62,11 @@ pub fn complete_shard(
     results: &mut [Option<CaseResult>],
     on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
-    // Those of the others count as done meanwhile.
-    let others: Vec<usize> = (0..results.len()).filter(|&case| !shard.has(case) && results[case].is_none()).collect();
-    others.iter().for_each(|&case| results[case] = Some(Err(String::new())));
-    let done = complete_study(study, threads, results, on_case_done);
-    others.iter().for_each(|&case| results[case] = None);
-    done
+    let mut cases = without_result(study, results);
+    cases.retain(|&case| shard.has(case));
+    let results = Mutex::new(results);
+    let done = keeping(&results, on_case_done);
+    simulate_cases(study, &cases, threads, &Stop::default(), Sampling::default(), |_, _| {}, done)
 }
 
 #[cfg(test)]
