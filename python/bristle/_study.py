@@ -189,6 +189,20 @@ class _Line:
         print(f"\r{done}/{total} cases{failures}", end=end, file=sys.stderr, flush=True)
 
 
+def teller(
+    progress: bool | Callable[[int, int, int], object],
+) -> Callable[[int, int, int], object] | None:
+    """What shows progress, if anything does."""
+    return _Line() if progress is True else progress or None
+
+
+def swept(settings: Settings, sweep: Section | None) -> Settings:
+    """Settings with the values of ``sweep``; by default with those that they state."""
+    if sweep is None:
+        return settings
+    return settings.replace(study=None).replace(study=sweep)
+
+
 def study(
     settings: Settings,
     sweep: Section | None = None,
@@ -229,11 +243,9 @@ def study(
             journal of another study.
         OSError: If a file cannot be written.
     """
-    if sweep is not None:
-        settings = settings.replace(study=None).replace(study=sweep)
-    tell = _Line() if progress is True else progress or None
+    settings = swept(settings, sweep)
     directory = None if out is None else fspath(out)
     simulated = _bristle.study(
-        checked_study(settings), threads, directory, restart, memory_bytes, tell
+        checked_study(settings), threads, directory, restart, memory_bytes, teller(progress)
     )
     return Study(settings, simulated)

@@ -88,6 +88,11 @@ impl GatheredStudy {
         (done, self.study.case_count(), failed)
     }
 
+    /// Whether its cases are brushes.
+    fn has_brush(&self) -> bool {
+        self.study.has_brush()
+    }
+
     /// The cases that are still to be simulated, with the numbers of their kinds and the work that each takes.
     fn waiting(&self) -> Vec<(usize, usize, f64)> {
         let cases = without_result(&self.study, &self.gathered().results);
@@ -97,17 +102,22 @@ impl GatheredStudy {
     /// Takes a journal of cases. A case that has a result keeps it.
     fn take(&self, lines: &str) -> PyResult<()> {
         let Gathered { results, output, progress } = &mut *self.gathered();
+        let mut written = ControlFlow::Continue(());
         let read = self.journal.read_each(&self.study, lines.as_bytes(), |case, result| {
             if results[case].is_none() {
                 progress.count(&result);
-                // An error of the journal shows when it is closed.
-                let _ = output.as_ref().map(|output| output.journal.append(case, &result));
+                if let Some(output) = output {
+                    written = output.journal.append(case, &result);
+                }
                 results[case] = Some(result);
             }
         });
-        match read.map_err(of_value)?.torn {
-            0 => Ok(()),
-            _ => Err(of_value("the results of a worker are damaged")),
+        if read.map_err(of_value)?.torn > 0 {
+            return Err(of_value("they are damaged"));
+        }
+        match output {
+            Some(output) if written.is_break() => output.journal.settle().map_err(|error| of_file(&error)),
+            _ => Ok(()),
         }
     }
 

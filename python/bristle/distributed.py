@@ -1,0 +1,432 @@
+"""Studies on a cluster, by Dask distributed.
+
+Dask is an extra: ``pip install "./python[distributed]"``, on all machines.
+
+    from dask.distributed import Client
+    import bristle
+    import bristle.distributed
+
+    client = Client("tcp://head:8786")
+    settings = bristle.load("study.toml")
+    study = bristle.distributed.study(settings, client=client, out="results")
+
+``docs/clusters.md`` says how to start schedulers and workers.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import count
+from os import PathLike, fspath
+from queue import Empty, SimpleQueue
+from typing import TypeAlias
+from uuid import uuid4
+
+from bristle import _bristle
+from bristle._settings import Section, Settings, checked_study
+from bristle._study import Study, swept, teller
+
+try:
+    from distributed import Client, Future, get_worker
+except ModuleNotFoundError:
+    raise ImportError(
+        'bristle.distributed needs Dask: pip install "./python[distributed]"'
+    )
+
+__all__ = ["ClusterError", "study"]
+
+_PROBE = 16
+"""Cases of a chunk whose cost is not known yet; a brush is a chunk of its own."""
+
+_SHORTEST_S = 0.1
+"""Chunks get shorter towards the end of a study, but not shorter than this."""
+
+_WAITING = 2
+"""Chunks under way per thread of the workers: one runs while the next is sent."""
+
+_LOOK_S = 0.5
+"""Time between two looks at the workers."""
+
+_LATE = 5.0
+"""A chunk is late if it takes so many times what chunks of its kind have taken."""
+
+
+_Reply: TypeAlias = tuple[str, float, str]
+"""The journal of some cases, the time that they took in s, and the worker's address."""
+
+
+class ClusterError(RuntimeError):
+    """A cluster that cannot finish a study. The text says why, and what to do."""
+
+
+class _Unwanted(Exception):
+    """A chunk whose results nobody waits for any more."""
+
+
+_known: dict[Settings, _bristle.Cases] = {}
+"""On a worker: the studies that it has been sent."""
+
+_KNOWN = 4
+"""The number of those that are kept."""
+
+
+def _simulate(settings: Settings, cases: list[int]) -> _Reply:
+    """Simulates some cases on a worker."""
+    worker = get_worker()
+    key = worker.get_current_task()
+
+    def look() -> None:
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            raise _Unwanted
+
+    begun = time.perf_counter()
+    if settings not in _known:
+        if len(_known) >= _KNOWN:
+            _known.clear()
+        _known[settings] = _bristle.Cases(settings._input)
+    journal = _known[settings].simulate(cases, look)
+    return journal, time.perf_counter() - begun, worker.address
+
+
+@dataclass
+class _Chunk:
+    """Cases that one thread of a worker simulates."""
+
+    cases: list[int] = field(default_factory=list)
+    work: dict[int, float] = field(default_factory=dict)
+    """By the numbers of the kinds."""
+    attempts: dict[str, _Attempt] = field(default_factory=dict)
+    """By the keys of Dask's tasks, the latest last."""
+
+
+@dataclass
+class _Attempt:
+    future: Future[_Reply]
+    worker: str | None = None
+    """Address of the worker that was seen to have it last."""
+    begun: float | None = None
+    """When it was first seen there, by the monotonic clock."""
+
+
+class _Queue:
+    """The cases to be simulated, cut into chunks by what others have cost."""
+
+    def __init__(
+        self,
+        waiting: Iterable[tuple[int, int, float]],
+        probe: int,
+        size: int | None,
+        seconds: float,
+    ) -> None:
+        self._waiting = deque(waiting)
+        self._left: dict[int, float] = defaultdict(float)
+        for _, kind, work in self._waiting:
+            self._left[kind] += work
+        self._probe = probe
+        self._size = size
+        self._seconds = seconds
+        self._spent: dict[int, float] = defaultdict(float)
+        self._done: dict[int, float] = defaultdict(float)
+
+    def learn(self, chunk: _Chunk, seconds: float) -> None:
+        """Takes the time that a chunk has cost."""
+        expected = self.expected(chunk.work)
+        for kind, work in chunk.work.items():
+            of_kind = self.expected({kind: work})
+            share = 1.0 if not expected or of_kind is None else of_kind / expected
+            self._spent[kind] += share * seconds
+            self._done[kind] += work
+
+    def expected(self, works: Mapping[int, float]) -> float | None:
+        """The time that work of some kinds takes, in s, once any has been done."""
+        if not self._spent:
+            return None
+        overall = sum(self._spent.values()) / sum(self._done.values())
+        return sum(
+            work * (self._spent[kind] / self._done[kind] if kind in self._done else overall)
+            for kind, work in works.items()
+        )
+
+    def next(self, threads: int) -> _Chunk | None:
+        """The next chunk for workers with so many threads together."""
+        left = self.expected(self._left)
+        limit = self._seconds
+        if left is not None:
+            limit = min(limit, max(left / (_WAITING * max(threads, 1)), _SHORTEST_S))
+        chunk = _Chunk()
+        expected = 0.0
+        while self._waiting:
+            case, kind, work = self._waiting[0]
+            cost = self.expected({kind: work})
+            if self._size is not None:
+                is_full = len(chunk.cases) == self._size
+            elif cost is None:
+                is_full = len(chunk.cases) == self._probe
+            else:
+                is_full = bool(chunk.cases) and expected + cost > limit
+            if is_full:
+                break
+            self._waiting.popleft()
+            self._left[kind] -= work
+            expected += cost or 0.0
+            chunk.cases.append(case)
+            chunk.work[kind] = chunk.work.get(kind, 0.0) + work
+        return chunk if chunk.cases else None
+
+
+class _Dispatch:
+    """Sends the chunks of a study to the workers, and gathers their results."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        gathered: _bristle.GatheredStudy,
+        client: Client,
+        queue: _Queue,
+        tell: Callable[[int, int, int], object] | None,
+        retries: int,
+        patience: float,
+    ) -> None:
+        self._settings = settings
+        self._gathered = gathered
+        self._client = client
+        self._queue = queue
+        self._tell = tell
+        self._retries = retries
+        self._patience = patience
+        self._name = f"bristle-{uuid4().hex}"
+        self._numbers = count()
+        self._under_way: dict[str, _Chunk] = {}
+        self._done: SimpleQueue[Future[_Reply]] = SimpleQueue()
+        self._threads: dict[str, int] = {}
+        self._hanging: set[str] = set()
+        self._looked = float("-inf")
+
+    def run(self) -> None:
+        """Returns once all cases have results."""
+        try:
+            self._report()
+            while True:
+                self._look()
+                self._send_waiting()
+                if not self._under_way:
+                    return
+                try:
+                    self._take(self._done.get(timeout=_LOOK_S))
+                except Empty:
+                    continue
+                self._report()
+        finally:
+            self._forget(list(self._under_way))
+
+    def _report(self) -> None:
+        if self._tell is not None:
+            self._tell(*self._gathered.counts())
+
+    def _answering(self) -> list[str]:
+        """Addresses of the workers that do not hang."""
+        return [address for address in self._threads if address not in self._hanging]
+
+    def _send_waiting(self) -> None:
+        """Sends chunks until the workers have enough."""
+        threads = sum(self._threads[address] for address in self._answering())
+        # One waits even where there is no worker: a cluster that adapts starts one.
+        room = max(_WAITING * threads, 1) - len(self._under_way)
+        for _ in range(room):
+            chunk = self._queue.next(threads)
+            if chunk is None:
+                return
+            self._send(chunk)
+
+    def _send(self, chunk: _Chunk) -> None:
+        key = f"{self._name}-{next(self._numbers)}"
+        others = self._answering() if self._hanging else []
+        future = self._client.submit(
+            _simulate,
+            self._settings,
+            chunk.cases,
+            key=key,
+            pure=False,
+            retries=self._retries,
+            workers=others or None,
+            # Those may be gone by then.
+            allow_other_workers=bool(others),
+        )
+        chunk.attempts[key] = _Attempt(future)
+        self._under_way[key] = chunk
+        future.add_done_callback(self._done.put)
+
+    def _forget(self, keys: list[str]) -> None:
+        """Cancels attempts whose results are not wanted any more."""
+        futures = [self._under_way.pop(key).attempts[key].future for key in keys]
+        if futures and self._client.status == "running":
+            self._client.cancel(futures)
+
+    def _take(self, future: Future[_Reply]) -> None:
+        """Takes the end of an attempt, unless another was faster."""
+        key = str(future.key)
+        chunk = self._under_way.get(key)
+        if chunk is None:
+            return
+        if future.status == "error":
+            self._fail(chunk, future)
+        if future.status != "finished":
+            # The scheduler was lost, with all that it knew.
+            self._await_scheduler()
+            del self._under_way[key]
+            del chunk.attempts[key]
+            self._send(chunk)
+            return
+        try:
+            journal, seconds, worker = future.result(timeout=self._patience)
+        except TimeoutError:
+            # The worker has the results, but hangs.
+            if not self._send_again(chunk, key):
+                self._done.put(future)
+            return
+        try:
+            self._gathered.take(journal)
+        except ValueError as error:
+            raise ClusterError(
+                f"the results of worker {worker} cannot be used: {error}\n"
+                "help: install the same build of Bristle on all machines"
+            ) from error
+        self._hanging.discard(worker)
+        self._queue.learn(chunk, seconds)
+        self._forget(list(chunk.attempts))
+
+    def _fail(self, chunk: _Chunk, future: Future[_Reply]) -> None:
+        error = future.exception()
+        rows = ", ".join(str(case + 1) for case in chunk.cases[:5])
+        more = f" and {len(chunk.cases) - 5} more" if len(chunk.cases) > 5 else ""
+        raise ClusterError(
+            f"the workers cannot simulate cases {rows}{more}: "
+            f"{type(error).__name__}: {error}\n"
+            "help: see the logs of the workers; the same call goes on from the journal"
+        ) from error
+
+    def _await_scheduler(self) -> None:
+        """Waits until the client, which tries for some time, is connected again."""
+        while self._client.status == "connecting":
+            time.sleep(0.1)
+        if self._client.status != "running":
+            done, total, _ = self._gathered.counts()
+            raise ClusterError(
+                f"the connection to the scheduler is lost, with {done} of {total} "
+                "cases done\n"
+                "help: the same call with a new client goes on from the journal, "
+                "if there is one (out=…)"
+            )
+        self._hanging.clear()
+
+    def _look(self) -> None:
+        """Looks at the workers now and then, and sends again what is late."""
+        now = time.monotonic()
+        if now - self._looked < _LOOK_S or self._client.status != "running":
+            return
+        self._looked = now
+        try:
+            self._threads = dict(self._client.nthreads())
+            processing = self._client.processing()
+        except OSError:
+            # The scheduler is being lost, which the chunks under way will tell.
+            return
+        self._hanging &= self._threads.keys()
+        for worker, keys in processing.items():
+            for key in self._under_way.keys() & set(keys):
+                attempt = self._under_way[key].attempts[key]
+                if attempt.worker != worker:
+                    attempt.worker, attempt.begun = worker, now
+        for key, chunk in list(self._under_way.items()):
+            begun = chunk.attempts[key].begun
+            expected = self._queue.expected(chunk.work)
+            if begun is None or expected is None or key != list(chunk.attempts)[-1]:
+                continue
+            if now - begun > self._patience + _LATE * expected:
+                self._send_again(chunk, key)
+
+    def _send_again(self, chunk: _Chunk, key: str) -> bool:
+        """Sends a chunk to another worker, too, if there is one that does not hang.
+
+        The first results count.
+        """
+        worker = chunk.attempts[key].worker
+        if worker is not None:
+            self._hanging.add(worker)
+        if not self._answering():
+            return False
+        self._send(chunk)
+        return True
+
+
+def study(
+    settings: Settings,
+    sweep: Section | None = None,
+    client: Client | None = None,
+    *,
+    out: str | PathLike[str] | None = None,
+    restart: bool = False,
+    progress: bool | Callable[[int, int, int], object] = True,
+    memory_bytes: int | None = None,
+    chunk: int | None = None,
+    chunk_s: float = 2.0,
+    retries: int = 3,
+    patience_s: float = 60.0,
+) -> Study:
+    """Simulates all combinations of the swept values on a cluster.
+
+    It is :func:`bristle.study` with other machines: results and files are the same to
+    the byte, and ``out`` has the same journal, from which either goes on. Cases go out
+    in chunks, each to one thread of a worker. What a worker had when it was killed is
+    simulated again, and so is what one has that hangs.
+
+    Args:
+        settings: What all cases share.
+        sweep: Values of each swept setting, as for :func:`bristle.study`.
+        client: A client of Dask that is connected to a scheduler; by default the current
+            one.
+        out: Directory of this machine for the results and the journal.
+        restart: Whether to discard the results of an earlier call in ``out``.
+        progress: As for :func:`bristle.study`.
+        memory_bytes: Refuses brushes that need more memory than this, which each thread
+            of a worker then needs.
+        chunk: Number of cases in a chunk; by default as many as take ``chunk_s``.
+        chunk_s: Duration of a chunk in s, from the measured cost of those before it.
+        retries: How often a chunk that fails is tried again.
+        patience_s: Time in s beyond five times the expected one after which a worker
+            that has a chunk counts as hanging.
+
+    Raises:
+        SettingsError: If the settings of some case are not allowed, or ``out`` has the
+            journal of another study.
+        ClusterError: If the workers have another build of Bristle or keep dying, or the
+            scheduler is lost. What is done is in the journal of ``out``.
+        OSError: If a file cannot be written.
+    """
+    if client is None:
+        client = Client.current()
+    if client.asynchronous:
+        raise TypeError("the client is asynchronous: use a Client(…) that is not")
+    if chunk is not None and chunk < 1:
+        raise ValueError(f"a chunk has at least 1 case, not {chunk}")
+    if not chunk_s > 0.0 or not patience_s > 0.0:
+        raise ValueError("chunk_s and patience_s must be positive")
+    settings = swept(settings, sweep)
+    directory = None if out is None else fspath(out)
+    gathered = _bristle.GatheredStudy(
+        checked_study(settings), directory, restart, memory_bytes
+    )
+    probe = 1 if gathered.has_brush() else _PROBE
+    queue = _Queue(gathered.waiting(), probe, chunk, chunk_s)
+    dispatch = _Dispatch(
+        settings, gathered, client, queue, teller(progress), retries, patience_s
+    )
+    try:
+        dispatch.run()
+        return Study(settings, gathered.finish())
+    finally:
+        gathered.close()
