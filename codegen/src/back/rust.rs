@@ -138,9 +138,10 @@ struct Body {
 impl Body {
     fn new(kernel: &Kernel) -> Result<Self, EmitError> {
         let mut rust = Rust { statements: String::new(), pending: Vec::new() };
-        let expressions = write_body(kernel, &mut rust)?;
+        let uses = uses(kernel);
+        let expressions = write_body(kernel, &uses, &mut rust)?;
         rust.format_pending()?;
-        Ok(Self { uses: uses(kernel), statements: rust.statements, expressions })
+        Ok(Self { uses, statements: rust.statements, expressions })
     }
 
     fn value(&self, output: &Output) -> TokenStream {
@@ -188,8 +189,7 @@ impl Language for Rust {
 
     fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a syn::Expr) -> syn::Expr {
         match node {
-            Node::Constant(constant) => self.constant(constant),
-            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
+            Node::Constant(_) | Node::Symbol(_) => unreachable!("constants and symbols are no operations"),
             Node::Add(a, b) => binary(of(a), syn::parse_quote!(+), of(b)),
             Node::Sub(a, b) => binary(of(a), syn::parse_quote!(-), of(b)),
             Node::Mul(a, b) => binary(of(a), syn::parse_quote!(*), of(b)),

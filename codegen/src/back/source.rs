@@ -147,7 +147,7 @@ pub(crate) fn uses(kernel: &Kernel) -> BTreeMap<NodeId, usize> {
     uses
 }
 
-/// Writes the intermediates of `kernel` in a language, and returns the expressions of its outputs by their nodes.
+/// Writes the intermediates of `kernel`, whose nodes have these [`uses`], in a language, and returns the expressions of its outputs by their nodes.
 ///
 /// What is used more than once gets a name, and so does the base of a power, which a product repeats. A constant is as short as a name.
 ///
@@ -155,12 +155,12 @@ pub(crate) fn uses(kernel: &Kernel) -> BTreeMap<NodeId, usize> {
 /// If an output needs a symbol that no input provides, or a constant is not finite.
 pub(crate) fn write_body<L: Language>(
     kernel: &Kernel,
+    uses: &BTreeMap<NodeId, usize>,
     language: &mut L,
 ) -> Result<BTreeMap<NodeId, L::Expression>, EmitError> {
     if let Some(symbol) = kernel.unbound_symbol() {
         return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol: symbol.into() });
     }
-    let uses = uses(kernel);
     let mut uses_left = uses.clone();
     let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
     let elements = kernel.inputs.iter().flat_map(|input| &input.elements);

@@ -3,9 +3,10 @@
 use std::fmt::Write;
 
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, describe, documentation, literal, series_rows, title, uses_half_angle_squared,
+    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, literal, series_rows,
+    uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin, comment, header};
+use crate::back::source::{EmitError, Origin, comment};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
@@ -45,8 +46,7 @@ impl Dialect for C {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
-    let title = title(origin, "C11");
-    let head = header(kernels, Origin { title: &title, ..origin }, "//")?;
+    let head = header_in("C11", kernels, origin, "//")?;
     let mut declarations = format!(
         "{head}\n#ifndef BRISTLE_CHAIN_H\n#define BRISTLE_CHAIN_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     );

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, documentation, literal, series_rows, title, uses_half_angle_squared,
+    Dialect, FunctionBody, SourceFile, documentation, header_in, literal, series_rows, uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin, comment, header};
+use crate::back::source::{EmitError, Origin, comment};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
@@ -41,8 +41,6 @@ impl Dialect for Matlab {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
-    let title = title(origin, "MATLAB and GNU Octave");
-    let origin = Origin { title: &title, ..origin };
     let mut files = Vec::new();
     for kernel in kernels {
         let body = FunctionBody::new(kernel, &Matlab)?;
@@ -55,7 +53,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, E
             kernel.name,
             parameters.join(", "),
             comment(&documentation(kernel), "%"),
-            header(std::slice::from_ref(kernel), origin, "%")?,
+            header_in("MATLAB and GNU Octave", std::slice::from_ref(kernel), origin, "%")?,
             body.statements,
         )
         .expect("a string takes text");

@@ -1,18 +1,18 @@
 //! C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
 //!
 //! The languages agree in how sums, products and parentheses are written, so that one writer serves them all; a
-//! [`Dialect`] has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
+//! `Dialect` has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
 //! the same bytes in each language, and up to the last bits of sines and cosines the same values.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::back::source::{EmitError, Language, Origin, uses, write_body};
+use crate::back::source::{EmitError, Language, Origin, header, uses, write_body};
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Node, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::special;
 use crate::ir::unit::Unit;
-use std::collections::BTreeMap;
 
 pub mod c;
 pub mod matlab;
@@ -113,8 +113,7 @@ impl<D: Dialect> Language for Writer<'_, D> {
         };
         let named = |name: &str, a: NodeId| self.function(&format!("{}{name}", D::LIBRARY), of(a));
         match node {
-            Node::Constant(constant) => self.constant(constant),
-            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
+            Node::Constant(_) | Node::Symbol(_) => unreachable!("constants and symbols are no operations"),
             Node::Add(a, b) => binary(a, "+", b, SUM),
             Node::Sub(a, b) => binary(a, "-", b, SUM),
             Node::Mul(a, b) => binary(a, "*", b, PRODUCT),
@@ -123,17 +122,12 @@ impl<D: Dialect> Language for Writer<'_, D> {
             Node::Powi(a, exponent) => {
                 let base = of(a).within(ATOM);
                 let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
+                let one = self.constant(Constant::from(1)).text;
                 match exponent {
                     1 => Piece::atom(product),
-                    _ if exponent > 0 => Piece { text: product, strength: PRODUCT },
-                    -1 => Piece {
-                        text: format!("{} / {product}", self.constant(Constant::from(1)).text),
-                        strength: PRODUCT,
-                    },
-                    _ => Piece {
-                        text: format!("{} / ({product})", self.constant(Constant::from(1)).text),
-                        strength: PRODUCT,
-                    },
+                    2.. => Piece { text: product, strength: PRODUCT },
+                    -1 => Piece { text: format!("{one} / {product}"), strength: PRODUCT },
+                    _ => Piece { text: format!("{one} / ({product})"), strength: PRODUCT },
                 }
             }
             Node::Sqrt(a) => named("sqrt", a),
@@ -178,7 +172,7 @@ impl FunctionBody {
                 }
             }
         }
-        let expressions = write_body(kernel, &mut writer)?;
+        let expressions = write_body(kernel, &uses, &mut writer)?;
         Ok(Self { statements: writer.statements, unused, expressions })
     }
 
@@ -237,7 +231,17 @@ fn series_rows(open: &str, close: &str, after: &str) -> String {
     special::SERIES.iter().map(|coefficients| row(coefficients)).collect::<Vec<_>>().join(after)
 }
 
-/// What all files of a language say of the model, where they say what they hold.
-fn title(origin: Origin<'_>, language: &str) -> String {
-    format!("{} In {language}.", origin.title)
+/// The header of a file, whose title names the language. Each line is a comment after `mark`.
+fn header_in(language: &str, kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, EmitError> {
+    let title = format!("{} In {language}.", origin.title);
+    header(kernels, Origin { title: &title, ..origin }, mark)
+}
+
+/// A Python docstring with the [`documentation`] of a kernel, indented as the body of its function. Empty lines hold no blanks.
+fn docstring(kernel: &Kernel) -> String {
+    let text = documentation(kernel);
+    let mut lines = text.trim_end().lines();
+    let first = lines.next().unwrap_or_default();
+    let rest = lines.map(|line| if line.is_empty() { "\n".to_owned() } else { format!("\n    {line}") });
+    format!("    \"\"\"{first}{}\n    \"\"\"\n", rest.collect::<String>())
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::back::languages::{
-    Dialect, FunctionBody, documentation, literal, series_rows, title, uses_half_angle_squared,
+    Dialect, FunctionBody, docstring, header_in, literal, series_rows, uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin, header};
+use crate::back::source::{EmitError, Origin};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
@@ -50,8 +50,7 @@ const STACK: &str = "\n\ndef _array(shape, elements):\n    \
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
-    let title = title(origin, "Python, on NumPy arrays with any leading axes");
-    let mut text = header(kernels, Origin { title: &title, ..origin }, "#")?;
+    let mut text = header_in("Python, on NumPy arrays with any leading axes", kernels, origin, "#")?;
     text += "\nfrom typing import NamedTuple\n\nimport numpy as np\n";
     text += STACK;
     if uses_half_angle_squared(kernels) {
@@ -62,21 +61,18 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
         let parameters: Vec<&str> = kernel.inputs.iter().map(|input| input.name.as_str()).collect();
         let used = kernel.inputs.iter().filter(|input| !body.unused.contains(&input.name));
         let arrays: String = used.map(|Input { name, .. }| format!("    {name} = np.asarray({name})\n")).collect();
-        let documentation = documentation(kernel).replace('\n', "\n    ");
         let (class, result) = result(kernel, &body);
         write!(
             text,
-            "{class}\n\ndef {}({}):\n    \"\"\"{}\n    \"\"\"\n{arrays}{}    return {result}\n",
+            "{class}\n\ndef {}({}):\n{}{arrays}{}    return {result}\n",
             kernel.name,
             parameters.join(", "),
-            documentation.trim_end(),
+            docstring(kernel),
             body.statements,
         )
         .expect("a string takes text");
     }
-    // Blank lines of the docstrings hold no blanks.
-    let lines = text.lines().map(|line| line.trim_end().to_owned() + "\n");
-    Ok(lines.collect())
+    Ok(text)
 }
 
 /// The class of the result, if it has several fields, and the expression that makes it.

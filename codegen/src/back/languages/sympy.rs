@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::back::languages::{Dialect, FunctionBody, documentation, title, uses_half_angle_squared};
-use crate::back::source::{EmitError, Origin, header};
+use crate::back::languages::{Dialect, FunctionBody, docstring, header_in, uses_half_angle_squared};
+use crate::back::source::{EmitError, Origin};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 
@@ -62,8 +62,7 @@ def _half_angle_squared(order, u, closed_form):
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
-    let title = title(origin, "Python, as matrices of SymPy");
-    let mut text = header(kernels, Origin { title: &title, ..origin }, "#")?;
+    let mut text = header_in("Python, as matrices of SymPy", kernels, origin, "#")?;
     text += "\nfrom sympy import (Dummy, Float, Integer, Matrix, Piecewise, Rational, Symbol, acos, asin, cos, diff, factorial,\n    \
              hyper, rf, sin, sqrt)\n";
     text += "\n\ndef _symbols(*names):\n    return [Symbol(name, real=True) for name in names]\n";
@@ -83,19 +82,17 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
                 format!("    {open}{}{close} = _symbols({})\n", input.name, names.join(", "))
             })
             .collect();
-        let documentation = documentation(kernel).replace('\n', "\n    ");
         write!(
             text,
-            "\n\ndef {}({parameter}):\n    \"\"\"{}\n    \"\"\"\n{symbols}{}    return {}\n",
+            "\n\ndef {}({parameter}):\n{}{symbols}{}    return {}\n",
             kernel.name,
-            documentation.trim_end(),
+            docstring(kernel),
             body.statements,
             result(kernel, &body),
         )
         .expect("a string takes text");
     }
-    let lines = text.lines().map(|line| line.trim_end().to_owned() + "\n");
-    Ok(lines.collect())
+    Ok(text)
 }
 
 fn result(kernel: &Kernel, body: &FunctionBody) -> String {

@@ -8,27 +8,19 @@ use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
 /// Quick cases, with a local maximum along the tier at each depth.
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 5
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(5, "filament_count_uncertainty = 600\n"),
+    "
 [process]
 brushing_velocity_m_s = 10.0
 penetration_depth_m = 1.0e-3
 
 [study]
-";
+"
+);
 const SWEEPS: &str = "\
 brushing_velocity_m_s = { start = 10.0, stop = 22.5, step = 2.5 }
 penetration_depth_m = [1.0e-3, 2.0e-3]

@@ -11,19 +11,12 @@ use predicates::str::contains;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+use crate::program::brush;
+
 /// A small and quick case.
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(4, "filament_count_uncertainty = 600\n"),
+    "
 [contact]
 
 [workpiece]
@@ -38,7 +31,8 @@ relative_tolerance = 1e-4
 [study]
 brushing_velocity_m_s = [10.0, 20.0]
 penetration_depth_m = { start = 0.5e-3, stop = 1.5e-3, step = 0.5e-3 }
-";
+"
+);
 
 /// A state of two segments.
 const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleration": 0.0, "gravity": [0, 0, 0],
@@ -686,7 +680,7 @@ fn a_pass_in_octave_has_the_impulse_of_the_program() {
         workspace.bristle(&format!("{simulate} --set filament.segments={segments}")).assert().success();
         let metrics: Value = serde_json::from_str(&workspace.read("one/metrics.json")).expect("JSON");
         let script = "m = one_pass(20, 1e-3); printf('%.17g\\n', m.contact_normal_impulse_n_s)";
-        let output = std::process::Command::new(&octave)
+        let output = Process::new(&octave)
             .args(["--no-gui", "--quiet", "--norc", "--eval", script])
             .current_dir(workspace.path("m"))
             .output()

@@ -6,21 +6,12 @@ use std::path::{Path, PathBuf};
 use predicates::str::contains;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
 /// A small and quick case.
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(4, "filament_count_uncertainty = 600\n"),
+    "
 [process]
 brushing_velocity_m_s = 10.0
 penetration_depth_m = 1.0e-3
@@ -30,7 +21,8 @@ relative_tolerance = 1e-4
 
 [study]
 brushing_velocity_m_s = [10.0, 20.0]
-";
+"
+);
 
 /// A directory with the input file `case.toml`.
 fn workspace() -> TempDir {

@@ -7,27 +7,19 @@ use bristle::simulation::simulate;
 use bristle_study::document::Document;
 use bristle_study::study::run_study;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const HEAD: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 8
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const HEAD: &str = concat!(
+    brush!(8, "filament_count_uncertainty = 600\n"),
+    "
 [solver]
 relative_tolerance = 1e-4
 
 [process]
 brushing_velocity_m_s = 10.0
 penetration_depth_m = 1.0e-3
-";
+"
+);
 
 #[test]
 fn documents_and_advice_say_what_friction_does() {

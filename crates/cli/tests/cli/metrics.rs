@@ -15,20 +15,11 @@ use bristle_study::study::{CaseResult, Study, run_study};
 use bristle_study::text::layout::WIDTH;
 use serde_json::Value;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(4, "filament_count_uncertainty = 600\n"),
+    "
 [solver]
 relative_tolerance = 1e-3
 
@@ -39,7 +30,8 @@ penetration_depth_m = 1.0e-3
 [study]
 brushing_velocity_m_s = [10.0, 20.0]
 penetration_depth_m = [1.0e-3, 2.0e-3]
-";
+"
+);
 
 fn keys<'a>(columns: impl IntoIterator<Item = &'a Column<Metrics>>) -> Vec<&'static str> {
     columns.into_iter().map(|column| column.key).collect()

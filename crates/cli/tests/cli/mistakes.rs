@@ -4,23 +4,16 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(4),
+    "
 [process]
 brushing_velocity_m_s = 10.0
 penetration_depth_m = 1.0e-3
-";
+"
+);
 
 /// A line of the file, what a user writes instead, and what the message says.
 const REFUSED: &[(&str, &str, &[&str])] = &[

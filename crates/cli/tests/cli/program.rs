@@ -1,4 +1,4 @@
-//! Calls the program under test.
+//! The program under test, and the input that most tests give it.
 
 use std::path::Path;
 
@@ -10,3 +10,21 @@ pub fn bristle(directory: &Path, arguments: &str) -> Command {
     command.env_remove("COLUMNS").current_dir(directory).args(arguments.split_whitespace());
     command
 }
+
+/// The sections `[tool]` and `[filament]` of an input file: the paper's brush with a number of segments, and further lines of `[tool]`.
+macro_rules! brush {
+    ($segments:literal) => {
+        brush!($segments, "")
+    };
+    ($segments:literal, $more:literal) => {
+        concat!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\n",
+            $more,
+            "\n[filament]\nsegments = ",
+            $segments,
+            "\nlength_m = 0.040\ndiameter_m = 1.18e-3\n"
+        )
+    };
+}
+
+pub(crate) use brush;

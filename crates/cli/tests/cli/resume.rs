@@ -15,20 +15,13 @@ use bristle_study::study::Study;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::program::brush;
+
 /// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
 /// values. With several depths each run would draw maps, which would take longer than the simulation.
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 10
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(10, "filament_count_uncertainty = 600\n"),
+    "
 [solver]
 relative_tolerance = 1e-4
 
@@ -37,7 +30,8 @@ brushing_velocity_m_s = { start = 2.0, stop = 24.0, step = 0.5 }
 penetration_depth_m = [2.0e-3]
 \"contact.friction_coefficient\" = [0.0, 0.1]
 \"contact.stiffness_n_m\" = [1e5, 1e300]
-";
+"
+);
 /// The number of its cases, and of those that fail.
 const CASES: usize = 180;
 const FAILURES: usize = 90;

@@ -6,26 +6,19 @@ use std::path::Path;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(4),
+    "
 [solver]
 relative_tolerance = 1e-4
 
 [process]
 brushing_velocity_m_s = 10.0
 penetration_depth_m = 1.0e-3
-";
+"
+);
 
 const SWEEPS: &str = "\n[study]\nbrushing_velocity_m_s = [5.0, 10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]\n";
 

@@ -8,22 +8,15 @@ use bristle_study::study::Study;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const HEAD: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const HEAD: &str = concat!(
+    brush!(4),
+    "
 [solver]
 relative_tolerance = 1e-4
-";
+"
+);
 
 /// The undeformed radius of the tool in m.
 const RADIUS_M: f64 = 0.180;

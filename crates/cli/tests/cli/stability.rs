@@ -11,25 +11,17 @@ use bristle_study::study::{CaseResult, Study, run_study};
 use bristle_study::text::layout::WIDTH;
 use serde_json::Value;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
 /// The paper's brush, in fewer segments: slow passes are unstable without friction.
-const HEAD: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 10
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const HEAD: &str = concat!(
+    brush!(10, "filament_count_uncertainty = 600\n"),
+    "
 [process]
 brushing_velocity_m_s = 2.5
 penetration_depth_m = 1.0e-3
-";
+"
+);
 
 fn write(directory: &Path, text: &str) {
     fs::write(directory.join("case.toml"), text).expect("the file can be written");

@@ -5,28 +5,20 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
 /// A fast brush in few segments, whose filaments come back still vibrating.
-const HEAD: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 4
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const HEAD: &str = concat!(
+    brush!(4, "filament_count_uncertainty = 600\n"),
+    "
 [solver]
 relative_tolerance = 1e-4
 
 [process]
 brushing_velocity_m_s = 30.0
 penetration_depth_m = 1.0e-3
-";
+"
+);
 
 fn write(directory: &Path, text: &str) {
     fs::write(directory.join("case.toml"), text).expect("the file can be written");

@@ -14,27 +14,19 @@ use bristle_study::text::layout::WIDTH;
 use bristle_study::uncertainty::Scatter;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, brush};
 
-const FILE: &str = "\
-[tool]
-body_radius_m = 0.140
-width_m = 0.020
-filament_count = 10500
-filament_count_uncertainty = 600
-
-[filament]
-segments = 8
-length_m = 0.040
-diameter_m = 1.18e-3
-
+const FILE: &str = concat!(
+    brush!(8, "filament_count_uncertainty = 600\n"),
+    "
 [solver]
 relative_tolerance = 1e-4
 
 [study]
 brushing_velocity_m_s = [1.0, 20.0]
 penetration_depth_m = [2.0e-3]
-";
+"
+);
 const UNCERTAINTY: &str = "
 [uncertainty]
 diameter_std_m = 0.02e-3
