@@ -1,17 +1,22 @@
-"""Checks that the relative links of the documents lead to files and headings that exist."""
+"""Checks that the relative links of the documents and notebooks lead to files and headings that exist."""
 
 import glob
+import json
 import os
 import re
 import sys
 
-DOCUMENTS = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", *glob.glob("*/README.md"), *glob.glob("*/*/README.md"), *glob.glob("docs/*.md")]
+DOCUMENTS = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", *glob.glob("*/README.md"), *glob.glob("*/*/README.md"), *glob.glob("docs/*.md"), *glob.glob("examples/notebooks/*.ipynb")]
 
 
 def text_of(path):
-    """The text of a document without its blocks of code."""
+    """The text of a document or notebook without its blocks of code."""
     with open(path, encoding="utf-8") as file:
-        return re.sub(r"```.*?```", "", file.read(), flags=re.S)
+        text = file.read()
+    if path.endswith(".ipynb"):
+        cells = json.loads(text)["cells"]
+        text = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+    return re.sub(r"```.*?```", "", text, flags=re.S)
 
 
 def anchor(heading):

@@ -1,12 +1,22 @@
 """Contact forces of brushing tools.
 
 >>> import bristle
->>> settings = bristle.Settings.paper(brushing_velocity_m_s=10.0, penetration_depth_m=1e-3)
+>>> settings = bristle.Settings.paper(10.0, 1e-3)  # v_b in m/s, a_e in m
 >>> contact = bristle.simulate(settings)
 >>> f"{contact.metrics['tool_contact_normal_force_n']:.0f} N"
 '165 N'
 
 All quantities are in SI units, which are part of the names; angles are in radians.
+Names are those of the input file (``docs/input.md``) and of the result files
+(``docs/results.md``); ``docs/MODEL.md`` has the physics.
+
+- Settings: `Settings`, `load`, `SettingsError`, `SettingsWarning`
+- One contact of one filament: `simulate`, `Contact`, `Shapes`, `Metrics`,
+  `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`
+- Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
+- Many cases: `study`, `Study`, `Advice`
+- Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
+- Evidence: `validate`, `Validation`
 """
 
 from bristle._bristle import __version__
@@ -21,37 +31,39 @@ from bristle._equations import (
     validate,
 )
 from bristle._errors import SettingsError, SettingsWarning, SimulationError
-from bristle._metrics import BrushMetrics, Metrics, Statistics
+from bristle._metrics import BrushMetrics, ContactMetrics, Metrics, Statistics
 from bristle._settings import Settings, load
 from bristle._study import Advice, Study, study
 from bristle._table import Table
 from bristle._tool import Tool
 
+# In the order of the groups above, which is that of the API pages.
 __all__ = [
-    "Advice",
-    "Brush",
-    "BrushMetrics",
-    "Contact",
-    "Evaluation",
-    "Frames",
-    "Metrics",
     "Settings",
+    "load",
     "SettingsError",
     "SettingsWarning",
+    "simulate",
+    "Contact",
     "Shapes",
-    "SimulationError",
+    "Metrics",
+    "ContactMetrics",
     "Statistics",
-    "Study",
     "Table",
     "Tool",
+    "SimulationError",
+    "brush",
+    "Brush",
+    "Frames",
+    "BrushMetrics",
+    "study",
+    "Study",
+    "Advice",
+    "accelerations",
+    "evaluate",
+    "Evaluation",
+    "derive",
+    "validate",
     "Validation",
     "__version__",
-    "accelerations",
-    "brush",
-    "derive",
-    "evaluate",
-    "load",
-    "simulate",
-    "study",
-    "validate",
 ]

@@ -19,17 +19,20 @@ from bristle._table import Table
 
 @dataclass(frozen=True)
 class Frames:
-    """All filaments at equally spaced times."""
+    """All k filaments of n segments at t equally spaced times."""
 
     times_s: npt.NDArray[np.float64]
     """Times in s, of the shape (t,)."""
 
     nodes_m: npt.NDArray[np.float32]
-    """Nodes of k filaments, from root to tip, in m: of the shape (t, k, n + 1, 3)."""
+    """Nodes from root to tip, in m, of the shape (t, k, n + 1, 3)."""
 
 
 class Brush:
-    """A simulated sector of a brush."""
+    """A simulated sector of a brush, as `brush` returns it.
+
+    In a notebook it shows the page of the program, with the filaments in motion.
+    """
 
     def __init__(self, settings: Settings, simulated: _bristle.SimulatedBrush) -> None:
         self._settings = settings
@@ -48,17 +51,17 @@ class Brush:
 
     @cached_property
     def filaments(self) -> Table:
-        """Each filament with its metrics: ``filaments.csv``."""
+        """One row per filament with its metrics: ``filaments.csv``."""
         return Table(*self._simulated.filaments())
 
     @cached_property
     def history(self) -> Table:
-        """The forces of the sector over time: ``history.csv``."""
+        """One row per step with the forces of the sector: ``history.csv``."""
         return Table(*self._simulated.history())
 
     @cached_property
     def contacts(self) -> Table:
-        """Where filaments press on each other: ``contacts.csv``."""
+        """One row per pair of filaments that touched: ``contacts.csv``."""
         return Table(*self._simulated.contacts())
 
     @cached_property
@@ -93,10 +96,10 @@ def brush(
     It can take minutes. Other threads of Python go on meanwhile; Ctrl-C stops it.
 
     Args:
-        settings: What to simulate, with the section ``brush``.
+        settings: What to simulate, with the section ``[brush]``.
         threads: Number of threads, by default one per core; changes no result.
-        frames: Number of times of :attr:`Brush.frames`, at most.
-        memory_bytes: Refuses a brush that needs more memory than this.
+        frames: Number of times of `Brush.frames`, at most.
+        memory_bytes: Refuses a brush that needs more memory than this, in bytes.
 
     Raises:
         SettingsError: If there is no such brush, or no steady stretch of columns.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shapes:
-    """The filament at equally spaced times."""
+    """A filament of n segments at t equally spaced times."""
 
     times_s: npt.NDArray[np.float64]
     """Times in s, of the shape (t,)."""
@@ -33,7 +33,11 @@ class Shapes:
 
 
 class Contact:
-    """A simulated contact. Its arrays are made when they are first asked for."""
+    """A simulated contact, as `simulate` returns it.
+
+    Its arrays are made when they are first asked for. In a notebook it shows the page
+    of the program, with the filament in motion.
+    """
 
     def __init__(
         self,
@@ -68,12 +72,18 @@ class Contact:
 
     @cached_property
     def history(self) -> Table:
-        """Forces, deflection, tip and energies over time: ``history.csv``."""
+        """Forces, deflection, tip and energies over time: ``history.csv``.
+
+        One row per sample; ``docs/results.md`` lists the columns.
+        """
         return Table(*self._simulated.history())
 
     @cached_property
     def profile(self) -> Table:
-        """Where on the workpiece the work is done: ``profile.csv``."""
+        """Where on the workpiece the work is done: ``profile.csv``.
+
+        One row per cell along the profile; ``docs/results.md`` lists the columns.
+        """
         return Table(*self._simulated.profile())
 
     @cached_property
@@ -147,10 +157,10 @@ def simulate(
 
     Args:
         settings: What to simulate.
-        samples: Number of equally spaced times of :attr:`Contact.history`, including
+        samples: Number of equally spaced times of `Contact.history`, including
             the first and the last instant; by default that of the settings. Without
-            any there is no :attr:`Contact.profile` either.
-        shapes: Number of equally spaced times of :attr:`Contact.shapes`.
+            any there is no `Contact.profile` either.
+        shapes: Number of equally spaced times of `Contact.shapes`.
         tool: A tool in place of the round one. The workpiece lies as the settings say,
             at the depth of the round tool.
 

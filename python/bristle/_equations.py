@@ -78,7 +78,7 @@ def accelerations(
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The equations at one state, without contact."""
+    """The equations of n segments at one state, without contact, from `evaluate`."""
 
     mass_matrix: Floats
     """M, in kg m², of the shape (2 n, 2 n)."""
@@ -183,7 +183,10 @@ def derive(
 
 
 class Validation:
-    """A comparison of the simulator with exact solutions, other codes and the paper."""
+    """Comparisons with exact solutions, other codes and the paper, from `validate`.
+
+    Printed, it is the table of ``bristle validate``.
+    """
 
     def __init__(self, agrees: bool, table: str, rows: str) -> None:
         self._agrees = agrees
@@ -216,6 +219,8 @@ class Validation:
 
 def validate(*, full: bool = False) -> Validation:
     """Compares the simulator with exact solutions, other codes and the paper.
+
+    It takes up to a minute: ``bristle validate``.
 
     Args:
         full: Whether to include convergence studies, which take minutes.

@@ -11,7 +11,7 @@ class SettingsError(ValueError):
     """Dotted path of the setting to blame, or ``None`` if no single one is."""
 
     line: int | None
-    """Line of the file, or of :meth:`Settings.to_toml`, counted from 1."""
+    """Line of the file, or of `Settings.to_toml`, counted from 1."""
 
     def __init__(
         self, message: str, key: str | None = None, line: int | None = None

@@ -76,9 +76,6 @@ class Settings:
     0.002
     >>> deeper == settings
     False
-
-    Raises:
-        SettingsError: If a key or a value is not allowed, or one is missing.
     """
 
     __slots__ = ("_input", "_name", "_stated", "_values")
@@ -101,6 +98,22 @@ class Settings:
         brush: Section | None = None,
         study: Section | None = None,
     ) -> None:
+        """Checks the sections of an input file.
+
+        Args:
+            tool: Radius of the body, width, number of filaments.
+            filament: Length, diameter, material, number of segments.
+            contact: Contact law and friction; by default without friction.
+            workpiece: Shape, place and feed of the workpiece; by default a plane.
+            process: Velocity or speed, depth, turns.
+            solver: Tolerance and number of samples.
+            uncertainty: Standard deviations of filaments and friction.
+            brush: Pattern of the filaments that touch each other; ``{}`` has defaults.
+            study: Values of swept settings, for `bristle.study`.
+
+        Raises:
+            SettingsError: If a key or a value is not allowed, or one is missing.
+        """
         sections = (
             tool,
             filament,
@@ -130,7 +143,7 @@ class Settings:
 
     @classmethod
     def paper(cls, brushing_velocity_m_s: float, penetration_depth_m: float) -> Settings:
-        """The brush of Uhlmann and Hoyer (2021) on a plane.
+        """The brush of Uhlmann and Hoyer (Ceramics 4, 2021) on a plane.
 
         Args:
             brushing_velocity_m_s: Speed of the undeformed tips, in m/s.

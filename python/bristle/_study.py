@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 
 class Advice:
-    """Where the tool force of a study is high, or as wanted."""
+    """Where the tool force of a study is high, or as wanted, from `Study.advise`.
+
+    Printed, it is the text of ``bristle advise``.
+    """
 
     def __init__(self, text: str, values: Mapping[str, Any]) -> None:
         self._text = text
@@ -41,7 +44,7 @@ class Advice:
 
 
 class Study:
-    """A simulated study: one row per case, in the order of the grid."""
+    """A simulated study, from `study`: one row per case, in the order of the grid."""
 
     def __init__(self, settings: Settings, simulated: _bristle.SimulatedStudy) -> None:
         self._settings = settings
@@ -49,7 +52,7 @@ class Study:
 
     @property
     def settings(self) -> Settings:
-        """What was simulated; :attr:`Settings.sweep` has the sweeps."""
+        """What was simulated; `Settings.sweep` has the sweeps."""
         return self._settings
 
     @cached_property
@@ -229,7 +232,7 @@ def study(
         settings: What all cases share.
         sweep: Values of each swept setting by its dotted path: an array, or a mapping
             with ``start``, ``stop`` and ``step``. By default those that the settings
-            state in the section ``study``.
+            state in the section ``[study]``.
         threads: Number of threads, by default one per core; changes no result.
         out: Directory for ``runs.csv``, ``study.json``, ``report.html`` and the journal,
             with the same bytes as by the program.

@@ -27,17 +27,19 @@ class Tool:
     >>> alone = bristle.simulate(settings).metrics["contact_normal_impulse_n_s"]
     >>> abs(contact.metrics["contact_normal_impulse_n_s"] / alone - 1) < 1e-3
     True
-
-    Args:
-        position_m: Where the filament is clamped while the body is at the angles 0,
-            2π/k, … 2π (k - 1)/k: in m, of the shape (k, 3).
-        direction: Along which it is clamped, of the shape (k, 3) and any length.
-
-    Raises:
-        ValueError: If a shape does not fit, or a direction is zero.
     """
 
     def __init__(self, position_m: npt.ArrayLike, direction: npt.ArrayLike) -> None:
+        """Checks the samples.
+
+        Args:
+            position_m: Where the filament is clamped while the body is at the angles 0,
+                2π/k, … 2π (k - 1)/k: in m, of the shape (k, 3).
+            direction: Along which it is clamped, of the shape (k, 3) and any length.
+
+        Raises:
+            ValueError: If a shape does not fit, or a direction is zero.
+        """
         self._position = np.array(position_m, dtype=np.float64)
         self._direction = np.array(direction, dtype=np.float64)
         shape = self._position.shape
