@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import subprocess
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -55,17 +56,22 @@ def seconds(work: Callable[[], object]) -> float:
 
 def main() -> None:
     rust = Rust()
+    # One segment is unusual.
+    warnings.simplefilter("ignore", bristle.SettingsWarning)
     settings = bristle.load(ROOT / "examples" / "zirconia.toml").replace(study=None)
-    in_rust, in_python = [], []
-    for _ in range(CONTACTS):
-        in_rust += [rust.seconds("contact") for _ in range(RUN)]
-        in_python += [
-            seconds(lambda: bristle.simulate(settings, samples=0, shapes=0).metrics)
-            for _ in range(RUN)
-        ]
-    more = min(in_python) - min(in_rust)
-    print(f"contact, Rust    {1e6 * min(in_rust):9.0f} µs")
-    print(f"contact, Python  {1e6 * min(in_python):9.0f} µs, {1e6 * more:.0f} µs more")
+    one = settings.replace(filament={"segments": 1})
+    for what, simulated in (("contact", settings), ("shortest", one)):
+        in_rust, in_python = [], []
+        for _ in range(CONTACTS):
+            in_rust += [rust.seconds(what) for _ in range(RUN)]
+            in_python += [
+                seconds(lambda: bristle.simulate(simulated, samples=0, shapes=0).metrics)
+                for _ in range(RUN)
+            ]
+        more = min(in_python) - min(in_rust)
+        print(f"contact of {simulated.filament['segments']} segments")
+        print(f"  Rust           {1e6 * min(in_rust):9.0f} µs")
+        print(f"  Python         {1e6 * min(in_python):9.0f} µs, {1e6 * more:.0f} µs more")
 
     q = np.full((STATES, SEGMENTS, 2), [np.pi / 2, 0.0])
     q[..., 1] += 0.01 * np.arange(SEGMENTS)
@@ -77,7 +83,7 @@ def main() -> None:
             seconds(lambda: bristle.accelerations(settings, q, v)) / STATES
         )
     share = min(in_rust) / min(in_python)
-    print(f"accelerations of {SEGMENTS} segments in a batch of {STATES}, per state:")
+    print(f"accelerations of {SEGMENTS} segments in a batch of {STATES}, per state")
     print(f"  Rust           {1e6 * min(in_rust):9.3f} µs")
     print(f"  Python         {1e6 * min(in_python):9.3f} µs, {share:.0%} of the speed")
 

@@ -1,4 +1,4 @@
-//! Rust's side of `benches/python.py`: for each line of stdin, `contact` or `batch`, a line with the time that it takes once, in s.
+//! Rust's side of `benches/python.py`: for each line of stdin, `contact`, `shortest` or `batch`, a line with the time that it takes once, in s.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -26,14 +26,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         .zip(v.chunks(segments))
         .map(|(q, v)| Member { chain: &chain, clamp: &clamp, q, v })
         .collect();
+    let mut shortest = settings.clone();
+    shortest.filament.segments = 1;
     let mut batch = Batch::new(segments);
     let mut accelerations = vec![[0.0; 2]; segments * STATES];
     for line in stdin().lines() {
         let start = Instant::now();
         match line?.as_str() {
             "contact" => drop(black_box(simulate(black_box(&settings))?)),
+            "shortest" => drop(black_box(simulate(black_box(&shortest))?)),
             "batch" => batch.accelerations(black_box(&members), black_box(&mut accelerations))?,
-            other => return Err(format!("{other} is neither `contact` nor `batch`").into()),
+            other => return Err(format!("{other} is none of `contact`, `shortest` and `batch`").into()),
         }
         println!("{}", start.elapsed().as_secs_f64());
     }

@@ -14,7 +14,7 @@ Names are those of the input file (``docs/input.md``) and of the result files
 - One contact of one filament: `simulate`, `Contact`, `Shapes`, `Metrics`,
   `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
-- Many cases: `study`, `Study`, `Advice`
+- Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
 - Evidence: `validate`, `Validation`
 """

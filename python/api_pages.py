@@ -1,9 +1,10 @@
-"""Makes the API pages of the Python package from its docstrings: `python .ci/api_pages.py DIR`.
+"""Makes the API pages of the Python package from its docstrings: `python python/api_pages.py DIR`.
 
 Needs the packages of `pip install "./python[docs]"`. Fails on a warning, and on a public name without a docstring, which the pages
 would not have.
 """
 
+import importlib
 import sys
 import types
 import warnings
@@ -46,15 +47,15 @@ def main() -> None:
         sys.exit(f"usage: {sys.argv[0]} DIR")
     warnings.simplefilter("error")
     numpy.typing.ArrayLike, numpy.typing.NDArray = ArrayLike, NDArray
-    import bristle
-
-    missing = undocumented(pdoc.doc.Module(bristle))
+    modules = [importlib.import_module(name) for name in ("bristle", "bristle.distributed")]
+    missing = [name for module in modules for name in undocumented(pdoc.doc.Module(module))]
     if missing:
         sys.exit("error: no docstring: " + ", ".join(missing))
     pdoc.render.configure(docformat="google", show_source=False, include_undocumented=False)
     directory = Path(sys.argv[1])
-    pdoc.pdoc("bristle", output_directory=directory)
-    print(f"{directory / 'bristle.html'}: {(directory / 'bristle.html').stat().st_size // 1000} kB")
+    pdoc.pdoc(*(module.__name__ for module in modules), output_directory=directory)
+    pages = [directory / f"{module.__name__.replace('.', '/')}.html" for module in modules]
+    print(", ".join(f"{page}: {page.stat().st_size // 1000} kB" for page in pages))
 
 
 if __name__ == "__main__":
