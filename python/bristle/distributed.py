@@ -36,7 +36,7 @@ except ModuleNotFoundError:
         'bristle.distributed needs Dask: pip install "./python[distributed]"'
     )
 
-__all__ = ["ClusterError", "study"]
+__all__ = ["study", "ClusterError"]
 
 _PROBE = 16
 """Cases of a chunk whose cost is not known yet; a brush is a chunk of its own."""
@@ -392,8 +392,8 @@ def study(
         out: Directory of this machine for the results and the journal.
         restart: Whether to discard the results of an earlier call in ``out``.
         progress: As for :func:`bristle.study`.
-        memory_bytes: Refuses brushes that need more memory than this, which each thread
-            of a worker then needs.
+        memory_bytes: Memory that each thread of a worker has; brushes that need more are
+            refused before anything is simulated.
         chunk: Number of cases in a chunk; by default as many as take ``chunk_s``.
         chunk_s: Duration of a chunk in s, from the measured cost of those before it.
         retries: How often a chunk that fails is tried again.
