@@ -41,12 +41,7 @@ class Input:
 
 @final
 class SampledTool:
-    def __new__(
-        cls,
-        position: Sequence[Sequence[Sequence[float]]],
-        direction: Sequence[Sequence[Sequence[float]]],
-        radius: float,
-    ) -> SampledTool: ...
+    def __new__(cls, positions: _Floats, directions: _Floats) -> SampledTool: ...
 
 @final
 class Simulated:

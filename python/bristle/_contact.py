@@ -169,6 +169,6 @@ def simulate(
         SimulationError: If the integration cannot continue.
     """
     samples = settings.solver["samples"] if samples is None else samples
-    sampled = None if tool is None else tool._sampled(settings.filament["length_m"])
+    sampled = None if tool is None else tool._sampled
     simulated = _bristle.simulate(checked(settings), samples, shapes, sampled)
     return Contact(settings, simulated, tool)

@@ -38,22 +38,19 @@ class Tool:
             direction: Along which it is clamped, of the shape (k, 3) and any length.
 
         Raises:
-            ValueError: If a shape does not fit, or a direction is zero.
+            ValueError: If a shape does not fit, there are fewer than 3 samples, or a
+                direction is zero.
         """
-        self._position = np.array(position_m, dtype=np.float64)
-        self._direction = np.array(direction, dtype=np.float64)
+        self._position = np.array(position_m, dtype=np.float64, order="C")
+        self._direction = np.array(direction, dtype=np.float64, order="C")
         shape = self._position.shape
         if shape != self._direction.shape or len(shape) != 2 or shape[1] != 3:
             raise ValueError(
                 "position_m and direction need one shape (k, 3), but have "
                 f"{shape} and {self._direction.shape}"
             )
-        if shape[0] < 3:
-            raise ValueError(f"a turn needs at least 3 samples, not {shape[0]}")
-        lengths = np.linalg.norm(self._direction, axis=1, keepdims=True)
-        if not (lengths > 0.0).all():
-            raise ValueError("a direction is zero")
-        self._direction /= lengths
+        self._sampled = _bristle.SampledTool(self._position, self._direction)
+        self._direction /= np.linalg.norm(self._direction, axis=1, keepdims=True)
         self._position.flags.writeable = False
         self._direction.flags.writeable = False
 
@@ -67,23 +64,5 @@ class Tool:
         """Along which it is clamped: unit vectors, of the shape (k, 3)."""
         return self._direction
 
-    def _sampled(self, length_m: float) -> _bristle.SampledTool:
-        tips = self._position + length_m * self._direction
-        radius = float(np.hypot(tips[:, 0], tips[:, 1]).max())
-        return _bristle.SampledTool(
-            _series(self._position), _series(self._direction), radius
-        )
-
     def __reduce__(self) -> tuple[Any, ...]:
         return (type(self), (self._position, self._direction))
-
-
-def _series(samples: Floats) -> list[list[list[float]]]:
-    """Coefficients of cosines and sines, by order, of the series through samples."""
-    count = samples.shape[0]
-    terms = np.fft.rfft(samples, axis=0) / count
-    terms[1:] *= 2.0
-    if count % 2 == 0:
-        terms[-1] /= 2.0
-    series: list[list[list[float]]] = np.stack([terms.real, -terms.imag], axis=1).tolist()
-    return series

@@ -407,6 +407,8 @@ def study(
             scheduler is lost. What is done is in the journal of ``out``.
         OSError: If a file cannot be written.
     """
+    if isinstance(sweep, Client):
+        raise TypeError("the client comes after the sweep: study(settings, client=…)")
     if client is None:
         client = Client.current()
     if client.asynchronous:

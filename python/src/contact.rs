@@ -44,7 +44,7 @@ pub fn simulate(
         None => simulate_pass(py, Pass::new(&settings), sampling)?,
         Some(tool) => {
             let (part, _) = Part::of(&settings).map_err(|violation| of_settings(violation.to_string()))?;
-            let pass = Pass::with(&settings, tool.get().clone(), part);
+            let pass = Pass::with(&settings, tool.get().tool.clone(), part);
             simulate_pass(py, pass.map_err(|error| of_settings(error.to_string()))?, sampling)?
         }
     };

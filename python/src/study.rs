@@ -11,9 +11,9 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::{Sampling, Simulation, Statistics, Stop};
-use bristle_files::journal_file::{Earlier, JOURNAL, JournalFile};
-use bristle_files::staged::{FileError, Occupied, StagedFile, occupy, prepare_directory, remove};
-use bristle_files::study_files::{COMPARISON, MEASURED, REPORT, RUNS, RUNS_PARQUET, STUDY, write_study};
+use bristle_files::journal_file::{Earlier, JournalFile};
+use bristle_files::staged::{FileError, Occupied, StagedFile, remove};
+use bristle_files::study_files::{COMPARISON, MEASURED, RUNS, RUNS_PARQUET, STUDY, occupy_results, write_study};
 use bristle_report::page::{Recorder, page};
 use bristle_study::advice::{Limits, advise};
 use bristle_study::assumptions::Assumptions;
@@ -153,9 +153,7 @@ pub fn begin(
 impl Output {
     /// Prepares a directory. Returns the results in its journal, too.
     fn open(directory: PathBuf, study: &Study, restart: bool) -> PyResult<(Self, Vec<Option<CaseResult>>)> {
-        prepare_directory(&directory).map_err(|error| of_file(&error))?;
-        let names = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
-        let occupied = occupy(&directory, &[("", &|name| names.contains(&name))]).map_err(|error| of_file(&error))?;
+        let occupied = occupy_results(&directory, &[]).map_err(|error| of_file(&error))?;
         let opened = JournalFile::open(&directory, study, restart).map_err(|error| of_journal(&error))?;
         let (journal, Earlier { results, .. }) = opened;
         Ok((Self { directory, journal, _occupied: occupied }, results))

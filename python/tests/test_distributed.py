@@ -294,11 +294,13 @@ def test_costs_of_kinds_are_told_apart() -> None:
 def test_wrong_arguments(coarse: bristle.Settings) -> None:
     with pytest.raises(ValueError, match="No clients found"):
         bristle.distributed.study(coarse, HUNDREDS)
-    with (
-        Client(processes=False, n_workers=0, dashboard_address=None) as client,
-        pytest.raises(ValueError, match="at least 1 case"),
-    ):
-        bristle.distributed.study(coarse, HUNDREDS, client, chunk=0)
+    with Client(processes=False, n_workers=0, dashboard_address=None) as client:
+        with pytest.raises(ValueError, match="at least 1 case"):
+            bristle.distributed.study(coarse, HUNDREDS, client, chunk=0)
+        with pytest.raises(ValueError, match="must be positive"):
+            bristle.distributed.study(coarse, HUNDREDS, client, patience_s=0.0)
+        with pytest.raises(TypeError, match="after the sweep"):
+            bristle.distributed.study(coarse, client)
 
 
 def test_nothing_is_left_of_a_study_that_is_interrupted(

@@ -1,7 +1,12 @@
 //! Tools: where they hold a filament, and how they move its clamp.
 //!
 //! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in motion. [`RoundTool`] is the
-//! tool of the settings; implement [`Tool`] for another mounting, and pass it to [`Pass::with`](crate::simulation::Pass::with).
+//! tool of the settings, and a [`SampledTool`] has any motion; implement [`Tool`] for another mounting, and pass it to
+//! [`Pass::with`](crate::simulation::Pass::with).
+
+mod sampled;
+
+pub use sampled::{SampledTool, SamplesError};
 
 use std::f64::consts::FRAC_PI_2;
 

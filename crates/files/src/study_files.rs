@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use bristle_study::results::{Origin, study_text_from, write_runs};
 use bristle_study::study::{CaseResult, Study};
 
-use crate::staged::{FileError, StagedFile};
+use crate::journal_file::JOURNAL;
+use crate::staged::{FileError, Occupied, StagedFile, Written, occupy, prepare_directory};
 
 /// Names of the files.
 pub const STUDY: &str = "study.json";
@@ -19,6 +20,19 @@ pub const REPORT: &str = "report.html";
 pub const MEASURED: &str = "measured.csv";
 /// How far they deviate.
 pub const COMPARISON: &str = "measured_comparison.csv";
+
+/// Prepares a directory for the results of a study, and announces that this process writes to it, and what else to `subdirectories`.
+///
+/// # Errors
+/// As for [`prepare_directory`] and [`occupy`].
+pub fn occupy_results(directory: &Path, subdirectories: &[Written<'_>]) -> Result<Occupied, FileError> {
+    prepare_directory(directory)?;
+    let names = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
+    let is_result = |name: &str| names.contains(&name);
+    let mut written: Vec<Written<'_>> = vec![("", &is_result)];
+    written.extend_from_slice(subdirectories);
+    occupy(directory, &written)
+}
 
 /// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page: all of them, once each can be written.
 /// Returns the paths. `origin` is the build that simulated the study; `has_measured` says whether one of the further files has measured forces.

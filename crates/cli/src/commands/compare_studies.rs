@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle_files::journal_file::JOURNAL;
-use bristle_files::staged::{occupy, prepare_directory};
-use bristle_files::study_files::{COMPARISON, MEASURED, REPORT, RUNS, RUNS_PARQUET, STUDY};
+use bristle_files::staged::prepare_directory;
+use bristle_files::study_files::occupy_results;
 use bristle_report::page::{Recorder, page};
 use bristle_study::assumptions::Assumptions;
 use bristle_study::joined::{Joined, NamedStudy, join};
@@ -58,9 +58,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     if out.join(JOURNAL).exists() {
         return Err(CliError::OfAStudy(out.clone()));
     }
-    prepare_directory(out)?;
-    let files = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
-    let _occupied = occupy(out, &[("", &|name| files.contains(&name)), (FIGURES, &is_picture_of_study)])?;
+    let _occupied = occupy_results(out, &[(FIGURES, &is_picture_of_study)])?;
     if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }

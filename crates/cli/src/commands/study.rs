@@ -10,7 +10,7 @@ use std::process::{self, ExitCode};
 use bristle::simulation::{Simulation, Stop};
 use bristle_files::journal_file::{Earlier, JOURNAL, JournalFile};
 use bristle_files::staged::{StagedFile, occupy, prepare_directory, relative_to, remove};
-use bristle_files::study_files::{COMPARISON, MEASURED, REPORT, RUNS, RUNS_PARQUET, STUDY, write_study};
+use bristle_files::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
@@ -224,9 +224,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
         None => Vec::new(),
     };
     arguments.input.warn_of(&unusual_points(&study, &measured))?;
-    prepare_directory(&arguments.out)?;
-    let results = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON, JOURNAL];
-    let _occupied = occupy(&arguments.out, &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_study)])?;
+    let _occupied = occupy_results(&arguments.out, &[(FIGURES, &is_picture_of_study)])?;
     if figures.are_drawn() {
         prepare_directory(&arguments.out.join(FIGURES))?;
     }
