@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,14 +16,13 @@ from bristle._settings import Settings, checked
 from bristle._table import Table
 
 
-@dataclass(frozen=True)
-class Frames:
+class Frames(NamedTuple):
     """All k filaments of n segments at t equally spaced times."""
 
-    times_s: npt.NDArray[np.float64]
+    times: npt.NDArray[np.float64]
     """Times in s, of the shape (t,)."""
 
-    nodes_m: npt.NDArray[np.float32]
+    nodes: npt.NDArray[np.float32]
     """Nodes from root to tip, in m, of the shape (t, k, n + 1, 3)."""
 
 

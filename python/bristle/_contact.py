@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,14 +20,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class Shapes:
+class Shapes(NamedTuple):
     """A filament of n segments at t equally spaced times."""
 
-    times_s: npt.NDArray[np.float64]
+    times: npt.NDArray[np.float64]
     """Times in s, of the shape (t,)."""
 
-    nodes_m: npt.NDArray[np.float64]
+    nodes: npt.NDArray[np.float64]
     """Nodes from the root to the tip, in m, of the shape (t, n + 1, 3)."""
 
 
@@ -109,11 +107,11 @@ class Contact:
         deflection.plot(time_ms, 1e3 * history["tip_deflection_m"])
         deflection.set(xlabel="time in ms", ylabel="tip deflection in mm")
         touching = history["time_s"][history["contact_normal_force_n"] > 0.0]
-        times = self.shapes.times_s
+        times = self.shapes.times
         drawn = np.arange(times.size)
         if touching.size > 1:
             drawn = drawn[(times >= touching[0]) & (times <= touching[-1])]
-        for nodes in self.shapes.nodes_m[drawn[:: max(1, drawn.size // 12)]]:
+        for nodes in self.shapes.nodes[drawn[:: max(1, drawn.size // 12)]]:
             scene.plot(1e3 * nodes[:, 0], 1e3 * nodes[:, 1], color="0.4", linewidth=0.8)
         scene.set(xlabel="x in mm", ylabel="y in mm", aspect="equal")
         return figure

@@ -18,6 +18,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
 from os import PathLike, fspath
@@ -30,7 +31,7 @@ from bristle._settings import Section, Settings, checked_study
 from bristle._study import Study, swept, teller
 
 try:
-    from distributed import Client, Future, get_worker
+    from distributed import CancelledError, Client, Future, get_worker
 except ModuleNotFoundError:
     raise ImportError(
         'bristle.distributed needs Dask: pip install "./python[distributed]"'
@@ -49,6 +50,9 @@ _WAITING = 2
 
 _LOOK_S = 0.5
 """Time between two looks at the workers."""
+
+_PAUSE_S = 0.1
+"""Time between two looks at a client that connects again."""
 
 _LATE = 5.0
 """A chunk is late if it takes so many times what chunks of its kind have taken."""
@@ -264,7 +268,9 @@ class _Dispatch:
         """Cancels attempts whose results are not wanted any more."""
         futures = [self._under_way.pop(key).attempts[key].future for key in keys]
         if futures and self._client.status == "running":
-            self._client.cancel(futures)
+            # A client that is just losing its scheduler has nothing to cancel.
+            with suppress(Exception):
+                self._client.cancel(futures)
 
     def _take(self, future: Future[_Reply]) -> None:
         """Takes the end of an attempt, unless another was faster."""
@@ -275,11 +281,7 @@ class _Dispatch:
         if future.status == "error":
             self._fail(chunk, future)
         if future.status != "finished":
-            # The scheduler was lost, with all that it knew.
-            self._await_scheduler()
-            del self._under_way[key]
-            del chunk.attempts[key]
-            self._send(chunk)
+            self._resume(chunk, key)
             return
         try:
             journal, seconds, worker = future.result(timeout=self._patience)
@@ -287,6 +289,11 @@ class _Dispatch:
             # The worker has the results, but hangs.
             if not self._send_again(chunk, key):
                 self._done.put(future)
+            return
+        except (CancelledError, OSError):
+            # The scheduler was lost meanwhile, which the client notices soon.
+            time.sleep(_PAUSE_S)
+            self._resume(chunk, key)
             return
         try:
             self._gathered.take(journal)
@@ -309,10 +316,13 @@ class _Dispatch:
             "help: see the logs of the workers; the same call goes on from the journal"
         ) from error
 
-    def _await_scheduler(self) -> None:
-        """Waits until the client, which tries for some time, is connected again."""
+    def _resume(self, chunk: _Chunk, key: str) -> None:
+        """Sends a chunk again that was lost with the scheduler and all that it knew.
+
+        Waits until the client, which tries for some time, is connected again.
+        """
         while self._client.status == "connecting":
-            time.sleep(0.1)
+            time.sleep(_PAUSE_S)
         if self._client.status != "running":
             done, total, _ = self._gathered.counts()
             raise ClusterError(
@@ -322,6 +332,10 @@ class _Dispatch:
                 "if there is one (out=…)"
             )
         self._hanging.clear()
+        del self._under_way[key]
+        del chunk.attempts[key]
+        if not chunk.attempts:
+            self._send(chunk)
 
     def _look(self) -> None:
         """Looks at the workers now and then, and sends again what is late."""

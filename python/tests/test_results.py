@@ -34,9 +34,10 @@ def test_arrays_have_names_units_and_shapes(settings: bristle.Settings) -> None:
     assert history["time_s"][0] == 0.0
     impulse = contact.metrics["contact_normal_impulse_n_s"]
     assert history["contact_normal_impulse_n_s"][-1] == pytest.approx(impulse)
-    assert contact.shapes.times_s.shape == (7,)
-    assert contact.shapes.nodes_m.shape == (7, 11, 3)
-    lengths = np.linalg.norm(np.diff(contact.shapes.nodes_m, axis=1), axis=2)
+    times, nodes = contact.shapes
+    assert times.shape == (7,) and nodes is contact.shapes.nodes
+    assert contact.shapes.nodes.shape == (7, 11, 3)
+    lengths = np.linalg.norm(np.diff(contact.shapes.nodes, axis=1), axis=2)
     assert np.allclose(lengths, 0.004, rtol=1e-2)
     profile = contact.profile
     per_cell = profile["normal_impulse_n_s_m"] * profile["length_m"]
@@ -50,7 +51,7 @@ def test_arrays_have_names_units_and_shapes(settings: bristle.Settings) -> None:
 def test_without_samples_there_are_none(settings: bristle.Settings) -> None:
     contact = bristle.simulate(settings, samples=0, shapes=0)
     assert contact.history["time_s"].size == 0
-    assert contact.shapes.nodes_m.shape == (0, 11, 3)
+    assert contact.shapes.nodes.shape == (0, 11, 3)
     assert contact._repr_html_() == bristle.simulate(settings, samples=0)._repr_html_()
 
 
@@ -75,7 +76,7 @@ def test_results_pickle(settings: bristle.Settings) -> None:
     assert again.metrics == contact.metrics
     assert again.statistics == contact.statistics
     assert all((again.history[key] == contact.history[key]).all() for key in again.history)
-    assert (again.shapes.nodes_m == contact.shapes.nodes_m).all()
+    assert (again.shapes.nodes == contact.shapes.nodes).all()
     assert again._repr_html_() == contact._repr_html_()
     table = pickle.loads(pickle.dumps(contact.history))
     assert not table["time_s"].flags.writeable
@@ -121,12 +122,12 @@ def test_a_brush_has_metrics_and_tables(small_brush: bristle.Settings) -> None:
     assert brush.history["contact_normal_force_n"].max() > 0.0
     assert brush.history.units["contact_moment_n_m"] == "N m"
     assert set(brush.contacts) >= {"column", "other_column", "impulse_n_s"}
-    assert brush.frames.nodes_m.shape[1:] == (3, 6, 3)
-    assert brush.frames.nodes_m.shape[0] == brush.frames.times_s.size > 0
+    assert brush.frames.nodes.shape[1:] == (3, 6, 3)
+    assert brush.frames.nodes.shape[0] == brush.frames.times.size > 0
     assert brush._repr_html_().startswith("<iframe")
     again: bristle.Brush = pickle.loads(pickle.dumps(brush))
     assert again.metrics == brush.metrics
-    assert (again.frames.nodes_m == brush.frames.nodes_m).all()
+    assert (again.frames.nodes == brush.frames.nodes).all()
 
 
 def test_a_brush_needs_its_section(settings: bristle.Settings) -> None:

@@ -1,4 +1,4 @@
-"""Makes the API pages of the Python package from its docstrings: `python python/api_pages.py DIR`.
+"""Makes the API pages of the Python package from its docstrings: `python docs/api_pages.py DIR`.
 
 Needs the packages of `pip install "./python[docs]"`. Fails on a warning, and on a public name without a docstring, which the pages
 would not have.
