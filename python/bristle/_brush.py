@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +18,8 @@ from bristle._settings import Settings, checked
 from bristle._table import Table
 
 
-class Frames(NamedTuple):
+@dataclass(frozen=True)
+class Frames:
     """All k filaments of n segments at t equally spaced times."""
 
     times: npt.NDArray[np.float64]
@@ -24,6 +27,10 @@ class Frames(NamedTuple):
 
     nodes: npt.NDArray[np.float32]
     """Nodes from root to tip, in m, of the shape (t, k, n + 1, 3)."""
+
+    def __iter__(self) -> Iterator[npt.NDArray[np.float64] | npt.NDArray[np.float32]]:
+        """Times and nodes, for ``times, nodes = …``."""
+        return iter((self.times, self.nodes))
 
 
 class Brush:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Shapes(NamedTuple):
+@dataclass(frozen=True)
+class Shapes:
     """A filament of n segments at t equally spaced times."""
 
     times: npt.NDArray[np.float64]
@@ -28,6 +31,10 @@ class Shapes(NamedTuple):
 
     nodes: npt.NDArray[np.float64]
     """Nodes from the root to the tip, in m, of the shape (t, n + 1, 3)."""
+
+    def __iter__(self) -> Iterator[npt.NDArray[np.float64]]:
+        """Times and nodes, for ``times, nodes = …``."""
+        return iter((self.times, self.nodes))
 
 
 class Contact:
