@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._html import framed
 from bristle._metrics import BrushMetrics
@@ -18,7 +19,7 @@ from bristle._settings import Settings, checked
 from bristle._table import Table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
     """All k filaments of n segments at t equally spaced times."""
 
@@ -110,5 +111,10 @@ def brush(
         SettingsError: If there is no such brush, or no steady stretch of columns.
         SimulationError: If a step is not possible.
     """
-    simulated = _bristle.brush(checked(settings), threads, frames, memory_bytes)
+    simulated = _bristle.brush(
+        checked(settings),
+        arguments.whole_or_none("threads", threads, 1),
+        arguments.whole("frames", frames, 0, arguments.MOST_TIMES),
+        arguments.whole_or_none("memory_bytes", memory_bytes, 0),
+    )
     return Brush(settings, simulated)

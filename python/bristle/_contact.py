@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._html import framed
 from bristle._metrics import Metrics, Statistics
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shapes:
     """A filament of n segments at t equally spaced times."""
 
@@ -173,7 +174,15 @@ def simulate(
         SettingsError: If the settings leave velocity or depth to a study.
         SimulationError: If the integration cannot continue.
     """
-    samples = settings.solver["samples"] if samples is None else samples
-    sampled = None if tool is None else tool._sampled
-    simulated = _bristle.simulate(checked(settings), samples, shapes, sampled)
+    checked_input = checked(settings)
+    if tool is not None and not isinstance(tool, Tool):
+        raise TypeError(f"tool is a bristle.Tool, not {tool!r}")
+    simulated = _bristle.simulate(
+        checked_input,
+        settings.solver["samples"]
+        if samples is None
+        else arguments.whole("samples", samples, 0, arguments.MOST_TIMES),
+        arguments.whole("shapes", shapes, 0, arguments.MOST_TIMES),
+        None if tool is None else tool._sampled,
+    )
     return Contact(settings, simulated, tool)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._settings import Settings, checked
 
@@ -52,31 +53,40 @@ def accelerations(
             settings.
 
     Returns:
-        Accelerations of ``q``, in rad/s², of the shape (k, n, 2).
+        Accelerations of ``q``, in rad/s², of the shape (k, n, 2); NaN where a state is.
 
     Raises:
         ValueError: If a shape does not fit, or a segment is at a pole (sin φ = 0).
     """
-    angles = np.ascontiguousarray(q, dtype=np.float64)
-    rates = np.ascontiguousarray(v, dtype=np.float64)
+    checked_input = checked(settings)
+    angles, rates = _floats(q), _floats(v)
     if angles.ndim != 3 or angles.shape[2] != 2 or angles.shape != rates.shape:
         raise ValueError(
             f"q and v need one shape (k, n, 2), but have {angles.shape} and "
             f"{rates.shape}"
         )
     base = [
-        np.ascontiguousarray(
-            np.broadcast_to(np.asarray(values, dtype=np.float64), angles.shape[:1])
-        )
+        np.ascontiguousarray(np.broadcast_to(_floats(values), angles.shape[:1]))
         for values in (base_angle_rad, base_rate_rad_s, base_acceleration_rad_s2)
     ]
-    gravity = settings.process["gravity_m_s2"] if gravity_m_s2 is None else gravity_m_s2
+    default = settings.process["gravity_m_s2"]
+    gravity = _floats(default if gravity_m_s2 is None else gravity_m_s2)
+    if gravity.shape != (3,):
+        raise ValueError(f"gravity_m_s2 needs the shape (3,), but has {gravity.shape}")
     return _bristle.accelerations(
-        checked(settings), angles, rates, base, [float(value) for value in gravity]
+        checked_input, angles, rates, base, gravity.tolist()
     )
 
 
-@dataclass(frozen=True)
+def _floats(values: npt.ArrayLike) -> Floats:
+    """Floats next to each other in memory, of real numbers of any kind."""
+    numbers = np.asarray(values)
+    return np.ascontiguousarray(
+        numbers.astype(np.float64, casting="same_kind", copy=False)
+    ).reshape(numbers.shape)
+
+
+@dataclass(frozen=True, eq=False)
 class Evaluation:
     """The equations of n segments at one state, without contact, from `evaluate`."""
 
@@ -111,11 +121,15 @@ def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
     Raises:
         ValueError: If the state is not right, or the equations are singular there.
     """
-    plain = {
-        key: np.asarray(value, dtype=np.float64).tolist()
-        for key, value in state.items()
-    }
-    values = json.loads(_bristle.evaluate(checked(settings), json.dumps(plain)))
+    checked_input = checked(settings)
+    if not isinstance(state, Mapping):
+        raise TypeError(f"state is a mapping of keys, not {state!r}")
+    numbers = {key: np.asarray(value, dtype=np.float64) for key, value in state.items()}
+    for key, value in numbers.items():
+        if not np.isfinite(value).all():
+            raise ValueError(f"{key} is not finite: {value}")
+    plain = {key: value.tolist() for key, value in numbers.items()}
+    values = json.loads(_bristle.evaluate(checked_input, json.dumps(plain)))
     arrays = ("mass_matrix", "accelerations", "tip_position_m")
     return Evaluation(**{**values, **{key: np.array(values[key]) for key in arrays}})
 
@@ -166,7 +180,8 @@ def derive(
     Raises:
         ValueError: If there is no such format or number of segments.
     """
-    text, files = _bristle.derive(segments, planar, format)
+    number = arguments.whole_or_none("segments", segments, 1)
+    text, files = _bristle.derive(number, planar, format)
     if text is None:
         return files
     if format != "sympy":

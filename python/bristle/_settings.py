@@ -6,13 +6,14 @@ import json
 import tomllib
 import warnings
 from collections.abc import Mapping
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import PurePath
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
 import tomli_w
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._errors import SettingsWarning
 
@@ -41,7 +42,7 @@ def _plain(value: Any) -> Any:
         return {
             str(key): _plain(item) for key, item in value.items() if item is not None
         }
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple, range)):
         return [_plain(item) for item in value]
     return value
 
@@ -63,8 +64,8 @@ class Settings:
     arrays, for example ``workpiece={"kind": "profile", "control_points_m":
     points}`` with points of the shape (k, 2), in m.
 
-    Two settings are equal if they simulate the same, regardless of what they leave
-    to their defaults.
+    Two settings are equal if they have the same values, stated or by default, and
+    the same sweeps in the same order.
 
     >>> settings = Settings(
     ...     tool={"body_radius_m": 0.14, "width_m": 0.02, "filament_count": 10_500},
@@ -226,9 +227,10 @@ class Settings:
         for name, section in sections.items():
             if name not in _SECTIONS:
                 raise TypeError(f"there is no section {name!r}")
-            stated[name] = None if section is None else stated.get(name) or {}
-            if section is not None:
-                stated[name] = {**(stated[name] or {}), **section}
+            if section is not None and not isinstance(section, Mapping):
+                raise TypeError(f"section {name!r} is a mapping of keys, not {section!r}")
+            earlier = stated.get(name) or {}
+            stated[name] = None if section is None else {**earlier, **section}
         ordered = {name: stated[name] for name in _SECTIONS if name in stated}
         return type(self)._of(ordered, self._name)
 
@@ -239,10 +241,16 @@ class Settings:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Settings):
             return NotImplemented
-        return self._values == other._values and self.sweep == other.sweep
+        return self._key() == other._key()
 
     def __hash__(self) -> int:
-        return hash(self._values)
+        return hash(self._key())
+
+    def _key(self) -> tuple[str, bool, str]:
+        """All values, whether they are enough for a contact, and the sweeps."""
+        # The order of sweeps and of tools is that of the cases.
+        sweeps = json.dumps(self._stated.get("study"))
+        return self._values, self._input.is_single(), sweeps
 
     def __repr__(self) -> str:
         sections = (f"    {name}={keys!r},\n" for name, keys in self._stated.items())
@@ -254,14 +262,19 @@ class Settings:
 
 def checked(settings: Settings) -> _bristle.Input:
     """Settings for a simulation, with a warning of what is unusual in them."""
+    require(settings)
+    for warning in settings._input.unusual():
+        warnings.warn(warning, SettingsWarning, stacklevel=3)
+    return settings._input
+
+
+def require(settings: Settings) -> None:
+    """Checks the type of what was passed as settings."""
     if not isinstance(settings, Settings):
         raise TypeError(
             f"settings are a bristle.Settings, not a {type(settings).__name__}: "
             "use bristle.load for a file"
         )
-    for warning in settings._input.unusual():
-        warnings.warn(warning, SettingsWarning, stacklevel=3)
-    return settings._input
 
 
 def checked_study(settings: Settings) -> _bristle.Input:
@@ -283,10 +296,11 @@ def load(path: str | PathLike[str]) -> Settings:
         SettingsError: If the file is not right; with key and line.
         OSError: If it cannot be read.
     """
-    text, points = _bristle.read_input(fspath(path))
+    file = arguments.path("path", path)
+    text, points = _bristle.read_input(file)
     stated = tomllib.loads(text)
     if points is not None:
         del stated["workpiece"]["control_points_csv"]
         stated["workpiece"]["control_points_m"] = points
     ordered = {name: stated[name] for name in _SECTIONS if name in stated}
-    return Settings._of(ordered, fspath(path))
+    return Settings._of(ordered, file)

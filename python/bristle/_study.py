@@ -7,14 +7,16 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from os import PathLike, fspath
+from os import PathLike
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from bristle import _arguments as arguments
 from bristle import _bristle
-from bristle._settings import Section, Settings, checked_study
+from bristle._settings import Section, Settings, checked_study, require
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,7 +63,8 @@ class Study:
 
         What a case that failed does not have is NaN; ``status`` says why.
         """
-        return {key: np.asarray(value) for key, value in self._simulated.runs().items()}
+        runs = {key: np.asarray(value) for key, value in self._simulated.runs().items()}
+        return MappingProxyType(runs)
 
     @property
     def failures(self) -> int:
@@ -102,15 +105,24 @@ class Study:
             units, long_name = descriptions[name]
             return {"units": units, "long_name": long_name}
 
-        axes = dict(self._simulated.axes())
-        shape = [len(values) for values in axes.values()]
+        axes = {name: len(values) for name, values in self._simulated.axes()}
+        shape = list(axes.values())
+
+        def along(axis: int, name: str) -> npt.NDArray[Any]:
+            """The values of an axis, of the type that they have in the rows."""
+            values = np.moveaxis(self.runs[name].reshape(shape), axis, 0)
+            return values.reshape(shape[axis], -1)[:, 0]
+
         return xr.Dataset(
             {
                 name: (list(axes), column.reshape(shape), attributes(name))
                 for name, column in self.runs.items()
                 if name not in axes
             },
-            {name: (name, values, attributes(name)) for name, values in axes.items()},
+            {
+                name: (name, along(axis, name), attributes(name))
+                for axis, name in enumerate(axes)
+            },
         )
 
     def report(self, path: str | PathLike[str]) -> None:
@@ -119,7 +131,8 @@ class Study:
         Raises:
             OSError: If the file cannot be written.
         """
-        self._simulated.report(self._settings._input, fspath(path))
+        file = arguments.path("path", path)
+        self._simulated.report(self._settings._input, file)
 
     def advise(
         self,
@@ -158,7 +171,11 @@ class Study:
             "max_ratio": max_ratio,
             "target_force_n": target_force_n,
         }
-        given = {key: value for key, value in limits.items() if value is not None}
+        given = {
+            key: value if key.endswith("ratio") else arguments.positive(key, value)
+            for key, value in limits.items()
+            if value is not None
+        }
         text, values = self._simulated.advise(given)
         return Advice(text, json.loads(values))
 
@@ -201,6 +218,7 @@ def teller(
 
 def swept(settings: Settings, sweep: Section | None) -> Settings:
     """Settings with the values of ``sweep``; by default with those that they state."""
+    require(settings)
     if sweep is None:
         return settings
     return settings.replace(study=None).replace(study=sweep)
@@ -247,8 +265,13 @@ def study(
         OSError: If a file cannot be written.
     """
     settings = swept(settings, sweep)
-    directory = None if out is None else fspath(out)
+    directory = None if out is None else arguments.path("out", out)
     simulated = _bristle.study(
-        checked_study(settings), threads, directory, restart, memory_bytes, teller(progress)
+        checked_study(settings),
+        arguments.whole_or_none("threads", threads, 1),
+        directory,
+        restart,
+        arguments.whole_or_none("memory_bytes", memory_bytes, 0),
+        teller(progress),
     )
     return Study(settings, simulated)

@@ -50,7 +50,6 @@ class Tool:
                 f"{shape} and {self._direction.shape}"
             )
         self._sampled = _bristle.SampledTool(self._position, self._direction)
-        self._direction /= np.linalg.norm(self._direction, axis=1, keepdims=True)
         self._position.flags.writeable = False
         self._direction.flags.writeable = False
 
@@ -61,7 +60,7 @@ class Tool:
 
     @property
     def direction(self) -> Floats:
-        """Along which it is clamped: unit vectors, of the shape (k, 3)."""
+        """Along which it is clamped, of the shape (k, 3)."""
         return self._direction
 
     def __reduce__(self) -> tuple[Any, ...]:

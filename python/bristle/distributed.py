@@ -21,11 +21,12 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
-from os import PathLike, fspath
+from os import PathLike
 from queue import Empty, SimpleQueue
 from typing import TypeAlias
 from uuid import uuid4
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._settings import Section, Settings, checked_study
 from bristle._study import Study, swept, teller
@@ -51,11 +52,14 @@ _WAITING = 2
 _LOOK_S = 0.5
 """Time between two looks at the workers."""
 
+_FETCH_S = 2.0
+"""Time that results may take from a worker before others are looked at."""
+
 _PAUSE_S = 0.1
 """Time between two looks at a client that connects again."""
 
 _LATE = 5.0
-"""A chunk is late if it takes so many times what chunks of its kind have taken."""
+"""A chunk is late if it takes this many times as long as others of its kind."""
 
 
 _Reply: TypeAlias = tuple[str, float, str]
@@ -88,11 +92,12 @@ def _simulate(settings: Settings, cases: list[int]) -> _Reply:
             raise _Unwanted
 
     begun = time.perf_counter()
-    if settings not in _known:
+    known = _known.get(settings)
+    if known is None:
         if len(_known) >= _KNOWN:
             _known.clear()
-        _known[settings] = _bristle.Cases(settings._input)
-    journal = _known[settings].simulate(cases, look)
+        known = _known[settings] = _bristle.Cases(settings._input)
+    journal = known.simulate(cases, look)
     return journal, time.perf_counter() - begun, worker.address
 
 
@@ -207,7 +212,7 @@ class _Dispatch:
         self._under_way: dict[str, _Chunk] = {}
         self._done: SimpleQueue[Future[_Reply]] = SimpleQueue()
         self._threads: dict[str, int] = {}
-        self._hanging: set[str] = set()
+        self._hanging: dict[str, float] = {}
         self._looked = float("-inf")
 
     def run(self) -> None:
@@ -280,15 +285,18 @@ class _Dispatch:
             return
         if future.status == "error":
             self._fail(chunk, future)
+            return
         if future.status != "finished":
             self._resume(chunk, key)
             return
         try:
-            journal, seconds, worker = future.result(timeout=self._patience)
+            journal, seconds, worker = future.result(timeout=_FETCH_S)
         except TimeoutError:
-            # The worker has the results, but hangs.
-            if not self._send_again(chunk, key):
-                self._done.put(future)
+            # Its worker may hang: others go first, and in time the chunk is late.
+            attempt = chunk.attempts[key]
+            if attempt.begun is None:
+                attempt.begun = time.monotonic()
+            self._done.put(future)
             return
         except (CancelledError, OSError):
             # The scheduler was lost meanwhile, which the client notices soon.
@@ -302,18 +310,24 @@ class _Dispatch:
                 f"the results of worker {worker} cannot be used: {error}\n"
                 "help: install the same build of Bristle on all machines"
             ) from error
-        self._hanging.discard(worker)
+        self._hanging.pop(worker, None)
         self._queue.learn(chunk, seconds)
         self._forget(list(chunk.attempts))
 
     def _fail(self, chunk: _Chunk, future: Future[_Reply]) -> None:
+        if len(chunk.attempts) > 1:
+            # Another worker has it, too.
+            key = str(future.key)
+            del self._under_way[key], chunk.attempts[key]
+            return
         error = future.exception()
         rows = ", ".join(str(case + 1) for case in chunk.cases[:5])
         more = f" and {len(chunk.cases) - 5} more" if len(chunk.cases) > 5 else ""
         raise ClusterError(
             f"the workers cannot simulate cases {rows}{more}: "
             f"{type(error).__name__}: {error}\n"
-            "help: see the logs of the workers; the same call goes on from the journal"
+            "help: see the logs of the workers; the same call goes on from the journal, "
+            "if there is one (out=…)"
         ) from error
 
     def _resume(self, chunk: _Chunk, key: str) -> None:
@@ -349,32 +363,38 @@ class _Dispatch:
         except OSError:
             # The scheduler is being lost, which the chunks under way will tell.
             return
-        self._hanging &= self._threads.keys()
+        # After some time each gets another chance.
+        self._hanging = {
+            worker: since
+            for worker, since in self._hanging.items()
+            if worker in self._threads and now - since < self._patience
+        }
         for worker, keys in processing.items():
             for key in self._under_way.keys() & set(keys):
                 attempt = self._under_way[key].attempts[key]
                 if attempt.worker != worker:
                     attempt.worker, attempt.begun = worker, now
         for key, chunk in list(self._under_way.items()):
-            begun = chunk.attempts[key].begun
+            attempt = chunk.attempts[key]
             expected = self._queue.expected(chunk.work)
-            if begun is None or expected is None or key != list(chunk.attempts)[-1]:
+            is_latest = key == list(chunk.attempts)[-1]
+            if attempt.begun is None or expected is None or not is_latest:
                 continue
-            if now - begun > self._patience + _LATE * expected:
+            # Dask may have moved it to a worker that was idle because it hangs.
+            is_stuck = attempt.worker in self._hanging
+            if is_stuck or now - attempt.begun > self._patience + _LATE * expected:
                 self._send_again(chunk, key)
 
-    def _send_again(self, chunk: _Chunk, key: str) -> bool:
+    def _send_again(self, chunk: _Chunk, key: str) -> None:
         """Sends a chunk to another worker, too, if there is one that does not hang.
 
         The first results count.
         """
         worker = chunk.attempts[key].worker
         if worker is not None:
-            self._hanging.add(worker)
-        if not self._answering():
-            return False
-        self._send(chunk)
-        return True
+            self._hanging.setdefault(worker, time.monotonic())
+        if self._answering():
+            self._send(chunk)
 
 
 def study(
@@ -412,7 +432,7 @@ def study(
         chunk_s: Duration of a chunk in s, from the measured cost of those before it.
         retries: How often a chunk that fails is tried again.
         patience_s: Time in s beyond five times the expected one after which a worker
-            that has a chunk counts as hanging.
+            that has a chunk counts as hanging, and gets no more for as long.
 
     Raises:
         SettingsError: If the settings of some case are not allowed, or ``out`` has the
@@ -427,15 +447,15 @@ def study(
         client = Client.current()
     if client.asynchronous:
         raise TypeError("the client is asynchronous: use a Client(…) that is not")
-    if chunk is not None and chunk < 1:
-        raise ValueError(f"a chunk has at least 1 case, not {chunk}")
-    if not chunk_s > 0.0 or not patience_s > 0.0:
-        raise ValueError("chunk_s and patience_s must be positive")
+    chunk = arguments.whole_or_none("chunk", chunk, 1)
+    retries = arguments.whole("retries", retries, 0)
+    arguments.positive("chunk_s", chunk_s)
+    arguments.positive("patience_s", patience_s)
     settings = swept(settings, sweep)
-    directory = None if out is None else fspath(out)
-    gathered = _bristle.GatheredStudy(
-        checked_study(settings), directory, restart, memory_bytes
-    )
+    directory = None if out is None else arguments.path("out", out)
+    memory = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
+    checked_input = checked_study(settings)
+    gathered = _bristle.GatheredStudy(checked_input, directory, restart, memory)
     probe = 1 if gathered.has_brush() else _PROBE
     queue = _Queue(gathered.waiting(), probe, chunk, chunk_s)
     dispatch = _Dispatch(

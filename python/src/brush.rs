@@ -32,7 +32,7 @@ pub struct SimulatedBrush {
     state: Vec<u8>,
 }
 
-/// Simulates the brush of `input` on so many threads, with at most so many frames, in at most so much memory (bytes).
+/// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most `memory` bytes.
 #[pyfunction]
 pub fn brush(
     py: Python<'_>,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use bristle::equations::{Batch, Member};
 use bristle::model::filament;
+use bristle::model::parameters::Parameter;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
@@ -94,6 +95,10 @@ pub fn derive(
     planar: bool,
     format: &str,
 ) -> PyResult<(Option<String>, BTreeMap<String, String>)> {
+    if let Some(segments) = segments {
+        let parameter = Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
+        parameter.check(segments as f64).map_err(|_| of_value(format!("segments must be {}", parameter.allowed())))?;
+    }
     let motion = if planar { Motion::Planar } else { Motion::Spatial };
     let equations = match segments {
         Some(segments) => Equations::Whole { segments, motion },

@@ -67,6 +67,11 @@ impl Input {
         serde_json::to_string(&self.settings).map_err(|error| of_settings(error.to_string()))
     }
 
+    /// Whether it states a single contact, and leaves nothing to a study.
+    fn is_single(&self) -> bool {
+        self.missing.is_none()
+    }
+
     /// Warnings of what is unusual in a single contact.
     fn unusual(&self) -> Vec<String> {
         self.unusual.clone()

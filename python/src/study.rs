@@ -289,10 +289,14 @@ impl SimulatedStudy {
         let written = on_a_thread(py, &stop, || {
             let recorder = Recorder::new(&self.study).until(&stop);
             let page = page_of(input, &self.study, &self.results, recorder, None)?;
+            if stop.is_requested() {
+                // The signal raises; an incomplete page must not replace another.
+                return Ok(());
+            }
             let file = StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(Failure::File)?;
-            file.commit().map_err(Failure::File)
+            file.commit().map(drop).map_err(Failure::File)
         })?;
-        written.map(drop).map_err(PyErr::from)
+        written.map_err(|failure: Failure| PyErr::from(failure))
     }
 
     /// What `bristle advise` says, as text and as JSON.

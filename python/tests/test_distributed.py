@@ -135,9 +135,7 @@ def test_ten_thousand_cases_and_a_worker_that_is_killed(
     assert_same_files(out, tmp_path / "here")
 
 
-def test_a_worker_that_hangs(
-    coarse: bristle.Settings, cluster: Cluster, tmp_path: Path
-) -> None:
+def test_a_worker_that_hangs(coarse: bristle.Settings, cluster: Cluster) -> None:
     hang = Once(lambda: cluster.workers[0].send_signal(signal.SIGSTOP))
     with cluster.client() as client:
         client.wait_for_workers(2)
@@ -295,9 +293,9 @@ def test_wrong_arguments(coarse: bristle.Settings) -> None:
     with pytest.raises(ValueError, match="No clients found"):
         bristle.distributed.study(coarse, HUNDREDS)
     with Client(processes=False, n_workers=0, dashboard_address=None) as client:
-        with pytest.raises(ValueError, match="at least 1 case"):
+        with pytest.raises(ValueError, match="chunk must be at least 1"):
             bristle.distributed.study(coarse, HUNDREDS, client, chunk=0)
-        with pytest.raises(ValueError, match="must be positive"):
+        with pytest.raises(ValueError, match="patience_s must be a positive number"):
             bristle.distributed.study(coarse, HUNDREDS, client, patience_s=0.0)
         with pytest.raises(TypeError, match="after the sweep"):
             bristle.distributed.study(coarse, client)

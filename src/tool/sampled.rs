@@ -42,7 +42,7 @@ pub struct SampledTool {
     direction: Series,
 }
 
-/// Samples that are no tool.
+/// Samples that do not define a tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplesError {
     /// There are fewer than three.
@@ -89,7 +89,7 @@ impl SampledTool {
     /// 0, 2π/k, … 2π (k - 1)/k.
     ///
     /// # Errors
-    /// If these are no tool.
+    /// If these do not define a tool.
     pub fn new(positions: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<Self, SamplesError> {
         let (count, finite) = (positions.len(), |vector: &[f64; 3]| vector.iter().all(|value| value.is_finite()));
         if count != directions.len() {

@@ -42,8 +42,8 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread. If `threads` is `None`, there are as many
-/// threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread.
+/// If `threads` is `None`, there are as many threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
 /// case, from any thread. An error of a simulation ends only its case.
 ///
 /// # Errors
