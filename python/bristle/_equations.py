@@ -158,7 +158,7 @@ def derive(
 def derive(
     segments: int | None = 2, *, planar: bool = False, format: str = "math"
 ) -> str | dict[str, str] | dict[str, Any]:
-    """The equations of motion in some form: ``bristle derive``.
+    """The equations of motion as text, or as matrices of SymPy: ``bristle derive``.
 
     >>> import bristle
     >>> equations = bristle.derive(1, planar=True, format="sympy")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Advice:
-    """Where the tool force of a study is high, or as wanted, from `Study.advise`.
+    """The cases of a study that suit a process best, from `Study.advise`.
 
     Printed, it is the text of ``bristle advise``.
     """
@@ -59,11 +59,13 @@ class Study:
 
     @cached_property
     def runs(self) -> Mapping[str, npt.NDArray[Any]]:
-        """The columns of ``runs.csv`` by their names, in SI units.
+        """The columns of ``runs.csv`` by their names, in SI units, not to be written to.
 
         What a case that failed does not have is NaN; ``status`` says why.
         """
         runs = {key: np.asarray(value) for key, value in self._simulated.runs().items()}
+        for column in runs.values():
+            column.flags.writeable = False
         return MappingProxyType(runs)
 
     @property
@@ -146,7 +148,9 @@ class Study:
         max_ratio: float | None = None,
         target_force_n: float | None = None,
     ) -> Advice:
-        """Says where the tool force is high, or as wanted: ``bristle advise``.
+        """Ranks the cases within limits by the tool force: ``bristle advise``.
+
+        The highest force comes first or, with ``target_force_n``, the nearest to it.
 
         Args:
             max_velocity_m_s: Highest brushing velocity, in m/s.

@@ -43,6 +43,16 @@ class Table(Mapping[str, "Column"]):
     def __len__(self) -> int:
         return len(self._columns)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the same columns have the same values and units."""
+        if not isinstance(other, Table):
+            return NotImplemented
+        return (
+            self._units == other._units
+            and list(self) == list(other)
+            and all(np.array_equal(self[n], other[n], equal_nan=True) for n in self)
+        )
+
     def __repr__(self) -> str:
         rows = len(next(iter(self._columns.values()), ()))
         return f"<Table: {rows} rows of {', '.join(self._columns)}>"

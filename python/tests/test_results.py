@@ -75,11 +75,14 @@ def test_results_pickle(settings: bristle.Settings) -> None:
     assert again.settings == settings
     assert again.metrics == contact.metrics
     assert again.statistics == contact.statistics
-    assert all((again.history[key] == contact.history[key]).all() for key in again.history)
+    assert again.history == contact.history and again.profile == contact.profile
     assert (again.shapes.nodes == contact.shapes.nodes).all()
     assert again._repr_html_() == contact._repr_html_()
     table = pickle.loads(pickle.dumps(contact.history))
     assert not table["time_s"].flags.writeable
+    assert table != contact.profile
+    deeper = settings.replace(process={"penetration_depth_m": 2e-3})
+    assert bristle.simulate(deeper).history != contact.history
 
 
 def test_threads_of_python_simulate_at_once(settings: bristle.Settings) -> None:

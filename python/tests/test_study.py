@@ -24,6 +24,7 @@ def test_cases_are_those_of_single_contacts(
 ) -> None:
     assert len(study) == 12 and study.failures == 0
     assert study.runs["segments"].tolist() == 6 * [4] + 6 * [5]
+    assert not any(column.flags.writeable for column in study.runs.values())
     assert study.runs["brushing_velocity_m_s"][:3].tolist() == [10.0, 20.0, 30.0]
     process = {"brushing_velocity_m_s": 30.0, "penetration_depth_m": 2e-3}
     last = settings.replace(process=process, filament={"segments": 5})
