@@ -30,6 +30,10 @@ figure:
 attack times='100' seed='1':
     cargo test --release -p bristle-cli --test attack -- --times {{times}} --seed {{seed}}
 
+# Simulate pairs of random brushes that must have the same results, so many times as many as the tests do
+agreement times='100' seed='1':
+    cargo test --release -p bristle --test agreement -- --times {{times}} --seed {{seed}}
+
 # Run benchmarks; `just bench contact` runs one group
 bench filter='':
     cargo bench --bench speed -- {{filter}}

@@ -86,7 +86,14 @@ def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
         vector("root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
         vector("root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
         vector("clamp_direction", "e0", "1", "e0"),
-        vector("clamp_direction_rate", "ė0", "s^-1", "ė0 in 1/s"),
+        ChainArgument(
+            "angular_velocity",
+            "Ω of the body in rad/s" if spatial else "Ω of the body in rad/s, along z",
+            tuple(
+                (f"angular_velocity_{axis}", f"Ω{axis}", "rad s^-1")
+                for axis in ("xyz" if spatial else "z")
+            ),
+        ),
         vector("gravity", "g", "m s^-2", "g in m/s²"),
         ChainArgument("segment_length", "h in m", (("segment_length", "h", "m"),)),
         numbered("segment_mass", "m", "kg", "m1, m2, … in kg"),

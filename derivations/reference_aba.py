@@ -25,8 +25,9 @@ end of segment k − 1, at (0, 0, h) of that body; the first one at the root.
 * Inertia. J about the axes across the rod. About its own axis, any: a rod without spin keeps its
   ë_k whatever turns it about its axis. Here it is J as well.
 * Springs and dampers, as joint torques in the axes of the outer body, with the reaction on the
-  inner one: −c_k α_k n − d_k (ω_k − ω_{k−1}), n along e_{k−1} × e_k. At the first joint e_0, ω_0 are
-  the clamp's; the world takes the reaction.
+  inner one: −c_k α_k n − d_k (ν_k − ν_{k−1}), n along e_{k−1} × e_k. The dampers see the rods from
+  the body, ν_k = e_k × (ė_k − Ω × e_k), Ω = β̇ z. At the first joint e_0 is the clamp's, which is at
+  rest in the body, ν_0 = 0; the world takes the reaction.
 * Root. In axes that move with the root but do not turn, it rests, and gravity is g − r̈_0.
 
 SI units, angles in radians.
@@ -98,6 +99,11 @@ class Rod:
     def angular_velocity(self) -> Array:
         """ω = e × ė in rad/s."""
         return np.cross(self.direction, self.direction_rate)
+
+    def rate_in_body(self, body_rate: float) -> Array:
+        """ν = e × (ė − Ω × e) in rad/s, with Ω = β̇ z."""
+        rigid = body_rate * np.cross([0.0, 0.0, 1.0], self.direction)
+        return np.cross(self.direction, self.direction_rate - rigid)
 
 
 @dataclass(frozen=True)
@@ -185,7 +191,9 @@ def chain_of_bodies(constants: ChainConstants, effective_gravity: Array) -> pino
     return model
 
 
-def joint_torque(stiffness: float, damping: float, inner: Rod, outer: Rod) -> Array:
+def joint_torque(
+    stiffness: float, damping: float, body_rate: float, inner: Rod, outer: Rod
+) -> Array:
     """What spring and damper do to the outer side of a bent joint, in N m, in the world's axes.
 
     At a straight joint the axis of bending is 0/0; no state here has one.
@@ -194,7 +202,7 @@ def joint_torque(stiffness: float, damping: float, inner: Rod, outer: Rod) -> Ar
     sine = float(np.linalg.norm(across))
     angle = math.atan2(sine, float(inner.direction @ outer.direction))
     spring = -stiffness * angle * across / sine
-    return spring - damping * (outer.angular_velocity - inner.angular_velocity)
+    return spring - damping * (outer.rate_in_body(body_rate) - inner.rate_in_body(body_rate))
 
 
 def accelerations(state: State) -> list[float]:
@@ -222,7 +230,7 @@ def accelerations(state: State) -> list[float]:
         quaternion.normalize()
         positions.append(quaternion.coeffs())
         velocities.append(rotation.T @ (outer.angular_velocity - inner_velocity))
-        torques.append(rotation.T @ joint_torque(stiffness, damping, inner, outer))
+        torques.append(rotation.T @ joint_torque(stiffness, damping, state.base_rate, inner, outer))
         inner, inner_rotation, inner_velocity = outer, rotation, outer.angular_velocity
 
     q, v = np.concatenate(positions), np.concatenate(velocities)

@@ -9,7 +9,7 @@ How it is done:
    E_pot and D are written down in these, for segments that may differ and joints that may be
    relaxed at an angle; CasADi differentiates them into M(q) q̈ = f(q, q̇, t) (Uhlmann and Hoyer,
    Ceramics 2021, Eq. 1) and into the Jacobian of f.
-2. Faces press on the nodes, an arc with an edge's radius on the point of the polyline nearest to
+2. Faces press on the nodes, each arc with an edge's radius on the point of the polyline nearest to
    its centre, as MODEL.md says. Which node meets which face, and whether the nearest point lies
    inside a segment or on a node, is the *touch* of a state. The equations take the touch as
    parameters and are smooth while it does not change.
@@ -99,12 +99,17 @@ COLUMNS = (
     "tip_deflection_m",
 )
 # What says nothing about a workpiece of a kind.
+OF_CHAMFER = ("chamfer_width_m", "chamfer_angle_rad")
+OF_EDGE = ("included_angle_rad", "edge_radius_m", "side")
 UNUSED = {
-    "plane": ("offset_m", "included_angle_rad", "edge_radius_m", "side", "radius_m"),
-    "edge": ("radius_m",),
-    "cylinder": ("included_angle_rad", "edge_radius_m", "side"),
-    "bore": ("included_angle_rad", "edge_radius_m", "side"),
+    "plane": ("offset_m", *OF_EDGE, *OF_CHAMFER, "radius_m"),
+    "edge": ("radius_m", *OF_CHAMFER),
+    "chamfer": ("radius_m",),
+    "cylinder": (*OF_EDGE, *OF_CHAMFER),
+    "bore": (*OF_EDGE, *OF_CHAMFER),
 }
+# A convex arc with a radius of at least so many segments is a face.
+SEGMENTS_OF_FACE = 5
 
 
 @dataclass(frozen=True)
@@ -154,7 +159,7 @@ class Filament:
 
 @dataclass(frozen=True)
 class Workpiece:
-    """A plane, an edge, a cylinder or a bore, as MODEL.md places it."""
+    """A plane, an edge, a chamfer, a cylinder or a bore, as MODEL.md places it."""
 
     kind: str
     offset_m: float = 0.0
@@ -162,6 +167,8 @@ class Workpiece:
     edge_radius_m: float = 0.2e-3
     side: str = "leaving"
     radius_m: float = 0.0
+    chamfer_width_m: float = 0.0
+    chamfer_angle_rad: float = math.pi / 4
 
 
 @dataclass(frozen=True)
@@ -218,65 +225,111 @@ class Case:
 
 
 class Profile:
-    """The workpiece of a case in the frame of the tool: its faces and its arc."""
+    """The workpiece of a case in the frame of the tool: its faces and its arcs.
+
+    Faces are straight, or a single circle. An arc has the radius of an edge.
+    """
 
     def __init__(self, case: Case) -> None:
         piece = case.workpiece
         self.origin = np.array([piece.offset_m, case.height_m])
-        self.has_arc = piece.kind == "edge"
         self.radius = piece.edge_radius_m
-        # Circles are one face; of a cylinder the filament is outside, of a bore inside.
-        self.circle = piece.kind in ("cylinder", "bore")
+        # Of circles the filament is outside a cylinder and inside a bore.
         self.circle_sign = -1.0 if piece.kind == "bore" else 1.0
         self.circle_radius = piece.radius_m
         self.circle_centre = self.origin - [0.0, self.circle_sign * piece.radius_m]
-        # Faces through the origin. Along each, away from the edge, lies its tangent.
+        is_circle = piece.kind in ("cylinder", "bore")
+        is_edge = piece.radius_m < SEGMENTS_OF_FACE * LENGTH_M / case.filament.segments
+        self.circle = is_circle and not (piece.kind == "cylinder" and is_edge)
+        # Of every face its outward normal, its distance from the axis along it, and its direction,
+        # along which it reaches from one place to another. Of every arc its centre, and the
+        # directions along which the faces next to it go away from it.
+        self.normals, self.distances = np.array([[0.0, 1.0]]), np.array([case.height_m])
+        self.directions, self.reaches = np.array([[1.0, 0.0]]), np.array([[-np.inf, np.inf]])
+        self.centres, self.tangents = np.zeros((0, 2)), np.zeros((0, 2, 2))
+        if piece.kind in ("edge", "chamfer"):
+            self._set_corners(piece)
+        elif is_circle and not self.circle:
+            # An arc all round, and no face.
+            self.reaches = np.array([[np.inf, -np.inf]])
+            self.radius, self.centres = piece.radius_m, self.circle_centre[None]
+
+    def _set_corners(self, piece: Workpiece) -> None:
+        """The faces between the corners of an edge or a chamfer, and the arcs that round those."""
+        # By how much each face is inclined downwards, and where it meets the next.
+        whole = math.pi - piece.included_angle_rad
+        inclined, corners = [0.0, whole], [np.zeros(2)]
+        if piece.kind == "chamfer":
+            width, angle = piece.chamfer_width_m, piece.chamfer_angle_rad
+            along = width * np.array([math.cos(angle), -math.sin(angle)])
+            # The outer end of the chamfer lies on the second face, which goes through the origin.
+            first = along[0] + along[1] / math.tan(whole)
+            corners = [np.array([-first, 0.0]), along - [first, 0.0]]
+            inclined = [0.0, angle, whole]
         mirror = np.array([-1.0 if piece.side == "entering" else 1.0, 1.0])
-        angle = piece.included_angle_rad
-        self.normals = np.array([[0.0, 1.0], [math.sin(angle), -math.cos(angle)]]) * mirror
-        self.tangents = np.array([[-1.0, 0.0], [-math.cos(angle), -math.sin(angle)]]) * mirror
-        inwards = np.array([-self.radius / math.tan(angle / 2), -self.radius]) * mirror
-        self.centre = self.origin + inwards
+        self.directions = np.array([[math.cos(a), -math.sin(a)] for a in inclined]) * mirror
+        self.normals = np.array([[math.sin(a), math.cos(a)] for a in inclined]) * mirror
+        points = np.array(corners) * mirror + self.origin
+        self.distances = np.sum(self.normals * points[[0, *range(len(points))]], axis=1)
+        centres, tangents = [], []
+        for i, point in enumerate(points):
+            one, other = self.normals[i], self.normals[i + 1]
+            centres.append(point - self.radius * (one + other) / (1 + one @ other))
+            tangents.append([-self.directions[i], self.directions[i + 1]])
+        self.centres, self.tangents = np.array(centres), np.array(tangents)
+        # A face reaches from the foot of one arc's centre to that of the next.
+        feet = np.einsum("ik,jk->ij", self.directions, self.centres)
+        count = len(points)
+        self.reaches = np.array(
+            [
+                [feet[i, i - 1] if i > 0 else -np.inf, feet[i, i] if i < count else np.inf]
+                for i in range(count + 1)
+            ]
+        )
+
+    @property
+    def arc_count(self) -> int:
+        """Number of arcs."""
+        return len(self.centres)
 
     def faces_of(self, nodes: np.ndarray) -> np.ndarray:
-        """For nodes (…, 2): 0 in the air or on the arc, else 1 or 2, the face they penetrate."""
+        """For nodes (…, 2): 0 in the air or on an arc, else the number of the face they penetrate."""
         if self.circle:
             distances = np.linalg.norm(nodes - self.circle_centre, axis=-1)
             return (self.circle_sign * (distances - self.circle_radius) < 0.0).astype(int)
-        depths = -(nodes - self.origin) @ self.normals.T
-        if not self.has_arc:
-            return (depths[..., 0] > 0.0).astype(int)
-        along = (nodes - self.centre) @ self.tangents.T
-        inside = np.all(depths > 0.0, axis=-1)
-        nearer = (along[..., 1] < 0.0) | (depths[..., 0] <= depths[..., 1])
-        first = (along[..., 0] >= 0.0) & nearer
-        second = (along[..., 1] >= 0.0) & ~first
-        return np.where(inside & first, 1, np.where(inside & second, 2, 0))
+        depths = self.distances - nodes @ self.normals.T
+        along = nodes @ self.directions.T
+        is_in = np.all(depths > 0.0, axis=-1, keepdims=True)
+        is_in = is_in & (along >= self.reaches[:, 0]) & (along <= self.reaches[:, 1])
+        nearest = np.argmin(np.where(is_in, depths, np.inf), axis=-1)
+        return np.where(np.any(is_in, axis=-1), 1 + nearest, 0)
 
-    def nearest(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What of polylines (…, n + 1, 2) is nearest to the arc's centre.
+    def nearest(self, nodes: np.ndarray, arc: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What of polylines (…, n + 1, 2) is nearest to the centre of an arc.
 
         That is a feature, 2 k at node k and 2 k − 1 inside segment k; its nearest point; and the
         distance of that.
         """
+        centre = self.centres[arc]
         inner, pieces = nodes[..., :-1, :], np.diff(nodes, axis=-2)
-        places = np.sum((self.centre - inner) * pieces, axis=-1) / np.sum(pieces**2, axis=-1)
+        places = np.sum((centre - inner) * pieces, axis=-1) / np.sum(pieces**2, axis=-1)
         points = inner + np.clip(places, 0.0, 1.0)[..., None] * pieces
-        distances = np.linalg.norm(points - self.centre, axis=-1)
+        distances = np.linalg.norm(points - centre, axis=-1)
         nearest = np.argmin(distances, axis=-1)[..., None]
         place = np.take_along_axis(places, nearest, axis=-1)[..., 0]
         feature = 2 * nearest[..., 0] + np.where(place <= 0.0, 0, np.where(place >= 1.0, 2, 1))
         point = np.take_along_axis(points, nearest[..., None], axis=-2)[..., 0, :]
         return feature, point, np.take_along_axis(distances, nearest, axis=-1)[..., 0]
 
-    def feature_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Of polylines (…, n + 1, 2) the nearest feature if it touches the arc, else 0."""
-        if not self.has_arc:
-            return np.zeros(nodes.shape[:-2], dtype=int)
-        feature, point, distance = self.nearest(nodes)
-        along = (point - self.centre) @ self.tangents.T
-        touches = (distance < self.radius) & np.all(along <= 0.0, axis=-1)
-        return np.where(touches, feature, 0)
+    def features_of(self, nodes: np.ndarray) -> np.ndarray:
+        """Of polylines (…, n + 1, 2) and every arc the nearest feature if it touches, else 0."""
+        found = np.zeros((*nodes.shape[:-2], self.arc_count), dtype=int)
+        for arc in range(self.arc_count):
+            feature, point, distance = self.nearest(nodes, arc)
+            along = (point - self.centres[arc]) @ self.tangents[arc].T if len(self.tangents) else 0.0
+            touches = (distance < self.radius) & np.all(np.atleast_1d(along) <= 0.0, axis=-1)
+            found[..., arc] = np.where(touches, feature, 0)
+        return found
 
 
 class Equations:
@@ -286,23 +339,21 @@ class Equations:
     of the case and of its touch.
     """
 
-    def __init__(self, filament: Filament, circle: bool) -> None:
-        self.filament, self.circle = filament, circle
+    def __init__(self, filament: Filament, circle: bool, arc_count: int) -> None:
+        self.filament, self.circle, self.arc_count = filament, circle, arc_count
         n = filament.segments
         time = casadi.SX.sym("t")
         angles, rates = casadi.SX.sym("theta", n), casadi.SX.sym("theta_rate", n)
         accelerations = casadi.SX.sym("theta_acceleration", n)
-        # Start angle, rate, friction; centre, radius and sign of the circle or arc.
-        case = casadi.SX.sym("case", 7)
-        # Of each node: 1 if it touches its face, and the face's normal and distance.
-        faces = casadi.SX.sym("faces", n, 4)
-        # 1 at the segment that touches the arc; whether anything does, and whether its outer node.
-        at_arc, at_segment = casadi.SX.sym("at_arc", 2), casadi.SX.sym("at_segment", n)
-        parameters = casadi.vertcat(case, casadi.vec(faces), at_arc, at_segment)
+        # Start angle, rate, friction.
+        case = casadi.SX.sym("case", 3)
+        touch = self._touch_symbols()
+        parameters = casadi.vertcat(case, *map(casadi.vec, touch))
 
         kinetic, potential, dissipation, nodes = self._energies_and_nodes(time, angles, rates, case)
-        contact = self._contact(time, angles, rates, nodes, case, faces, at_arc, at_segment)
-        torques, integrands, forces = contact
+        contact = Contact(time, angles, rates, case[2])
+        self._add_contacts(contact, nodes, touch)
+        torques, integrands, forces = contact.torques, contact.integrands, contact.forces
         momenta = casadi.gradient(kinetic, rates)
         mass_matrix = casadi.jacobian(momenta, rates)
         right_side = (
@@ -402,87 +453,141 @@ class Equations:
             nodes.append(nodes[k] + step)
         return kinetic, springs, dissipation, casadi.horzcat(*nodes)
 
-    def _contact(
-        self,
-        time: casadi.SX,
-        angles: casadi.SX,
-        rates: casadi.SX,
-        nodes: casadi.SX,
-        case: casadi.SX,
-        faces: casadi.SX,
-        at_arc: casadi.SX,
-        at_segment: casadi.SX,
-    ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-        """Generalised forces; the rates of the integrals; F_n, its part on the edge, F_x, F_y."""
+    def _touch_symbols(self) -> tuple[casadi.SX, ...]:
+        """What the contacts depend on besides the motion, in the order of the parameters."""
         n = self.filament.segments
-        friction, centre, radius, sign = case[2], case[3:5], case[5], case[6]
+        # Centre, radius and sign of the circle.
+        circle = casadi.SX.sym("circle", 4)
+        # Of each node: 1 if it touches its face, and the face's normal and distance.
+        faces = casadi.SX.sym("faces", n, 4)
+        # Of each arc: its centre and radius; whether anything touches it, and whether its outer
+        # node; 1 at the segment that does.
+        arcs = casadi.SX.sym("arcs", 5 + n, self.arc_count)
+        return circle, faces, arcs
 
-        def pressed(
-            point: casadi.SX, gap: casadi.SX, normal: casadi.SX, touches: casadi.SX
-        ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-            """F_n, the force on the filament, and the power that friction takes."""
-            velocity = casadi.jacobian(point, time) + casadi.jtimes(point, angles, rates)
-            sliding = velocity - casadi.dot(velocity, normal) * normal
-            speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
-            pressure = -touches * CONTACT_STIFFNESS_N_M * gap
-            rubbing = -friction * pressure / speed * sliding
-            return pressure, pressure * normal + rubbing, -casadi.dot(rubbing, sliding)
-
-        total, on_edge, work, angular, force_sum = 0, 0, 0, 0, casadi.SX.zeros(2)
-        torques = casadi.SX.zeros(n)
-        for k in range(n):
+    def _add_contacts(
+        self, contact: "Contact", nodes: casadi.SX, touch: tuple[casadi.SX, ...]
+    ) -> None:
+        circle, faces, arcs = touch
+        for k in range(self.filament.segments):
             node, normal = nodes[:, k + 1], faces[k, 1:3].T
             gap = casadi.dot(node, normal) - faces[k, 3]
             if self.circle:
+                centre, radius, sign = circle[:2], circle[2], circle[3]
                 distance = casadi.norm_2(node - centre)
                 gap, normal = sign * (distance - radius), sign * (node - centre) / distance
-            pressure, force, taken = pressed(node, gap, normal, faces[k, 0])
-            torques += casadi.jtimes(node, angles, force, True)
-            total, work, force_sum = total + pressure, work + taken, force_sum + force
-            angular += node[0] * force[1] - node[1] * force[0]
-        if not self.circle:
-            place = casadi.SX.sym("place")
+            contact.add(node, gap, normal, faces[k, 0])
+        for i in range(self.arc_count):
+            centre, radius, touches, at_node = arcs[:2, i], arcs[2, i], arcs[3, i], arcs[4, i]
+            at_segment = arcs[5:, i]
             inner, outer = nodes[:, :-1] @ at_segment, nodes[:, 1:] @ at_segment
             along = outer - inner
-            # Of the filament's material; the nearest point moves along it.
-            material = inner + place * along
             nearest = casadi.dot(centre - inner, along) / casadi.sumsqr(along)
             # Segments have the length h; where no segment is chosen there is nothing to divide.
-            nearest = casadi.if_else(at_arc[0] > 0, nearest, 0.5)
-            here = at_arc[1] + (1 - at_arc[1]) * nearest
-            offset = material - centre
+            nearest = casadi.if_else(touches > 0, nearest, 0.5)
+            here = at_node + (1 - at_node) * nearest
+            place = casadi.SX.sym("place")
+            offset = inner + place * along - centre
             distance = casadi.norm_2(offset)
-            normal = casadi.if_else(at_arc[0] > 0, offset / distance, 0)
-            gap = distance - radius
-            pressure, force, taken = pressed(material, gap, normal, at_arc[0])
-            turning = casadi.jtimes(material, angles, force, True)
-            moment = material[0] * force[1] - material[1] * force[0]
-            [pressure, force, taken, turning, moment] = casadi.substitute(
-                [pressure, force, taken, turning, moment], [place], [here]
-            )
-            torques, total, on_edge = torques + turning, total + pressure, on_edge + pressure
-            work, force_sum, angular = work + taken, force_sum + force, angular + moment
-        forces = casadi.vertcat(total, on_edge, force_sum)
-        return torques, casadi.vertcat(total, force_sum, on_edge, work, angular), forces
+            normal = casadi.if_else(touches > 0, offset / distance, 0)
+            material = inner + place * along
+            contact.add_on_edge(material, distance - radius, normal, touches, place, here)
+
+
+class Contact:
+    """The sums over all contacts: generalised forces, rates of the integrals, and forces.
+
+    The forces are F_n, its part on edges, F_x and F_y.
+    """
+
+    def __init__(
+        self, time: casadi.SX, angles: casadi.SX, rates: casadi.SX, friction: casadi.SX
+    ) -> None:
+        self._time, self._angles, self._rates, self._friction = time, angles, rates, friction
+        self.torques = casadi.SX.zeros(angles.numel())
+        self._total, self._on_edges, self._work, self._angular = 0, 0, 0, 0
+        self._force = casadi.SX.zeros(2)
+
+    def _pressed(
+        self, point: casadi.SX, gap: casadi.SX, normal: casadi.SX, touches: casadi.SX
+    ) -> list[casadi.SX]:
+        """F_n, the force on the filament, the power that friction takes, torques and moment."""
+        velocity = casadi.jacobian(point, self._time)
+        velocity += casadi.jtimes(point, self._angles, self._rates)
+        sliding = velocity - casadi.dot(velocity, normal) * normal
+        speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
+        pressure = -touches * CONTACT_STIFFNESS_N_M * gap
+        rubbing = -self._friction * pressure / speed * sliding
+        force = pressure * normal + rubbing
+        torques = casadi.jtimes(point, self._angles, force, True)
+        moment = point[0] * force[1] - point[1] * force[0]
+        return [pressure, force, -casadi.dot(rubbing, sliding), torques, moment]
+
+    def _sum(self, pressed: list[casadi.SX]) -> casadi.SX:
+        pressure, force, taken, torques, moment = pressed
+        self.torques += torques
+        self._total, self._force = self._total + pressure, self._force + force
+        self._work, self._angular = self._work + taken, self._angular + moment
+        return pressure
+
+    def add(
+        self,
+        point: casadi.SX,
+        gap: casadi.SX,
+        normal: casadi.SX,
+        touches: casadi.SX,
+        is_edge: bool = False,
+    ) -> None:
+        """A node."""
+        pressure = self._sum(self._pressed(point, gap, normal, touches))
+        self._on_edges += pressure if is_edge else 0
+
+    def add_on_edge(
+        self,
+        material: casadi.SX,
+        gap: casadi.SX,
+        normal: casadi.SX,
+        touches: casadi.SX,
+        place: casadi.SX,
+        here: casadi.SX,
+    ) -> None:
+        """A point of the filament's material, at a place of its segment, on an edge.
+
+        The place is a symbol, whose value is `here`: the nearest point moves along the material.
+        """
+        pressed = self._pressed(material, gap, normal, touches)
+        self._on_edges += self._sum(casadi.substitute(pressed, [place], [here]))
+
+    @property
+    def integrands(self) -> casadi.SX:
+        """Rates of INTEGRALS."""
+        return casadi.vertcat(
+            self._total, self._force, self._on_edges, self._work, self._angular
+        )
+
+    @property
+    def forces(self) -> casadi.SX:
+        """F_n, its part on edges, F_x, F_y."""
+        return casadi.vertcat(self._total, self._on_edges, self._force)
 
 
 @cache
-def equations(filament: Filament, circle: bool) -> Equations:
+def equations(filament: Filament, circle: bool, arc_count: int) -> Equations:
     """The equations, once for all cases that share them."""
-    return Equations(filament, circle)
+    return Equations(filament, circle, arc_count)
 
 
 @dataclass(frozen=True)
 class Touch:
-    """What touches: of every node the face, and the feature at the arc (see `Profile`)."""
+    """What touches: of every node the face, and of every arc the feature (see `Profile`)."""
 
     faces: tuple[int, ...]
-    feature: int
+    features: tuple[int, ...]
 
     @property
     def anything(self) -> bool:
         """Whether F_n > 0."""
-        return self.feature > 0 or any(self.faces)
+        return any(self.features) or any(self.faces)
 
 
 @dataclass(frozen=True)
@@ -504,9 +609,8 @@ class Motion:
     """A pass, window by window."""
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
-        self.case, self.profile = case, Profile(case)
-        self.equations = equations(case.filament, self.profile.circle)
-        self._n = case.filament.segments
+        self.case, self._n = case, case.filament.segments
+        self.profile, self.equations = self._profile_and_equations()
         share = casadi.MX.sym("share")
         y = casadi.MX.sym("y", self.equations.size)
         p = casadi.MX.sym("p", self.equations.parameter_count)
@@ -533,27 +637,30 @@ class Motion:
         rates = np.full(self._n, self.case.rate_rad_s / RATE_UNIT_RAD_S)
         return np.concatenate([angles, rates, np.zeros(len(INTEGRALS))])
 
-    def _of_case(self) -> np.ndarray:
-        profile = self.profile
-        centre, radius = profile.centre, profile.radius
-        if profile.circle:
-            centre, radius = profile.circle_centre, profile.circle_radius
-        case = self.case
-        first = [case.start_angle_rad, case.rate_rad_s, case.friction_coefficient]
-        return np.array([*first, *centre, radius, profile.circle_sign])
+    def _profile_and_equations(self) -> tuple[Profile, Equations]:
+        profile = Profile(self.case)
+        return profile, equations(self.case.filament, profile.circle, profile.arc_count)
 
     def _parameters(self, touch: Touch) -> np.ndarray:
+        case = self.case
+        of_case = [case.start_angle_rad, case.rate_rad_s, case.friction_coefficient]
+        return np.concatenate([of_case, *self._of_touch(touch)])
+
+    def _of_touch(self, touch: Touch) -> list[np.ndarray]:
+        """The parameters of the contacts, as the equations take them."""
         n, profile = self._n, self.profile
-        faces = np.zeros((n, 4))
+        circle = np.array([*profile.circle_centre, profile.circle_radius, profile.circle_sign])
+        faces, arcs = np.zeros((n, 4)), np.zeros((5 + n, profile.arc_count))
         for node, face in enumerate(touch.faces):
             # A node in the air has a face too, for a finite expression, which counts zero times.
-            normal = profile.normals[max(face, 1) - 1]
-            faces[node] = [float(face > 0), *normal, float(normal @ profile.origin)]
-        segment = np.zeros(n)
-        if touch.feature > 0:
-            segment[(touch.feature - 1) // 2] = 1.0
-        arc = [float(touch.feature > 0), float(touch.feature > 0 and touch.feature % 2 == 0)]
-        return np.concatenate([self._of_case(), faces.ravel("F"), arc, segment])
+            at = max(face, 1) - 1
+            faces[node] = [float(face > 0), *profile.normals[at], profile.distances[at]]
+        for arc, feature in enumerate(touch.features):
+            arcs[:3, arc] = [*profile.centres[arc], profile.radius]
+            if feature > 0:
+                arcs[3:5, arc] = 1.0, float(feature % 2 == 0)
+                arcs[5 + (feature - 1) // 2, arc] = 1.0
+        return [circle, faces.ravel("F"), arcs.ravel("F")]
 
     def polylines(self, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
         """Positions (times, nodes, 2), for angles as columns."""
@@ -563,15 +670,15 @@ class Motion:
         return np.cumsum(np.concatenate([root[None], steps]), axis=0).transpose(1, 0, 2)
 
     def touches(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Rows (faces of the nodes, feature), one per time."""
+        """Rows (faces of the nodes, features at the arcs), one per time."""
         lines = self.polylines(times, states[: self._n])
         faces = self.profile.faces_of(lines[:, 1:])
-        return np.column_stack([faces, self.profile.feature_of(lines)])
+        return np.column_stack([faces, self.profile.features_of(lines)])
 
     def touch(self, time: float, y: np.ndarray) -> Touch:
         """That of one state."""
-        row = self.touches(np.array([time]), y[:, None])[0]
-        return Touch(tuple(int(face) for face in row[:-1]), int(row[-1]))
+        row = [int(each) for each in self.touches(np.array([time]), y[:, None])[0]]
+        return Touch(tuple(row[: self._n]), tuple(row[self._n :]))
 
     def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: Touch) -> Window:
         """The motion with one touch, whether or not it lasts."""
@@ -605,10 +712,12 @@ class Motion:
         values = self.equations.observed(time, y[:n], y[n : 2 * n] * RATE_UNIT_RAD_S, parameters)
         return np.array(values).ravel()
 
-    def depth_at_arc_m(self, window: Window) -> float:
-        """Largest penetration of the arc in a window in which something touches it."""
+    def depth_at_edges_m(self, window: Window) -> float:
+        """Largest penetration of an edge in a window."""
         lines = self.polylines(window.times, window.states[: self._n])
-        return self.profile.radius - float(np.min(self.profile.nearest(lines)[2]))
+        touched = [arc for arc, feature in enumerate(window.touch.features) if feature > 0]
+        distances = [np.min(self.profile.nearest(lines, arc)[2]) for arc in touched]
+        return self.profile.radius - float(min(distances, default=self.profile.radius))
 
     @staticmethod
     def integrals(window: Window, i: int) -> np.ndarray:
@@ -617,7 +726,7 @@ class Motion:
 
     def _first_change(self, window: Window) -> int | None:
         """The first point, but the start, at which something else touches."""
-        here = np.array([*window.touch.faces, window.touch.feature])
+        here = np.array([*window.touch.faces, *window.touch.features])
         rows = self.touches(window.times, window.states)
         changed = np.flatnonzero(np.any(rows != here, axis=1))
         # The start is the event that ended the window before.
@@ -672,9 +781,8 @@ class Motion:
         return ended, self.touch(before + high, state(high))
 
 
-def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
+def metrics(motion: Motion) -> dict[str, object]:
     """What the file says about a case, from a run at one tolerance."""
-    motion = Motion(case, relative_tolerance)
     contact_time, turns, deepest = 0.0, [], 0.0
     faces: set[int] = set()
     before = np.zeros(len(INTEGRALS))
@@ -682,8 +790,8 @@ def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
         if window.touch.anything:
             contact_time += window.times[-1] - window.times[0]
             faces |= set(window.touch.faces) - {0}
-        if window.touch.feature > 0:
-            deepest = max(deepest, motion.depth_at_arc_m(window))
+        if any(window.touch.features):
+            deepest = max(deepest, motion.depth_at_edges_m(window))
         last, end = window, motion.integrals(window, -1)
         if window.ends_turn:
             of_turn, of_time = end - before, contact_time
@@ -730,7 +838,12 @@ def rounded(value: object) -> object:
 
 def result(case: Case) -> dict[str, object]:
     """The entry of a case in the file."""
-    values, others = metrics(case, TOLERANCE), metrics(case, LOOSER)
+    values, others = (metrics(Motion(case, tolerance)) for tolerance in (TOLERANCE, LOOSER))
+    return entry_of(case, values, others)
+
+
+def entry_of(case: Case, values: dict[str, object], others: dict[str, object]) -> dict[str, object]:
+    """The entry of a case with the metrics of two runs."""
     entry = asdict(case)
     # Only what makes the filament and the workpiece what they are.
     if case.filament.waviness_amplitude_m == 0.0:

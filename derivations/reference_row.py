@@ -210,7 +210,8 @@ class Equations:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.columns, n = case.brush.columns, case.segments
-        self.count = self.columns * n
+        self.contact_points = case.brush.contact_points
+        self.count = self.node_count = self.columns * n
         self.integral_count = self.columns * len(OF_FILAMENT) + (self.columns - 1) * len(OF_PAIR)
         self.size = 2 * self.count + self.integral_count
         point_count = 2 * (self.columns - 1) * n * case.brush.contact_points
@@ -441,12 +442,18 @@ class Motion:
     """A pass, window by window."""
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
-        self.case, self.equations = case, Equations(case)
-        self._n, self._columns = case.segments, case.brush.columns
-        share, y = casadi.MX.sym("share"), casadi.MX.sym("y", self.equations.size)
-        p = casadi.MX.sym("p", self.equations.parameter_count)
+        self.case, self.equations = case, self._equations_of(case)
+        self._n, self._columns = case.segments, self.equations.columns
+        self._contact_points = self.equations.contact_points
+        self._shares = np.linspace(0.0, 1.0, POINTS)
+        self._integrator = self._integrator_of(self.equations, relative_tolerance)
+
+    def _integrator_of(self, equations: Equations, relative_tolerance: float) -> casadi.Function:
+        """CVODES for a window."""
+        share, y = casadi.MX.sym("share"), casadi.MX.sym("y", equations.size)
+        p = casadi.MX.sym("p", equations.parameter_count)
         window = casadi.MX.sym("window", 2)  # start and length in s
-        derivative = self.equations.derivative(window[0] + window[1] * share, y, p)
+        derivative = equations.derivative(window[0] + window[1] * share, y, p)
         problem = {
             "t": share,
             "x": y,
@@ -458,9 +465,10 @@ class Motion:
             "abstol": ABSOLUTE_TOLERANCE * relative_tolerance,
             "max_num_steps": 1_000_000,
         }
-        self._shares = np.linspace(0.0, 1.0, POINTS)
-        grid = list(self._shares)
-        self._integrator = casadi.integrator("window", "cvodes", problem, 0.0, grid, options)
+        return casadi.integrator("window", "cvodes", problem, 0.0, list(self._shares), options)
+
+    def _equations_of(self, case: Case) -> Equations:
+        return Equations(case)
 
     def bodies(self, times: np.ndarray) -> np.ndarray:
         """β of each column, (times, columns)."""
@@ -488,10 +496,10 @@ class Motion:
 
     def _touch_of_points(self, own: np.ndarray, other: np.ndarray) -> np.ndarray:
         """What of polylines `other` the points of polylines `own` touch, (times, points)."""
-        count = self.case.brush.contact_points
+        count = self._contact_points
         places = ((np.arange(count) + 0.5) / count)[:, None]
         starts, ends = own[:, :-1, None, :], own[:, 1:, None, :]
-        points = (starts + places * (ends - starts)).reshape(len(own), -1, 1, 2)
+        points = (starts + places * (ends - starts)).reshape(len(own), -1, 1, own.shape[-1])
         inner, along = other[:, None, :-1, :], np.diff(other, axis=1)[:, None]
         where = np.sum((points - inner) * along, axis=-1) / np.sum(along**2, axis=-1)
         offsets = points - inner - np.clip(where, 0.0, 1.0)[..., None] * along
@@ -517,7 +525,7 @@ class Motion:
 
     def parameters(self, touch: np.ndarray) -> np.ndarray:
         """The touch as the equations take it."""
-        n, nodes = self._n, self.equations.count
+        n, nodes = self._n, self.equations.node_count
         points = np.zeros((len(touch) - nodes, 3 + 2 * n))
         at_segment, turning = points[:, 3 : 3 + n], points[:, 3 + n :]
         for row in np.flatnonzero(touch[nodes:]):
@@ -569,7 +577,7 @@ class Motion:
 
     def normal_forces_n(self, touch: np.ndarray, lines: np.ndarray) -> np.ndarray:
         """F_n (times, columns) of polylines with a touch."""
-        below = touch[: self.equations.count].reshape(self._columns, self._n)
+        below = touch[: self.equations.node_count].reshape(self._columns, self._n)
         depths = below * (self.case.height_m - lines[:, :, 1:, 1])
         return CONTACT_STIFFNESS_N_M * np.sum(depths, axis=-1)
 
@@ -662,7 +670,8 @@ class Motion:
 
     def _jumped(self, touch: np.ndarray, following: np.ndarray) -> bool:
         """Whether the nearest point of a point jumps from one segment to another."""
-        before, after = touch[self.equations.count :], following[self.equations.count :]
+        count = self.equations.node_count
+        before, after = touch[count:], following[count:]
         return bool(np.any((before > 0) & (after > 0) & (np.abs(before - after) > 1)))
 
     def _until_change(self, window: Window, change: int) -> tuple[Window, np.ndarray]:
@@ -903,12 +912,12 @@ def trajectory_text(case: Case) -> str:
     return "\n".join(lines) + "\n"
 
 
-def command() -> str:
+def command(tolerance: float = TOLERANCE) -> str:
     """How the files were made."""
     return (
         f"python derivations/reference_row.py (Python {platform.python_version()}, "
         f"casadi {casadi.__version__}, numpy {np.__version__}, scipy {scipy.__version__}): "
-        f"CVODES, relative tolerance {TOLERANCE:g}, absolute {ABSOLUTE_TOLERANCE * TOLERANCE:g} "
+        f"CVODES, relative tolerance {tolerance:g}, absolute {ABSOLUTE_TOLERANCE * tolerance:g} "
         f"of 1 rad, {RATE_UNIT_RAD_S:g} rad/s, {INTEGRAL_UNIT:g} N s"
     )
 

@@ -118,10 +118,10 @@ class Segment:
     gradients: tuple[Vector, Vector]  # ∂_φ e_k and ∂_θ e_k
     bias: Vector  # b_k in 1/s²: ë_k where the second derivatives of the angles vanish
 
-    @property
-    def angular_velocity(self) -> Vector:
-        """ω_k = e_k × ė_k in rad/s."""
-        return cross(self.direction, self.direction_rate)
+    def rate_in_body(self, body_rate: Vector) -> Vector:
+        """ω_k = e_k × (ė_k − Ω × e_k) in rad/s, with Ω of the body."""
+        rigid = cross(body_rate, self.direction)
+        return cross(self.direction, combination((1, self.direction_rate), (-1, rigid)))
 
 
 @dataclass(frozen=True)
@@ -262,17 +262,20 @@ def mass_matrix_and_inertial_forces(
 
 
 def joint_forces(
-    clamp: Clamp, chain: Sequence[Segment], constants: ChainConstants
+    state: State, clamp: Clamp, chain: Sequence[Segment], constants: ChainConstants
 ) -> tuple[mpmath.matrix, mpmath.matrix, mpf, mpf]:
     """Generalised forces of springs and of dampers (steps 3 and 4), E_spring in J and D in W."""
     n = len(chain)
     spring_forces, damper_forces = mpmath.matrix(2 * n, 1), mpmath.matrix(2 * n, 1)
     spring_energy, dissipation = mpf(0), mpf(0)
-    previous = clamp.segment
+    body_rate = (mpf(0), mpf(0), mpf(state.base_rate))
+    # The clamp is at rest in the body.
+    previous, previous_rate = clamp.segment, (mpf(0),) * 3
     for k, segment in enumerate(chain):
         stiffness, damping = constants.joint_stiffness_n_m[k], constants.joint_damping_n_m_s[k]
         angle, angle_over_sine = bending_angle(previous, segment)
-        relative_rate = combination((1, segment.angular_velocity), (-1, previous.angular_velocity))
+        rate = segment.rate_in_body(body_rate)
+        relative_rate = combination((1, rate), (-1, previous_rate))
         spring_energy += stiffness * angle**2 / 2
         dissipation += damping * dot(relative_rate, relative_rate) / 2
         for a in range(2):
@@ -291,7 +294,7 @@ def joint_forces(
                 damper_forces[2 * (k - 1) + a] += damping * dot(
                     relative_rate, cross(previous.direction, gradient)
                 )
-        previous = segment
+        previous, previous_rate = segment, rate
     return spring_forces, damper_forces, spring_energy, dissipation
 
 
@@ -327,7 +330,7 @@ def evaluated(state: State) -> dict[str, object]:
     chain = [segment_of(q[2 * k], q[2 * k + 1], v[2 * k], v[2 * k + 1]) for k in range(n)]
 
     mass_matrix, inertial = mass_matrix_and_inertial_forces(state, clamp, chain, constants)
-    springs, dampers, spring_energy, dissipation = joint_forces(clamp, chain, constants)
+    springs, dampers, spring_energy, dissipation = joint_forces(state, clamp, chain, constants)
     accelerations = mpmath.lu_solve(mass_matrix, inertial + springs + dampers)
     kinetic_energy, gravity_energy, tip = kinetic_energy_gravity_energy_tip(
         state, clamp, chain, constants

@@ -16,9 +16,10 @@ r_k = r_{k−1} + h e_k; its centre is c_k = r_{k−1} + (h/2) e_k. The clamp is
     E_kin    = Σ_k ½ m_k |ċ_k|² + ½ J_k |ė_k|²
     E_spring = Σ_k c_k S(u_k),   u_k = ½ |e_k − R(κ_k) e_{k−1}|²,   S(u) = ½ α²
     E_grav   = −Σ_k m_k g·c_k
-    D        = Σ_k ½ d_k |ω_k − ω_{k−1}|²,   ω_k = e_k × ė_k
+    D        = Σ_k ½ d_k |ω_k − ω_{k−1}|²,   ω_k = e_k × (ė_k − Ω × e_k),   ω_0 = 0
 
-R(κ) turns a vector about z by κ. The spring of joint k is relaxed where e_k is e_{k−1} turned by κ_k.
+Ω is the angular velocity of the brush body, from which the dampers see the filament. R(κ) turns a
+vector about z by κ. The spring of joint k is relaxed where e_k is e_{k−1} turned by κ_k.
 
 Lagrange's equations, with the energies' dependence on time through the motion of the clamp:
 
@@ -43,9 +44,16 @@ therefore taken in the frame in which the root, or the inner end of the segment,
 moment: ṙ_0 is set to zero once everything is differentiated. Otherwise large terms would remain
 that differ by roundings only. Of the energies, which do depend on ṙ_0, it is an argument.
 
+The body
+--------
+A segment that turns rigidly with the body has the rates q̇_r with (∂e/∂q) q̇_r = Ω × e. With the
+rates in the body, q̇ − q̇_r, ė − Ω × e is the rate of e. As q̇_r does not depend on q̇, ∂D/∂q̇ is the
+derivative by them. The rates of the joints' kernels are therefore those in the body, and Ω enters
+the kernel of q̇_r alone.
+
 In the plane of rotation
 ------------------------
-With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k along z, and θ_k is the one coordinate of a
+With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of a
 segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp is
 known by its direction alone; there S(u) stays.
 
@@ -236,16 +244,26 @@ def turned(vector: SX, sine: SX, cosine: SX) -> SX:
     return casadi.vertcat(cosine * x - sine * y, sine * x + cosine * y, vector[2:])
 
 
-def angular_velocity(direction: SX, direction_rate: SX) -> SX:
-    """ω = e × ė in rad/s; in the plane its component along z."""
+def rigid_rate(body_rate: SX, direction: SX) -> SX:
+    """Ω × e in 1/s; in the plane Ω has its component along z alone."""
     if direction.shape[0] == 2:
-        return direction[0] * direction_rate[1] - direction[1] * direction_rate[0]
-    return casadi.cross(direction, direction_rate)
+        return body_rate * casadi.vertcat(-direction[1], direction[0])
+    return casadi.cross(body_rate, direction)
 
 
-def dissipation(damping: SX, inner: tuple[SX, SX], outer: tuple[SX, SX]) -> SX:
-    """½ d |ω' − ω|² between two sides (e, ė), in W."""
-    return damping / 2 * casadi.sumsqr(angular_velocity(*outer) - angular_velocity(*inner))
+def angular_velocity(direction: SX, rate_in_body: SX) -> SX:
+    """ω = e × (ė − Ω × e) in rad/s; in the plane its component along z."""
+    if direction.shape[0] == 2:
+        return direction[0] * rate_in_body[1] - direction[1] * rate_in_body[0]
+    return casadi.cross(direction, rate_in_body)
+
+
+def dissipation(damping: SX, inner: tuple[SX, SX] | None, outer: tuple[SX, SX]) -> SX:
+    """½ d |ω' − ω|² between two sides (e, ė − Ω × e), in W; the clamp, None, rests in the body."""
+    bending_rate = angular_velocity(*outer)
+    if inner is not None:
+        bending_rate = bending_rate - angular_velocity(*inner)
+    return damping / 2 * casadi.sumsqr(bending_rate)
 
 
 def kinetic_energy(mass: SX, inertia: SX, centre_velocity: SX, direction_rate: SX) -> SX:
@@ -382,6 +400,12 @@ class Segment:
             return Argument.of_symbols(name, "φ̇, θ̇ in rad/s", self.rates)
         return Argument.of_symbols(self.rates[-1].name(), "θ̇ in rad/s", self.rates[-1])
 
+    def rates_in_body(self, name: str) -> Argument:
+        """`rates_argument` of a joint whose dampers see them from the body."""
+        argument = self.rates_argument(name)
+        doc = f"{argument.doc}, less those of a segment that turns rigidly with the body"
+        return replace(argument, doc=doc)
+
 
 # ---------------------------------------------------------------------------- whole equations
 
@@ -400,12 +424,14 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
 
     kinetic, spring, weight, dissipated = SX(0), SX(0), SX(0), SX(0)
     node, node_velocity = variables["root_position"], root_velocity
-    inner = (variables["clamp_direction"], variables["clamp_direction_rate"])
+    body_rate = variables["angular_velocity"]
+    inner_direction, inner = variables["clamp_direction"], None
     for k in range(segments):
         own = slice(size * k, size * (k + 1))
         direction_of = direction_about_z if motion is Motion.SPATIAL else direction_in_plane
-        outer = Segment(str(k + 1), motion, q[own], v[own], direction_of).sides
-        direction, direction_rate = outer
+        direction, direction_rate = Segment(
+            str(k + 1), motion, q[own], v[own], direction_of
+        ).sides
         centre = node + length / 2 * direction
         centre_velocity = node_velocity + length / 2 * direction_rate
         mass, inertia = variables["segment_mass"][k], variables["segment_inertia"][k]
@@ -415,11 +441,14 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
         if motion is Motion.PLANAR and k > 0:
             spring += planar_spring_energy(stiffness, q[k - 1], q[k], relaxed_angle)
         else:
-            relaxed = turned(inner[0], casadi.sin(relaxed_angle), casadi.cos(relaxed_angle))
+            relaxed = turned(
+                inner_direction, casadi.sin(relaxed_angle), casadi.cos(relaxed_angle)
+            )
             spring += spring_energy(stiffness, relaxed, direction)
+        outer = (direction, direction_rate - rigid_rate(body_rate, direction))
         dissipated += dissipation(variables["joint_damping"][k], inner, outer)
         node, node_velocity = node + length * direction, node_velocity + length * direction_rate
-        inner = outer
+        inner_direction, inner = direction, outer
 
     # Lagrange's equations. M = ∂²E_kin/∂q̇²; the momenta change with q, q̇ and ṙ_0, and what is left
     # without q̈ goes to the right.
@@ -857,8 +886,8 @@ def joint_between_segments() -> Joint:
             previous.trigonometry("previous"),
             following.trigonometry("next"),
             unbent_azimuth(following, relaxed_angle),
-            previous.rates_argument("previous_rates"),
-            following.rates_argument("next_rates"),
+            previous.rates_in_body("previous_rates"),
+            following.rates_in_body("next_rates"),
         ],
         constants,
         spring_energy(stiffness, inner[0], following.turned(-relaxed_angle)),
@@ -892,8 +921,8 @@ def joint_in_turned_frame() -> Joint:
             following.polar_trigonometry("next"),
             azimuth_step(previous, following),
             unbent_step(previous, following, relaxed_angle),
-            previous.rates_argument("previous_rates"),
-            following.rates_argument("next_rates"),
+            previous.rates_in_body("previous_rates"),
+            following.rates_in_body("next_rates"),
         ],
         constants,
         spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
@@ -930,10 +959,8 @@ def planar_joint() -> Joint:
 
 @dataclass(frozen=True)
 class ClampVectors:
-    """e_0 and ė_0, and the same turned about z by the relaxed angle of the clamp joint."""
+    """e_0 turned about z by the relaxed angle of the clamp joint, and its rate."""
 
-    direction: SX
-    direction_rate: SX
     relaxed: SX
     relaxed_rate: SX
 
@@ -941,8 +968,6 @@ class ClampVectors:
     def new(cls, symbols: Symbols, motion: Motion) -> "ClampVectors":
         """As variables."""
         return cls(
-            symbols.vector("clamp_direction", "e0", "1", motion),
-            symbols.vector("clamp_direction_rate", "ė0", "s^-1", motion),
             symbols.vector("relaxed_direction", "ē0", "1", motion),
             symbols.vector("relaxed_direction_rate", "ē̇0", "s^-1", motion),
         )
@@ -968,15 +993,13 @@ def joint_to_clamp(symbols: Symbols, clamp: ClampVectors, following: Segment) ->
         following.coordinates,
         following.rates,
         [
-            Argument.of_symbols("clamp_direction", "e0", clamp.direction[:axes]),
-            Argument.of_symbols("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate[:axes]),
             Argument.of_symbols("relaxed_direction", relaxed_doc, clamp.relaxed[:axes]),
             following.trigonometry("next"),
-            following.rates_argument("next_rates"),
+            following.rates_in_body("next_rates"),
         ],
         constants,
         spring_energy(stiffness, clamp.relaxed, outer[0]),
-        dissipation(damping, (clamp.direction, clamp.direction_rate), outer),
+        dissipation(damping, None, outer),
     )
 
 
@@ -1003,8 +1026,8 @@ def joint_about_x() -> Joint:
             following.trigonometry("next"),
             azimuth_step(previous, following),
             relaxed_turn,
-            previous.rates_argument("previous_rates"),
-            following.rates_argument("next_rates"),
+            previous.rates_in_body("previous_rates"),
+            following.rates_in_body("next_rates"),
         ],
         constants,
         spring_energy(stiffness, turned(inner[0], sine, cosine), outer[0]),
@@ -1031,8 +1054,8 @@ def crossed_joint() -> Joint:
             about_z.trigonometry("z_angles"),
             about_x.trigonometry("x_angles"),
             unbent_azimuth(about_z, relaxed_angle),
-            about_z.rates_argument("z_rates"),
-            about_x.rates_argument("x_rates"),
+            about_z.rates_in_body("z_rates"),
+            about_x.rates_in_body("x_rates"),
         ],
         constants,
         spring_energy(stiffness, x_side[0], about_z.turned(-relaxed_angle)),
@@ -1088,7 +1111,7 @@ def joint_kernels(motion: Motion) -> list[Derived]:
         tangent = joint_in_turned_frame()
         energies = (
             "`E_spring = c S(u)`, `u = ½|e' − ē|² = 1 − cos α`, `S = ½α²`, with `e` turned about z by "
-            "the relaxed angle `κ` to `ē`,\nand `D = ½ d |ω' − ω|²`, `ω = e × ė`."
+            "the relaxed angle `κ` to `ē`,\nand `D = ½ d |ω' − ω|²`, `ω = e × ė` with the rates in the body."
         )
     else:
         joint, energy = planar_joint(), planar_joint()
@@ -1136,8 +1159,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
     """`clamp`, `clamp_tangent`, `clamp_energy`."""
     energy, clamp = clamp_joint(motion)
     elastic = casadi.gradient(energy.spring, clamp.relaxed)
-    viscous = casadi.gradient(energy.dissipation, clamp.direction_rate)
-    power = casadi.dot(elastic, clamp.relaxed_rate) + casadi.dot(viscous, clamp.direction_rate)
+    power = casadi.dot(elastic, clamp.relaxed_rate)
     rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", clamp.relaxed_rate)
     plain = motion.named("clamp")
     return [
@@ -1147,7 +1169,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
                 motion,
                 "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
                 f"[`{motion.named('joint')}`], with\n"
-                "the clamp's `ē0` and `ω0 = e0 × ė0` on the inner side.",
+                "the clamp's `ē0` and `ω0 = 0` on the inner side.",
             ),
             clamp_joint(motion)[0],
             [("next", "first segment")],
@@ -1166,7 +1188,8 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
             motion.named("clamp_energy"),
             summary_for(
                 motion,
-                "Energy and dissipation function of the clamp joint, and the power of its turning.",
+                "Energy and dissipation function of the clamp joint, and the power of its turning "
+                "against the spring.",
             ),
             energy.symbols,
             [*energy.arguments, rate],
@@ -1174,7 +1197,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
                 *energy.energies(),
                 Result.scalar(
                     "power",
-                    "`∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`, what the turning clamp puts in",
+                    "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring",
                     "W",
                     power,
                 ),
@@ -1227,6 +1250,39 @@ def crossed_joint_kernels() -> list[Derived]:
             ],
         ),
     ]
+
+
+def rigid_rates_kernel() -> Derived:
+    """`rigid_rates`: how a segment moves that turns rigidly with the body."""
+    symbols = Symbols()
+    segment = Segment.new(symbols, Motion.SPATIAL)
+    body_rate = symbols.vector("angular_velocity", "Ω", "rad s^-1", Motion.SPATIAL)
+    direction = segment.sides[0]
+    # Ω × e = (∂e/∂q) q̇_r. The columns of ∂e/∂q are perpendicular, of the lengths 1 and sin φ.
+    by_coordinates = casadi.jacobian(direction, segment.coordinates)
+    along = by_coordinates.T @ rigid_rate(body_rate, direction)
+    sine = casadi.sin(segment.coordinates[0])
+    rates = casadi.vertcat(along[0], along[1] / sine**2)
+    return Derived(
+        "rigid_rates",
+        "Rates of a segment that turns rigidly with the body, `Ω × e = (∂e/∂q) q̇_r`, and how they "
+        "change with its coordinates.\n"
+        "In the chart about x the components of `Ω` are in the order y, z, x.",
+        symbols,
+        [
+            segment.trigonometry("angles"),
+            Argument.of_symbols("angular_velocity", "Ω of the body in rad/s", body_rate),
+        ],
+        [
+            Result.vector("rates", "`q̇_r` in rad/s", "rad s^-1", rates),
+            Result.matrix(
+                "slopes",
+                "`∂q̇_r/∂q`, 2 × 2",
+                "rad s^-1",
+                casadi.jacobian(rates, segment.coordinates),
+            ),
+        ],
+    )
 
 
 # ---------------------------------------------------------------------------- kernels: lateral
@@ -1408,8 +1464,8 @@ def lateral_joint() -> Joint:
         [
             azimuth_step(previous, following),
             unbent_step(previous, following, relaxed_angle),
-            previous.rates_argument("previous_rates"),
-            following.rates_argument("next_rates"),
+            previous.rates_in_body("previous_rates"),
+            following.rates_in_body("next_rates"),
         ],
         constants,
         spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
@@ -1429,10 +1485,7 @@ def lateral_clamp() -> tuple[Joint, SX]:
     following = Segment.near_plane(symbols, "next")
     # A clamp that turns about z keeps its height, and so does its direction turned about z.
     clamp = ClampVectors(
-        casadi.vertcat(planar.direction, height),
-        casadi.vertcat(planar.direction_rate, 0),
-        casadi.vertcat(planar.relaxed, height),
-        casadi.vertcat(planar.relaxed_rate, 0),
+        casadi.vertcat(planar.relaxed, height), casadi.vertcat(planar.relaxed_rate, 0)
     )
     joint = joint_to_clamp(symbols, clamp, following)
     polar, polar_rate = following.coordinates[0], following.rates[0]
@@ -1518,6 +1571,7 @@ def solver_kernels() -> list[Derived]:
         *of_motion(Motion.SPATIAL),
         *joint_about_x_kernels(),
         *crossed_joint_kernels(),
+        rigid_rates_kernel(),
         *of_motion(Motion.PLANAR),
         lateral_segment_kernel(),
         lateral_segment_tangent_kernel(),

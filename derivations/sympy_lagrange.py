@@ -60,6 +60,7 @@ class ChainSymbols:
     coordinates: list[Expression]
     root: Vector
     clamp_direction: Vector
+    body_rate: Vector
     gravity: Vector
     constants: dict[str, Expression]
 
@@ -105,7 +106,8 @@ class ChainSymbols:
             names,
             coordinates,
             vector_of_time("root_position", "root_velocity", "root_acceleration"),
-            vector_of_time("clamp_direction", "clamp_direction_rate"),
+            vector_of_time("clamp_direction"),
+            in_frame(frame, *(constant(f"angular_velocity_{axis}") for axis in "xyz")),
             in_frame(frame, *(constant(f"gravity_{axis}") for axis in "xyz")),
             {name: constant(name) for name in constant_names},
         )
@@ -126,7 +128,8 @@ def equations(segments: int) -> tuple[ChainSymbols, dict[str, list[Expression]]]
     kinetic = spring = gravity = dissipation = sympy.Integer(0)
     torques: dict[ReferenceFrame, Vector] = {}
     node, inner_direction, inner_frame = chain.root, chain.clamp_direction, None
-    inner_rotation = inner_direction.cross(inner_direction.dt(frame))
+    # The clamp is at rest in the body.
+    inner_rotation = in_frame(frame, sympy.Integer(0), sympy.Integer(0), sympy.Integer(0))
     for k in range(segments):
         phi, theta = chain.coordinates[2 * k : 2 * k + 2]
         direction = in_frame(
@@ -154,9 +157,10 @@ def equations(segments: int) -> tuple[ChainSymbols, dict[str, list[Expression]]]
         spring += half * constants[f"joint_stiffness_{k + 1}"] * bending_angle**2
 
         # A frame that turns with the segment, without spin about its axis.
-        rotation = direction.cross(direction_rate)
         segment_frame = ReferenceFrame(f"S{k + 1}")
-        segment_frame.set_ang_vel(frame, rotation)
+        segment_frame.set_ang_vel(frame, direction.cross(direction_rate))
+        # Dampers see it from the body.
+        rotation = direction.cross(direction_rate - chain.body_rate.cross(direction))
         damping = constants[f"joint_damping_{k + 1}"]
         relative = rotation - inner_rotation
         dissipation += half * damping * dot(relative, relative)

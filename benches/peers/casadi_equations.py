@@ -191,7 +191,7 @@ class ChainExpressions:
             "root_position": radius * radial,
             "root_acceleration": radius * (acceleration * tangential - rate**2 * radial),
             "clamp_direction": radial,
-            "clamp_direction_rate": rate * tangential,
+            "angular_velocity": casadi.vertcat(0, 0, rate),
             "gravity": gravity,
             "segment_length": h,
             "segment_mass": casadi.repmat(mass, SEGMENTS),

@@ -79,7 +79,7 @@ def problem(state: State, joints: str) -> Problem:
     rods += [segment.rod for segment in segments]
     # On the outer side of each joint.
     torques = [
-        reference_aba.joint_torque(stiffness, damping, inner, outer)
+        reference_aba.joint_torque(stiffness, damping, state.base_rate, inner, outer)
         for stiffness, damping, inner, outer in zip(
             constants.joint_stiffness_n_m,
             constants.joint_damping_n_m_s,

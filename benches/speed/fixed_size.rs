@@ -33,17 +33,12 @@ pub fn accelerations<const N: usize>(
         let link = &chain.links[k];
         kernels::segment(angles[k], v[k], chain.length, link.mass, link.inertia)
     });
+    // The body turns about z.
+    let in_body = |[phi, theta]: [f64; 2]| [phi, theta - clamp.angular_velocity[2]];
     let mut torques = [[0.0; 2]; N];
-    torques[0] = kernels::clamp(
-        clamp.direction,
-        clamp.direction_rate,
-        clamp.direction,
-        angles[0],
-        v[0],
-        chain.links[0].stiffness,
-        chain.links[0].damping,
-    )
-    .next;
+    torques[0] =
+        kernels::clamp(clamp.direction, angles[0], in_body(v[0]), chain.links[0].stiffness, chain.links[0].damping)
+            .next;
     for k in 1..N {
         let (previous, next) = (angles[k - 1], angles[k]);
         let step = azimuth_step(previous, next);
@@ -52,8 +47,8 @@ pub fn accelerations<const N: usize>(
             [next[0], next[1]],
             step,
             step,
-            v[k - 1],
-            v[k],
+            in_body(v[k - 1]),
+            in_body(v[k]),
             chain.links[k].stiffness,
             chain.links[k].damping,
         );

@@ -11,6 +11,7 @@ __all__ = [
     "Cases",
     "GatheredStudy",
     "Input",
+    "MOST_CONTROL_POINTS",
     "SampledTool",
     "Simulated",
     "SimulatedBrush",
@@ -27,6 +28,7 @@ __all__ = [
     "validate",
 ]
 
+MOST_CONTROL_POINTS: int
 __version__: str
 
 _Floats = npt.NDArray[np.float64]

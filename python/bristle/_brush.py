@@ -51,8 +51,11 @@ class Brush:
 
     @cached_property
     def metrics(self) -> BrushMetrics:
-        """Everything that ``metrics.json`` has, with the same keys, in SI units."""
-        metrics: BrushMetrics = json.loads(self._simulated.metrics())
+        """Everything that ``metrics.json`` has, with the same keys, in SI units.
+
+        It cannot be written to; ``dict(brush.metrics)`` is a copy.
+        """
+        metrics: BrushMetrics = arguments.fixed(json.loads(self._simulated.metrics()))
         return metrics
 
     @cached_property

@@ -67,14 +67,18 @@ class Contact:
 
     @cached_property
     def metrics(self) -> Metrics:
-        """Everything that ``metrics.json`` has, with the same keys, in SI units."""
-        metrics: Metrics = json.loads(self._simulated.metrics())
+        """Everything that ``metrics.json`` has, with the same keys, in SI units.
+
+        It cannot be written to; ``dict(contact.metrics)`` is a copy.
+        """
+        metrics: Metrics = arguments.fixed(json.loads(self._simulated.metrics()))
         return metrics
 
     @cached_property
     def statistics(self) -> Statistics:
         """The work of the solver."""
-        return self._simulated.statistics()
+        statistics: Statistics = arguments.fixed(self._simulated.statistics())
+        return statistics
 
     @cached_property
     def history(self) -> Table:

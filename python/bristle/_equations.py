@@ -59,31 +59,32 @@ def accelerations(
         ValueError: If a shape does not fit, or a segment is at a pole (sin φ = 0).
     """
     checked_input = checked(settings)
-    angles, rates = _floats(q), _floats(v)
+    angles, rates = arguments.floats("q", q), arguments.floats("v", v)
     if angles.ndim != 3 or angles.shape[2] != 2 or angles.shape != rates.shape:
         raise ValueError(
             f"q and v need one shape (k, n, 2), but have {angles.shape} and "
             f"{rates.shape}"
         )
+    bases = {
+        "base_angle_rad": base_angle_rad,
+        "base_rate_rad_s": base_rate_rad_s,
+        "base_acceleration_rad_s2": base_acceleration_rad_s2,
+    }
     base = [
-        np.ascontiguousarray(np.broadcast_to(_floats(values), angles.shape[:1]))
-        for values in (base_angle_rad, base_rate_rad_s, base_acceleration_rad_s2)
+        np.ascontiguousarray(
+            np.broadcast_to(arguments.floats(name, values), angles.shape[:1])
+        )
+        for name, values in bases.items()
     ]
     default = settings.process["gravity_m_s2"]
-    gravity = _floats(default if gravity_m_s2 is None else gravity_m_s2)
+    gravity = arguments.floats(
+        "gravity_m_s2", default if gravity_m_s2 is None else gravity_m_s2
+    )
     if gravity.shape != (3,):
         raise ValueError(f"gravity_m_s2 needs the shape (3,), but has {gravity.shape}")
     return _bristle.accelerations(
         checked_input, angles, rates, base, gravity.tolist()
     )
-
-
-def _floats(values: npt.ArrayLike) -> Floats:
-    """Floats next to each other in memory, of real numbers of any kind."""
-    numbers = np.asarray(values)
-    return np.ascontiguousarray(
-        numbers.astype(np.float64, casting="same_kind", copy=False)
-    ).reshape(numbers.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
     checked_input = checked(settings)
     if not isinstance(state, Mapping):
         raise TypeError(f"state is a mapping of keys, not {state!r}")
-    numbers = {key: np.asarray(value, dtype=np.float64) for key, value in state.items()}
+    numbers = {key: arguments.floats(key, value) for key, value in state.items()}
     for key, value in numbers.items():
         if not np.isfinite(value).all():
             raise ValueError(f"{key} is not finite: {value}")

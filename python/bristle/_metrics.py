@@ -115,24 +115,28 @@ class ContactMetrics(TypedDict):
     tool_power_w: float
     """P_w = M_w ω, what the contact takes from the drive, in W."""
 
-    lateral_amplification: float
-    """Growth of a tilt out of the plane of rotation (``docs/stability.md``)."""
-
-    laterally_unstable: bool
-    """Whether ``lateral_amplification`` is above 100."""
-
     turns: int
     """Turns that were simulated; all metrics are those of the last one."""
 
     unsteady_turns: bool
     """Whether p_n still changes after 50 turns with ``turns = "steady"``."""
 
-    turn_contact_normal_impulses_n_s: list[float]
+    energy_residual: float
+    """What is missing in the balance of the energies, relative to the sum of its terms."""
+
+    turn_contact_normal_impulses_n_s: tuple[float, ...]
     """p_n of each turn, in N s."""
 
 
 class Metrics(ContactMetrics, Statistics, TypedDict):
-    """What ``metrics.json`` of a contact has: `ContactMetrics` and `Statistics`."""
+    """What ``metrics.json`` of a contact has: `ContactMetrics`, `Statistics`, and what a
+    brush does not have."""
+
+    lateral_amplification: float
+    """Growth of a tilt out of the plane of rotation (``docs/stability.md``)."""
+
+    laterally_unstable: bool
+    """Whether ``lateral_amplification`` is above 100."""
 
 
 class BrushMetrics(ContactMetrics, TypedDict):
@@ -168,6 +172,20 @@ class BrushMetrics(ContactMetrics, TypedDict):
 
     impulse_change_with_more_columns: float
     """Estimated change of p_n with 25 % more columns, over the mean."""
+
+    step_error: float
+    """Largest relative change of p_n of a turn of one filament by itself, from its
+    error-controlled pass to the steps of the brush. Above ``brush.tolerance`` it warns."""
+
+    energy_residual: float
+    """Energy that is lacking in the balance of the brush, over that put in and taken."""
+
+    momentum_residual: float
+    """Momentum that is lacking in the balance of the brush, over that of the filaments and
+    the impulse of the workpiece on them."""
+
+    overlap_at_start_m: float
+    """How deep filaments overlap before they move, in m; they are pushed apart."""
 
     krylov_vectors: int
     """Iterations of the linear solutions."""

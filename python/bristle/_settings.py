@@ -6,16 +6,17 @@ import json
 import tomllib
 import warnings
 from collections.abc import Mapping
+from math import prod
 from os import PathLike
 from pathlib import PurePath
-from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
+import numpy as np
 import tomli_w
 
 from bristle import _arguments as arguments
 from bristle import _bristle
-from bristle._errors import SettingsWarning
+from bristle._errors import SettingsError, SettingsWarning
 
 Section: TypeAlias = Mapping[str, Any]
 """A section of an input file: its keys, with values as in the file."""
@@ -34,26 +35,53 @@ _SECTIONS: Final[tuple[str, ...]] = (
 )
 
 
-def _plain(value: Any) -> Any:
-    """A value as TOML knows it: NumPy arrays and numbers become lists and numbers."""
+_MOST_ELEMENTS: Final = 1_000_000
+"""The most numbers in the value of a key."""
+
+_CONTROL_POINTS: Final = "workpiece.control_points_m"
+
+
+def _plain(value: Any, path: str = "") -> Any:
+    """A value as TOML knows it: NumPy arrays and numbers become lists and numbers.
+
+    What is too large is refused before anything is copied.
+    """
     if hasattr(value, "tolist"):
-        return value.tolist()
+        if np.ma.is_masked(value):
+            raise SettingsError(f"`{path}` has masked elements: fill them", path)
+        _check_size(path, getattr(value, "shape", ()))
+        return _plain(value.tolist(), path)
     if isinstance(value, Mapping):
+        dot = "." if path else ""
         return {
-            str(key): _plain(item) for key, item in value.items() if item is not None
+            _text(str(key), path): _plain(item, f"{path}{dot}{key}")
+            for key, item in value.items()
+            if item is not None
         }
     if isinstance(value, (list, tuple, range)):
-        return [_plain(item) for item in value]
-    return value
+        _check_size(path, (len(value),))
+        return [_plain(item, path) for item in value]
+    return _text(value, path) if isinstance(value, str) else value
 
 
-def _fixed(value: Any) -> Any:
-    """A value that cannot be changed."""
-    if isinstance(value, dict):
-        return MappingProxyType({key: _fixed(item) for key, item in value.items()})
-    if isinstance(value, list):
-        return tuple(_fixed(item) for item in value)
-    return value
+def _text(text: str, path: str) -> str:
+    """A text that is Unicode."""
+    if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+        key = path or None
+        raise SettingsError(f"{text!r} in `{path}` is not Unicode", key)
+    return text
+
+
+def _check_size(path: str, shape: tuple[int, ...]) -> None:
+    """Refuses an array by its shape."""
+    if path == _CONTROL_POINTS and shape and shape[0] > _bristle.MOST_CONTROL_POINTS:
+        most = _bristle.MOST_CONTROL_POINTS
+        raise SettingsError(f"`{path}` has {shape[0]} points, at most {most}", path)
+    if prod(shape) > _MOST_ELEMENTS:
+        dimensions = " × ".join(str(length) for length in shape)
+        raise SettingsError(
+            f"`{path}` has {dimensions} elements, at most {_MOST_ELEMENTS}", path
+        )
 
 
 class Settings:
@@ -130,6 +158,8 @@ class Settings:
 
     def _state(self, sections: Mapping[str, Section | None], name: str) -> None:
         stated = _plain(sections)
+        # The name of a file may have bytes that are no text.
+        name = name.encode(errors="replace").decode()
         checked = _bristle.Input(tomli_w.dumps(stated), name)
         object.__setattr__(self, "_stated", stated)
         object.__setattr__(self, "_name", name)
@@ -160,7 +190,7 @@ class Settings:
         raise AttributeError("settings cannot be changed: use `replace`")
 
     def _section(self, name: str) -> Section:
-        section: Section = _fixed(json.loads(self._values)[name])
+        section: Section = arguments.fixed(json.loads(self._values)[name])
         return section
 
     @property
@@ -206,7 +236,7 @@ class Settings:
     @property
     def sweep(self) -> Section | None:
         """The sweeps of the section ``[study]``; ``None`` without it."""
-        return _fixed(self._stated["study"]) if "study" in self._stated else None
+        return arguments.fixed(self._stated["study"]) if "study" in self._stated else None
 
     @property
     def name(self) -> str:

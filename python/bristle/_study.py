@@ -181,7 +181,7 @@ class Study:
             if value is not None
         }
         text, values = self._simulated.advise(given)
-        return Advice(text, json.loads(values))
+        return Advice(text, arguments.fixed(json.loads(values)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (_restored, (self._settings, self._simulated.state()))

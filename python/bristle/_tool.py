@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bristle import _arguments as arguments
 from bristle import _bristle
 
 Floats = npt.NDArray[np.float64]
+
+_MOST_SAMPLES = 10_000
+"""The most samples of a turn: the series through them takes the square of their number."""
 
 
 class Tool:
@@ -17,6 +21,9 @@ class Tool:
 
     Between the samples it goes along the Fourier series through them, so that a smooth
     motion is followed to rounding.
+
+    Dampers see the filament from the body. Where the samples turn rigidly about ``z``, so does the
+    body; of another motion it is assumed not to turn about the filament.
 
     >>> import bristle, numpy as np
     >>> angle = 2 * np.pi * np.arange(64) / 64
@@ -38,11 +45,18 @@ class Tool:
             direction: Along which it is clamped, of the shape (k, 3) and any length.
 
         Raises:
-            ValueError: If a shape does not fit, there are fewer than 3 samples, or a
-                direction is zero.
+            TypeError: If they are no real numbers.
+            ValueError: If a shape does not fit, there are fewer than 3 or more than
+                10 000 samples, some are masked, or a direction is zero.
         """
-        self._position = np.array(position_m, dtype=np.float64, order="C")
-        self._direction = np.array(direction, dtype=np.float64, order="C")
+        for name, samples in (("position_m", position_m), ("direction", direction)):
+            shape = np.shape(samples)
+            if shape and shape[0] > _MOST_SAMPLES:
+                raise ValueError(
+                    f"{name} has {shape[0]} samples, at most {_MOST_SAMPLES}"
+                )
+        self._position = arguments.floats("position_m", position_m).copy()
+        self._direction = arguments.floats("direction", direction).copy()
         shape = self._position.shape
         if shape != self._direction.shape or len(shape) != 2 or shape[1] != 3:
             raise ValueError(

@@ -58,6 +58,9 @@ _FETCH_S = 2.0
 _PAUSE_S = 0.1
 """Time between two looks at a client that connects again."""
 
+_MOST_RETRIES = 1000
+"""The most times that a chunk that fails is tried again."""
+
 _LATE = 5.0
 """A chunk is late if it takes this many times as long as others of its kind."""
 
@@ -430,7 +433,7 @@ def study(
             refused before anything is simulated.
         chunk: Number of cases in a chunk; by default as many as take ``chunk_s``.
         chunk_s: Duration of a chunk in s, from the measured cost of those before it.
-        retries: How often a chunk that fails is tried again.
+        retries: How often a chunk that fails is tried again, at most 1000 times.
         patience_s: Time in s beyond five times the expected one after which a worker
             that has a chunk counts as hanging, and gets no more for as long.
 
@@ -448,7 +451,7 @@ def study(
     if client.asynchronous:
         raise TypeError("the client is asynchronous: use a Client(…) that is not")
     chunk = arguments.whole_or_none("chunk", chunk, 1)
-    retries = arguments.whole("retries", retries, 0)
+    retries = arguments.whole("retries", retries, 0, _MOST_RETRIES)
     arguments.positive("chunk_s", chunk_s)
     arguments.positive("patience_s", patience_s)
     settings = swept(settings, sweep)

@@ -9,7 +9,7 @@ use bristle::simulation::Stop;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::Interaction;
+use bristle_study::brush::{Interaction, NOT_OF_BRUSHES};
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{Moment, Pair, Place, Rest, write_brush_metrics};
 use bristle_study::study::thread_count;
@@ -75,6 +75,10 @@ impl SimulatedBrush {
         let (table, all_units) = (PyDict::new(py), PyDict::new(py));
         add_part(&table, &all_units, filaments, |filament| Place::from(filament))?;
         add_part(&table, &all_units, filaments, |filament| filament.metrics.clone())?;
+        for key in NOT_OF_BRUSHES {
+            table.del_item(key)?;
+            all_units.del_item(key)?;
+        }
         add_part(&table, &all_units, filaments, |filament| Rest::from(filament))?;
         Ok((table, all_units))
     }

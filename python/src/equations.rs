@@ -110,9 +110,14 @@ pub fn derive(
         let names = DeriveFormat::ALL.map(|known| format!("{:?}", known.name()));
         of_value(format!("the format must be one of {}", names.join(", ")))
     })?;
-    let derived = unseen(py, move || derived(equations, format))?.map_err(of_value)?;
-    Ok(match derived {
-        Derived::Text(text) => (Some(text), BTreeMap::new()),
-        Derived::Files(files) => (None, files.into_iter().map(|file| (file.name, file.text)).collect()),
-    })
+    unseen(py, move || {
+        Ok(match derived(equations, format).map_err(of_value)? {
+            Derived::Text(text) => {
+                let mut written = Vec::new();
+                text.write(&mut written)?;
+                (Some(String::from_utf8(written).map_err(of_value)?), BTreeMap::new())
+            }
+            Derived::Files(files) => (None, files.into_iter().map(|file| (file.name, file.text)).collect()),
+        })
+    })?
 }

@@ -60,7 +60,10 @@ pub fn of_simulation(error: &SimulationError) -> PyErr {
             StepError::NotFinite { time } | StepError::Refused { time, .. },
         )) => (Some(*time), None),
         SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => (None, Some(*step)),
-        SimulationError::Integration(IntegrationError::Stopped) | SimulationError::NotFinite => (None, None),
+        SimulationError::Integration(IntegrationError::Jump { time, .. }) => (Some(*time), None),
+        SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
+        | SimulationError::NotFinite
+        | SimulationError::Unbalanced { .. } => (None, None),
     };
     failed(&error.to_string(), time, step)
 }
@@ -68,7 +71,7 @@ pub fn of_simulation(error: &SimulationError) -> PyErr {
 /// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of columns.
 pub fn of_brush(error: &BrushError) -> PyErr {
     match error {
-        BrushError::NoConvergence { time } | BrushError::Crossing { time, .. } => {
+        BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => {
             failed(&error.to_string(), Some(*time), None)
         }
         BrushError::Alone(alone) => of_simulation(alone),

@@ -21,7 +21,7 @@ use bristle_study::brush::{Interaction, check_brushes};
 use bristle_study::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
 };
-use bristle_study::study::{CaseResult, Study, Sweep, complete_study_sampled};
+use bristle_study::study::{CaseResult, Resources, Study, Sweep, complete_study_sampled};
 use bristle_study::uncertainty::ForceScatter;
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
@@ -112,7 +112,8 @@ pub fn study(
     let stop = Stop::default();
     let results = on_a_thread_telling(py, &stop, tell, || {
         let recorder = Recorder::new(&study).until(&stop);
-        let results = simulate(&study, threads, results, &stop, &recorder, &progress, output.as_mut())?;
+        let results =
+            simulate(&study, Resources { threads, memory }, results, &stop, &recorder, &progress, output.as_mut())?;
         // None after a stop.
         if let (Some(output), Some(results)) = (&output, &results) {
             output.write(input, &study, results, recorder, threads, &stop)?;
@@ -186,7 +187,7 @@ impl Output {
 /// Simulates the cases without a result. Returns all results, or `None` after a stop.
 fn simulate(
     study: &Study,
-    threads: Option<NonZeroUsize>,
+    resources: Resources,
     mut results: Vec<Option<CaseResult>>,
     stop: &Stop,
     recorder: &Recorder<'_>,
@@ -202,7 +203,7 @@ fn simulate(
         progress.count(result);
         flow
     };
-    let simulated = complete_study_sampled(study, threads, &mut results, stop, sampling, record, done);
+    let simulated = complete_study_sampled(study, resources, &mut results, stop, sampling, record, done);
     if let Some(output) = output {
         output.journal.settle().map_err(Failure::File)?;
     }
@@ -228,7 +229,7 @@ fn page_of(
 impl SimulatedStudy {
     /// The columns of `runs.csv`. What a failed case lacks is NaN, in a column of floats.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let names = run_columns(&self.study);
+        let names = run_columns(&self.study, &self.results);
         let mut columns: Vec<Vec<Cell>> = names.iter().map(|_| Vec::with_capacity(self.results.len())).collect();
         for row in run_rows(&self.study, &self.results) {
             columns.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));

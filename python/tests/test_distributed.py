@@ -295,6 +295,8 @@ def test_wrong_arguments(coarse: bristle.Settings) -> None:
     with Client(processes=False, n_workers=0, dashboard_address=None) as client:
         with pytest.raises(ValueError, match="chunk must be at least 1"):
             bristle.distributed.study(coarse, HUNDREDS, client, chunk=0)
+        with pytest.raises(ValueError, match="retries must be at most 1000"):
+            bristle.distributed.study(coarse, HUNDREDS, client, retries=10**30)
         with pytest.raises(ValueError, match="patience_s must be a positive number"):
             bristle.distributed.study(coarse, HUNDREDS, client, patience_s=0.0)
         with pytest.raises(TypeError, match="after the sweep"):

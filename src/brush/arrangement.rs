@@ -209,3 +209,104 @@ impl Arrangement {
         self.columns == self.around.floor() as usize && self.around.fract() == 0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fastrand::Rng;
+
+    use super::*;
+
+    /// Columns and rows of the sector, which is so small that drawing all roots anew is a sampler, too.
+    const COLUMNS: usize = 3;
+    const ROWS: usize = 2;
+    /// Least distance of two roots in m.
+    const REACH: f64 = 1e-3;
+    /// The share of the sector that discs of this diameter cover: most of what a brush of wires has.
+    const COVERED: f64 = 0.3;
+
+    /// A brush of the radius 0.14 m whose sector is a square of the side (m) that is returned, too.
+    fn settings(ends: Ends, seed: u32) -> (Settings, f64) {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        let side = REACH * ((COLUMNS * ROWS) as f64 * 0.125 * TAU / COVERED).sqrt();
+        settings.tool.width_m = side;
+        settings.tool.filament_count = (COLUMNS * ROWS) as f64 * TAU * settings.tool.body_radius_m / side;
+        let brush =
+            BrushSettings { rows: Some(ROWS), pattern: Pattern::Random, ends, seed, ..BrushSettings::default() };
+        settings.brush = Some(brush);
+        (settings, side)
+    }
+
+    /// Of places on the developed sector, in m: the mean distance of a place to its nearest neighbour over the reach, the numbers of
+    /// pairs within three distances, and the mean distance from the middle of the rows over the side.
+    fn statistics(places: &[[f64; 2]], side: f64, is_periodic: bool) -> [f64; 5] {
+        let distance = |a: &[f64; 2], b: &[f64; 2]| {
+            let [x, z] = [a[0] - b[0], a[1] - b[1]];
+            let nearest = |d: f64| d - side * (d / side).round();
+            nearest(x).hypot(if is_periodic { nearest(z) } else { z }) / REACH
+        };
+        let mut result = [0.0; 5];
+        for (index, a) in places.iter().enumerate() {
+            let others = places.iter().enumerate().filter(|(other, _)| *other != index);
+            let distances: Vec<f64> = others.map(|(_, b)| distance(a, b)).collect();
+            let share = 1.0 / places.len() as f64;
+            result[0] += share * distances.iter().copied().fold(f64::INFINITY, f64::min);
+            for (within, limit) in result[1..4].iter_mut().zip([1.1, 1.3, 1.6]) {
+                *within += 0.5 * distances.iter().filter(|&&distance| distance < limit).count() as f64;
+            }
+            result[4] += share * a[1].abs() / side;
+        }
+        result
+    }
+
+    /// Mean and the square of its standard error.
+    fn mean(values: &[[f64; 5]], of: usize) -> [f64; 2] {
+        let count = values.len() as f64;
+        let mean = values.iter().map(|value| value[of]).sum::<f64>() / count;
+        let variance = values.iter().map(|value| (value[of] - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        [mean, variance / count]
+    }
+
+    /// Random roots are uniform over all arrangements without overlap. So are places that are all drawn anew until none overlap, which
+    /// needs no chain, no start and no cells.
+    #[test]
+    fn random_roots_have_the_statistics_of_hard_discs() {
+        const CHAINS: u32 = 600;
+        const DRAWN: usize = 20_000;
+        for ends in [Ends::Periodic, Ends::Free] {
+            let is_periodic = ends == Ends::Periodic;
+            let shaken: Vec<[f64; 5]> = (0..CHAINS)
+                .map(|seed| {
+                    let (settings, side) = settings(ends, seed);
+                    let roots = Arrangement::new(&settings, COLUMNS, REACH).expect("there is room").roots;
+                    let radius = settings.tool.body_radius_m;
+                    let places: Vec<[f64; 2]> = roots.iter().map(|root| [root.angle * radius, root.z]).collect();
+                    statistics(&places, side, is_periodic)
+                })
+                .collect();
+            let (_, side) = settings(ends, 0);
+            let mut random = Rng::with_seed(1);
+            let mut drawn = Vec::new();
+            while drawn.len() < DRAWN {
+                let places: Vec<[f64; 2]> =
+                    (0..COLUMNS * ROWS).map(|_| [random.f64() * side, (random.f64() - 0.5) * side]).collect();
+                let nearest = |a: usize, b: usize| {
+                    let [x, z] = [0, 1].map(|i| places[a][i] - places[b][i]);
+                    let [x, image] = [x, z].map(|d| d - side * (d / side).round());
+                    x.hypot(if is_periodic { image } else { z })
+                };
+                if (0..places.len()).all(|a| (0..a).all(|b| nearest(a, b) >= REACH)) {
+                    drawn.push(statistics(&places, side, is_periodic));
+                }
+            }
+            for (of, name) in
+                ["nearest neighbour", "within 1.1", "within 1.3", "within 1.6", "height"].iter().enumerate()
+            {
+                let [[own, own_error], [exact, exact_error]] = [mean(&shaken, of), mean(&drawn, of)];
+                // Seeds are fixed; of ten means one is farther than 3.5 standard errors off by chance in one of 200 tries.
+                let error = (own_error + exact_error).sqrt();
+                assert!((own - exact).abs() < 3.5 * error, "{ends:?}, {name}: {own} and {exact} ± {error}");
+                assert!(error < 0.05 * exact, "{ends:?}, {name}: {exact} ± {error} tells nothing");
+            }
+        }
+    }
+}

@@ -90,6 +90,6 @@ impl<M: ClampMotion + Sync> Assembly<M> {
 
     /// Energy of the filaments and their contacts in J.
     pub fn energy(&mut self) -> f64 {
-        self.bundle.energy(&self.motion).0
+        self.bundle.budget(&self.motion).energy
     }
 }

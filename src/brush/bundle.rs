@@ -9,15 +9,15 @@ use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Changes, Field, GroupField, Lane, Node, Place};
+use super::field::{Changes, Field, GroupField, Lane, Node, Place, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::presses::{Press, PressLaw, PressTangent};
 use super::team;
 use crate::contact::ContactForce;
-use crate::equations::linear::{add, dot, scale, zero};
+use crate::equations::linear::{add, dot, scale, sub, zero};
 use crate::equations::{
     Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent, PolarAxis,
-    StepWeights,
+    Real, StepWeights,
 };
 use crate::simulation::{Equations, Filament, Form};
 use crate::tool::ClampMotion;
@@ -28,6 +28,8 @@ struct Group {
     /// Its number.
     index: usize,
     equations: Equations<Lane>,
+    /// When the clamps were last evaluated, in s, and their motion then.
+    time: Option<f64>,
     clamp: Clamp<Lane>,
     /// The first filament.
     first: usize,
@@ -46,6 +48,9 @@ struct Group {
 enum Activity {
     /// Its straight filaments have not been touched yet: they turn with the body, and have no equations to solve.
     Rests,
+    /// Its filaments have left the workpiece for good, and those behind them, too: they turn with the body in the shape that they have,
+    /// and nothing touches them.
+    Left,
     /// Its equations are solved for this stage.
     Solved,
     /// Its equations are to be solved by themselves.
@@ -70,8 +75,9 @@ impl NodeLoads<Lane> for GroupLoads<'_> {
     fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lane>)) {
         let none = [zero(); 3];
         for (segment, ends) in self.changes.iter().flat_map(|changes| changes.blocks()) {
-            let ends = ends.map(|ends| ends.map(|position| NodeTangent { position, velocity: none }));
-            add(PointTangent { segment, ends });
+            let [[a, b], [c, d]] = ends;
+            let at = |position: &[[Lane; 3]; 3]| NodeTangent { position: *position, velocity: none };
+            add(PointTangent { segment, ends: [[at(a), at(b)], [at(c), at(d)]] });
         }
     }
 
@@ -130,6 +136,24 @@ pub struct WorkpieceLoad {
     pub edge_place: f64,
     /// `F_n |v_t|` there in W.
     pub edge_power: f64,
+}
+
+impl WorkpieceLoad {
+    /// Far from the workpiece.
+    const NONE: Self = Self {
+        normal: 0.0,
+        force: [0.0; 3],
+        moment: 0.0,
+        on_edges: 0.0,
+        friction_power: 0.0,
+        damped_power: 0.0,
+        moving_power: 0.0,
+        energy: 0.0,
+        pressing: f64::NEG_INFINITY,
+        edge_penetration: 0.0,
+        edge_place: 0.0,
+        edge_power: 0.0,
+    };
 }
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
@@ -192,6 +216,30 @@ impl Clearance {
     }
 }
 
+/// What all filaments have together, and what they exchange with their surroundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// Energy of the filaments and their contacts in J.
+    pub energy: f64,
+    /// Momentum of the filaments in N s.
+    pub momentum: [f64; 3],
+    /// What goes in and out.
+    pub exchange: Exchange,
+}
+
+/// What filaments exchange with their surroundings at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Exchange {
+    /// Power of the clamps and of a moving workpiece in W.
+    pub work: f64,
+    /// Power that joints and contacts take, in W.
+    pub taken: f64,
+    /// Force of clamps, workpiece and gravity in N. What filaments do to each other is not in it.
+    pub force: [f64; 3],
+    /// The sum of the magnitudes of the forces of the workpiece in N.
+    pub strength: f64,
+}
+
 /// The work of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
@@ -236,7 +284,13 @@ pub struct Bundle<M> {
     incoming: Vec<Vec<[u32; 2]>>,
     loads: Vec<WorkpieceLoad>,
     clearances: Vec<Clearance>,
+    /// From when on, in s, each filament may leave.
+    last_contacts: Vec<f64>,
     krylov: Krylov,
+    /// Which groups are solved together.
+    coupled: Vec<bool>,
+    /// Scratch: the charts of a group.
+    charts: Vec<PolarAxis>,
 }
 
 /// Newton's method did not converge.
@@ -268,6 +322,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 Group {
                     index,
                     equations: Equations::new(form, Chain::from_lanes(|lane| &bristle(lane).chain)),
+                    time: None,
                     clamp: Clamp::from_lanes(|lane| bristle(lane).motion.at(0.0)),
                     first,
                     count,
@@ -295,7 +350,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             incoming: vec![Vec::new(); groups.len()],
             loads: vec![WorkpieceLoad::default(); bristles.len()],
             clearances: bristles.iter().map(|bristle| Clearance::new(bristle, rate)).collect(),
+            last_contacts: vec![f64::INFINITY; bristles.len()],
             krylov: Krylov::default(),
+            coupled: Vec::with_capacity(groups.len()),
+            charts: Vec::with_capacity(n),
             layout,
             groups,
             bristles,
@@ -317,6 +375,51 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         for (clearance, time) in self.clearances.iter_mut().zip(times) {
             clearance.first_contact = time;
         }
+    }
+
+    /// Sets from when on, in s, the contact of each filament with the workpiece no longer counts, so that it may be
+    /// [left out](Self::leave_out). Without, all of them stay.
+    pub fn set_last_contacts(&mut self, times: Vec<f64>) {
+        self.last_contacts = times;
+    }
+
+    /// Leaves out the groups that no longer have a part in what counts: they turn with the body from now on. Returns whether there are
+    /// new ones.
+    ///
+    /// A filament reaches no farther than its length, so that one whose root is farther from the workpiece does not touch it, whatever
+    /// its shape. It is left out once the body has turned on by so much that those behind it, on which it might press, do not touch it
+    /// either. Whether it is left out depends on the time alone, and so does a run that is resumed.
+    pub fn leave_out(&mut self, motion: &mut Motion) -> bool {
+        /// In rad.
+        const BEHIND: f64 = 0.15;
+        let n = self.layout.segments;
+        let Self { groups, bristles, loads, forces, candidates, last_contacts, rate, .. } = self;
+        let now = motion.time;
+        let times = [now, now - BEHIND / rate.abs()];
+        let is_out_of_reach = |filament: usize| {
+            let Filament { chain, motion, law, workpiece } = &bristles[filament];
+            let reach = chain.length * chain.segments() as f64 + law.radius;
+            now >= last_contacts[filament]
+                && times.iter().all(|time| workpiece.surface(motion.at(*time).position, *time).gap > reach)
+        };
+        let mut any = false;
+        for group in groups.iter_mut() {
+            let mut filaments = group.first..group.first + group.count;
+            let turns = group.equations.charts().iter().all(|chart| *chart == PolarAxis::Z);
+            let stays = matches!(group.activity, Activity::Left | Activity::Rests) || !turns;
+            if stays || !filaments.all(is_out_of_reach) {
+                continue;
+            }
+            any = true;
+            group.activity = Activity::Left;
+            let blocks = group.index * n..(group.index + 1) * n;
+            motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(*rate)]);
+            motion.accelerations[blocks].fill([zero_lane(); 2]);
+            loads[group.first..group.first + group.count].fill(WorkpieceLoad::NONE);
+            forces.0[group.index * (n + 1)..][..=n].fill([zero_lane(); 3]);
+            candidates.leave_out(group.index);
+        }
+        any
     }
 
     /// Position of a node in m, where it was last evaluated; 0 is the root.
@@ -411,8 +514,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         /// Above this least sine, a chart is good enough.
         const GOOD: f64 = 0.3;
         let n = self.layout.segments;
-        for (index, group) in self.groups.iter_mut().enumerate() {
-            let mut charts = group.equations.charts().to_vec();
+        let Self { groups, charts, .. } = self;
+        for (index, group) in groups.iter_mut().enumerate() {
+            charts.clear();
+            charts.extend_from_slice(group.equations.charts());
             let mut has_changed = false;
             for (k, chart) in charts.iter_mut().enumerate() {
                 let at = index * n + k;
@@ -443,7 +548,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 has_changed = true;
             }
             if has_changed {
-                group.equations.set_charts(&charts);
+                group.equations.set_charts(charts);
                 group.factorised = None;
             }
         }
@@ -453,13 +558,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     pub fn evaluate(&mut self, motion: &Motion) {
         self.begin_stage();
         self.place(motion);
-        self.find_presses(motion.time, None);
+        self.find_presses(motion.time, None, true);
         self.add_loads(motion.time);
     }
 
     fn begin_stage(&mut self) {
         for group in &mut self.groups {
-            if group.activity != Activity::Rests {
+            if !matches!(group.activity, Activity::Rests | Activity::Left) {
                 group.activity = Activity::Alone;
             }
         }
@@ -483,12 +588,14 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
-    fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
+    /// All groups were placed if these `are_all`, otherwise those that are being solved.
+    fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>, are_all: bool) {
         let n = self.layout.segments;
         let Self {
             candidates, positions, velocities, presses, earlier, tangents, incoming, groups, law, layout, ..
         } = self;
-        candidates.update(positions, self.rate * time);
+        let moved = |group: usize| are_all || matches!(groups[group].activity, Activity::Alone | Activity::Coupled);
+        candidates.update(positions, self.rate * time, moved);
         // By the motion of the positions: solutions multiply by its weight.
         let relative = weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]);
         std::mem::swap(presses, earlier);
@@ -544,42 +651,63 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let around = Surroundings { bristles, positions, velocities, presses, incoming, candidates, time };
         let parts = forces.0.chunks_mut(n + 1).zip(loads.chunks_mut(LANES)).zip(clearances.chunks_mut(LANES));
         for (group, ((forces, loads), clearances)) in groups.iter_mut().zip(parts) {
+            if group.activity == Activity::Left {
+                continue;
+            }
             group.meet(&around, loads, clearances, &mut GroupField::new(group.index, n, forces));
         }
     }
 
-    /// The energy of the filaments and their contacts in J, and two powers in W: that of the clamps and of a moving workpiece, and what
-    /// joints and contacts take.
-    pub fn energy(&mut self, motion: &Motion) -> (f64, [f64; 2]) {
+    /// What the filaments that have not left have and exchange with their surroundings.
+    pub fn budget(&mut self, motion: &Motion) -> Budget {
         let n = self.layout.segments;
         self.evaluate(motion);
-        let Self { groups, forces, residual, .. } = self;
-        let (mut energy, mut work, mut taken) = (0.0, 0.0, 0.0);
+        let Self { groups, forces, residual, bristles, velocities, loads, .. } = self;
+        let mut budget = Budget::default();
         for (index, group) in groups.iter_mut().enumerate() {
+            if group.activity == Activity::Left {
+                continue;
+            }
             let at = index * n..(index + 1) * n;
             let state = [&motion.q[at.clone()], &motion.v[at.clone()], &motion.accelerations[at.clone()]];
             group.residual(state, &forces.0[index * (n + 1)..][..=n], &mut residual[at]);
             let energies = group.equations.energies(&group.clamp, state[0], state[1]);
-            let power = dot(group.equations.root_force(), group.clamp.velocity) + energies.clamp_torque_power;
+            let root_force = group.equations.root_force();
+            let power = dot(root_force, group.clamp.velocity) + energies.clamp_torque_power;
             for lane in 0..group.count {
-                energy += [energies.kinetic, energies.spring, energies.gravity]
+                budget.energy += [energies.kinetic, energies.spring, energies.gravity]
                     .map(|part| part.lane(lane))
                     .iter()
                     .sum::<f64>();
-                work += power.lane(lane);
-                taken += 2.0 * energies.dissipation.lane(lane);
+                let Exchange { work, taken, force, strength } = &mut budget.exchange;
+                *work += power.lane(lane);
+                *taken += 2.0 * energies.dissipation.lane(lane);
+                let filament = group.first + lane;
+                let Filament { chain, .. } = &bristles[filament];
+                let mut mass = 0.0;
+                for (k, link) in chain.links.iter().enumerate() {
+                    let ends = [k, k + 1].map(|k| velocities.at(Node::new(filament, k, n)));
+                    let momentum = scale(0.5 * link.mass, add(ends[0], ends[1]));
+                    budget.momentum = add(budget.momentum, momentum);
+                    mass += link.mass;
+                }
+                let root = root_force.map(|component| component.lane(lane));
+                let outside = add(loads[filament].force, scale(mass, chain.gravity));
+                *force = add(*force, add(root, outside));
+                *strength += dot(loads[filament].force, loads[filament].force).sqrt();
             }
         }
+        let Budget { energy, exchange, .. } = &mut budget;
         for load in &self.loads {
-            energy += load.energy;
-            work += load.moving_power;
-            taken += load.friction_power + load.damped_power;
+            *energy += load.energy;
+            exchange.work += load.moving_power;
+            exchange.taken += load.friction_power + load.damped_power;
         }
-        for (_, press) in self.presses() {
-            energy += press.energy();
-            taken += press.dissipated;
+        for (_, press) in self.presses.iter().flatten() {
+            *energy += press.energy();
+            exchange.taken += press.dissipated;
         }
-        (energy, [work, taken])
+        budget
     }
 
     /// Solves the equations of a stage for `motion.accelerations`: `q` and `v` are `base` and their products with `weights`.
@@ -605,26 +733,32 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.presses.iter_mut().for_each(Vec::clear);
         while effort.newton_iterations < MOST {
             effort.newton_iterations += 1;
-            self.follow(motion, [base_q, base_v], weights, effort.newton_iterations == 1);
-            self.find_presses(motion.time, Some(weights));
-            effort.factorisations += self.linearise(motion, weights);
+            let is_first = effort.newton_iterations == 1;
+            self.follow(motion, [base_q, base_v], weights, is_first);
+            self.find_presses(motion.time, Some(weights), is_first);
+            effort.factorisations += self.linearise(motion, weights, is_first);
             effort.krylov_vectors += self.solve_coupled(weights[0], FORCING).ok_or(NoConvergence)?;
             let largest = weights[1] * self.correct(motion, weights[1], tolerance);
             if !largest.is_finite() {
                 return Err(NoConvergence);
             }
             if largest <= tolerance {
-                for (k, acceleration) in motion.accelerations.iter().enumerate() {
-                    follow(&mut motion.q[k], &base_q[k], weights[0], acceleration);
-                    follow(&mut motion.v[k], &base_v[k], weights[1], acceleration);
-                }
+                wide(
+                    #[inline(always)]
+                    || {
+                        for (k, acceleration) in motion.accelerations.iter().enumerate() {
+                            follow(&mut motion.q[k], &base_q[k], weights[0], acceleration);
+                            follow(&mut motion.v[k], &base_v[k], weights[1], acceleration);
+                        }
+                    },
+                );
                 return Ok(effort);
             }
         }
         Err(NoConvergence)
     }
 
-    /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
+    /// Places the groups that are not solved yet by their accelerations; those that turn with the body only in the first iteration.
     fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2], is_first: bool) {
         let n = self.layout.segments;
         let Self { groups, positions, velocities, bristles, .. } = self;
@@ -639,13 +773,19 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(
             parts.enumerate(),
             |(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
-                if group.activity == Activity::Solved || (group.activity == Activity::Rests && !is_first) {
+                let turns = matches!(group.activity, Activity::Rests | Activity::Left);
+                if group.activity == Activity::Solved || (turns && !is_first) {
                     return;
                 }
-                for (k, acceleration) in accelerations.iter().enumerate() {
-                    follow(&mut q[k], &base_q[k], weights[0], acceleration);
-                    follow(&mut v[k], &base_v[k], weights[1], acceleration);
-                }
+                wide(
+                    #[inline(always)]
+                    || {
+                        for (k, acceleration) in accelerations.iter().enumerate() {
+                            follow(&mut q[k], &base_q[k], weights[0], acceleration);
+                            follow(&mut v[k], &base_v[k], weights[1], acceleration);
+                        }
+                    },
+                );
                 group.place(bristles, *time, [q, v], [positions, velocities]);
             },
         );
@@ -653,7 +793,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
     /// done before. Solves the equations of those that are alone. Returns the number of factorisations.
-    fn linearise(&mut self, motion: &Motion, weights: [f64; 2]) -> usize {
+    fn linearise(&mut self, motion: &Motion, weights: [f64; 2], is_first: bool) -> usize {
         let n = self.layout.segments;
         let Self {
             groups,
@@ -684,7 +824,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(
             parts.enumerate(),
             |((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual)| {
-                if group.activity == Activity::Solved {
+                let meets_none = presses[group.index].is_empty() && incoming[group.index].is_empty();
+                let still_rests = group.activity == Activity::Rests && !is_first && meets_none;
+                if matches!(group.activity, Activity::Solved | Activity::Left) || still_rests {
                     return;
                 }
                 let mut forces = GroupField::new(group.index, n, forces);
@@ -723,22 +865,15 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
     fn solve_coupled(&mut self, by_position: f64, forcing: f64) -> Option<usize> {
         let n = self.layout.segments;
-        let Self { groups, displacements, forces, tangents, incoming, residual, krylov, .. } = self;
-        let groups: Vec<&mut Group> = groups.iter_mut().filter(|group| group.activity == Activity::Coupled).collect();
-        if groups.is_empty() {
+        let Self { groups, displacements, forces, tangents, incoming, residual, krylov, coupled, .. } = self;
+        coupled.clear();
+        coupled.extend(groups.iter().map(|group| group.activity == Activity::Coupled));
+        if !coupled.contains(&true) {
             return Some(0);
         }
-        let indices: Vec<usize> = groups.iter().map(|group| group.index).collect();
-        let mut compact: Vector =
-            indices.iter().flat_map(|index| &residual[index * n..(index + 1) * n]).copied().collect();
         let factor = Lane::from_lanes(|_| -by_position);
         let mut coupling = Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor };
-        let vectors =
-            gmres::solve(&mut coupling, &mut compact, forcing, krylov, Division { blocks: n, groups: &indices })?;
-        for (part, index) in compact.chunks(n).zip(&indices) {
-            residual[index * n..(index + 1) * n].copy_from_slice(part);
-        }
-        Some(vectors)
+        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled })
     }
 
     /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
@@ -753,17 +888,23 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.accelerations.chunks_mut(n));
         team::for_each(parts.enumerate(), |(((group, corrections), displacements), accelerations)| {
             group.largest = 0.0;
-            if matches!(group.activity, Activity::Solved | Activity::Rests) {
+            if matches!(group.activity, Activity::Solved | Activity::Rests | Activity::Left) {
                 return;
             }
-            for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
-                for (value, correction) in acceleration.iter_mut().zip(correction) {
-                    *value = *value - *correction;
-                }
-            }
             group.displace(corrections, displacements);
-            let squares = displacements[1..].iter().map(|displacement| dot(*displacement, *displacement));
-            let squares = squares.fold(Lane::from_lanes(|_| 0.0), Lane::max);
+            let squares = wide(
+                #[inline(always)]
+                || {
+                    for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
+                        *acceleration = sub(*acceleration, *correction);
+                    }
+                    let mut most = Lane::from_f64(0.0);
+                    for displacement in &displacements[1..] {
+                        most = most.max(dot(*displacement, *displacement));
+                    }
+                    most
+                },
+            );
             let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
             group.largest = of_lanes.fold(0.0, larger).sqrt();
             if group.activity == Activity::Alone && by_rate * group.largest <= tolerance {
@@ -787,8 +928,11 @@ impl Group {
         [q, v]: [&[[Lane; 2]]; 2],
         [positions, velocities]: [&mut [[Lane; 3]]; 2],
     ) {
-        let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
-        self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
+        if self.time != Some(time) {
+            let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
+            self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
+            self.time = Some(time);
+        }
         self.equations.place(&self.clamp, q, v);
         (positions[0], velocities[0]) = (self.clamp.position, self.clamp.velocity);
         self.equations.nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
@@ -828,7 +972,7 @@ impl Group {
         for (lane, (load, clearance)) in loads.iter_mut().zip(clearances).enumerate() {
             let filament = self.first + lane;
             let bristle = &around.bristles[filament];
-            *load = WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() };
+            *load = WorkpieceLoad::NONE;
             let way = around.candidates.way(filament);
             if time < clearance.first_contact || clearance.is_sure(time, way) {
                 continue;
@@ -904,14 +1048,21 @@ impl Group {
     fn residual(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], residual: &mut [[Lane; 2]]) {
         let loads = GroupLoads { forces, changes: None };
         self.equations.residual(&self.clamp, q, v, accelerations, &loads, residual);
-        for block in residual {
-            if self.equations.form() == Form::Planar {
-                block[0] = Lane::from_lanes(|_| 0.0);
-            }
-            for lane in self.count..LANES {
-                block.iter_mut().for_each(|value| value.set_lane(lane, 0.0));
-            }
-        }
+        let is_planar = self.equations.form() == Form::Planar;
+        let present = LaneSet::first(self.count);
+        wide(
+            #[inline(always)]
+            || {
+                for block in residual {
+                    if is_planar {
+                        block[0] = zero_lane();
+                    }
+                    if self.count < LANES {
+                        *block = [block[0].select(present, zero_lane()), block[1].select(present, zero_lane())];
+                    }
+                }
+            },
+        );
     }
 
     fn factorise(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], weights: [f64; 2]) {
@@ -963,7 +1114,8 @@ impl Group {
 
 /// The groups that are solved together.
 struct Coupling<'a> {
-    groups: Vec<&'a mut Group>,
+    /// All groups.
+    groups: &'a mut [Group],
     displacements: &'a mut Field,
     forces: &'a mut Field,
     tangents: &'a [Vec<PressTangent>],
@@ -973,13 +1125,6 @@ struct Coupling<'a> {
     factor: Lane,
 }
 
-/// The parts of a field that belong to some groups, in ascending order.
-fn parts_of<'a>(field: &'a mut Field, groups: &[&mut Group], segments: usize) -> Vec<&'a mut [[Lane; 3]]> {
-    let mut groups = groups.iter().map(|group| group.index).peekable();
-    let all = field.0.chunks_mut(segments + 1).enumerate();
-    all.filter_map(|(index, part)| groups.next_if_eq(&index).map(|_| part)).collect()
-}
-
 impl Coupled for Coupling<'_> {
     fn precondition(
         &mut self,
@@ -987,12 +1132,11 @@ impl Coupled for Coupling<'_> {
         y: &mut Vector,
         prepare: impl Fn(usize, &mut gmres::Part, &mut gmres::Part) + Sync,
     ) {
-        let parts = parts_of(self.displacements, &self.groups, self.segments);
         let vectors = x.chunks_mut(self.segments).zip(y.chunks_mut(self.segments));
-        let parts = self.groups.iter_mut().zip(vectors).zip(parts).enumerate();
-        let parts = parts.map(|part| (part.1.0.0.index, part));
-        team::for_each(parts, |(number, ((group, (x, y)), displacements))| {
-            prepare(number, x, y);
+        let parts = self.groups.iter_mut().zip(vectors).zip(self.displacements.0.chunks_mut(self.segments + 1));
+        let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
+        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, (x, y)), displacements)| {
+            prepare(group.index, x, y);
             group.equations.solve(x);
             group.displace(x, displacements);
         });
@@ -1005,10 +1149,10 @@ impl Coupled for Coupling<'_> {
         combine: impl Fn(usize, &mut gmres::Part, &mut Vec<f64>) + Sync,
     ) {
         let Self { groups, displacements, forces, tangents, incoming, segments, factor } = self;
-        let parts = parts_of(forces, groups, *segments);
-        let parts = groups.iter_mut().zip(image.chunks_mut(*segments).zip(sums)).zip(parts).enumerate();
-        let parts = parts.map(|part| (part.1.0.0.index, part));
-        team::for_each(parts, |(number, ((group, (image, sums)), forces))| {
+        let vectors = image.chunks_mut(*segments).zip(sums);
+        let parts = groups.iter_mut().zip(vectors).zip(forces.0.chunks_mut(*segments + 1));
+        let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
+        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, (image, sums)), forces)| {
             let mut forces = GroupField::new(group.index, *segments, forces);
             forces.clear();
             for tangent in &tangents[group.index] {
@@ -1018,25 +1162,35 @@ impl Coupled for Coupling<'_> {
                 tangents[from as usize][index as usize].couple_nearest(displacements, &mut forces);
             }
             group.equations.torques(&forces.vectors()[1..], image);
-            for block in &mut *image {
-                *block = block.map(|value| value * *factor);
-            }
-            combine(number, image, sums);
+            wide(
+                #[inline(always)]
+                || {
+                    for block in &mut *image {
+                        *block = [block[0] * *factor, block[1] * *factor];
+                    }
+                },
+            );
+            combine(group.index, image, sums);
         });
     }
 }
 
 /// `base + weight · acceleration`
+#[inline(always)]
 fn follow(block: &mut [Lane; 2], base: &[Lane; 2], weight: f64, acceleration: &[Lane; 2]) {
-    let weight = Lane::from_lanes(|_| weight);
-    for i in 0..2 {
-        block[i] = base[i] + weight * acceleration[i];
-    }
+    let weight = Lane::from_f64(weight);
+    *block = [base[0] + weight * acceleration[0], base[1] + weight * acceleration[1]];
 }
 
-/// Adds to a number that tells sets of contacts apart.
+#[inline(always)]
+fn zero_lane() -> Lane {
+    Lane::from_f64(0.0)
+}
+
+/// Adds to a number that tells sets of contacts apart. Values count from 1: the first contact on the first segment must not leave the
+/// number at zero, which means that nothing is touched.
 fn mix(number: &mut u64, values: [u64; 3]) {
     for value in values {
-        *number = (number.rotate_left(5) ^ value).wrapping_mul(0x517c_c1b7_2722_0a95);
+        *number = (number.rotate_left(5) ^ value.wrapping_add(1)).wrapping_mul(0x517c_c1b7_2722_0a95);
     }
 }

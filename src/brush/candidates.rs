@@ -7,11 +7,11 @@
 
 use std::f64::consts::TAU;
 
-use super::field::{Field, Lane, Node, Place};
+use super::field::{Field, Lane, Node, Place, wide};
 use super::presses::Near;
 use super::team;
 use crate::equations::dispatch::{Loop, dispatch};
-use crate::equations::linear::{dot, scale, sub};
+use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{LANES, Lanewise, Real, sin_cos};
 
 /// Filaments of equal numbers of segments.
@@ -50,28 +50,51 @@ impl Layout {
         let side = (1.2 * self.largest_reach / shortest).ceil() as usize;
         (2 * side + 1).min(self.segments)
     }
-
-    /// Radius of a segment in m.
-    fn radius(&self, filament: usize, segment: usize) -> f64 {
-        self.radii[filament * self.segments + segment]
-    }
 }
 
 /// Half the number of nodes over which a path holds.
 const SPREAD: usize = 6;
 /// A pair of filaments is listed if they may be nearer than the reach and this multiple of it.
-const MARGIN: f64 = 0.3;
+const MARGIN: f64 = 1.0;
 
 /// Points that may press on other filaments.
 #[derive(Clone, Debug)]
 pub struct Candidates {
     layout: Layout,
     margin: f64,
+    /// Number of segments in a window.
+    width: usize,
+    /// The points of each block.
+    stations: Vec<Stations>,
     /// Pairs by the group of the filament whose points they watch.
     pairs: Vec<Vec<Pair>>,
     motion: Motion,
+    /// Which groups nothing touches.
+    left_out: Vec<bool>,
     /// How far each filament had gone when the list was built, by group. Empty before that.
     built: Vec<Lane>,
+    search: Search,
+}
+
+/// Memory of the search for pairs.
+#[derive(Clone, Debug, Default)]
+struct Search {
+    bounds: Vec<Bounds>,
+    starts: Vec<Start>,
+    /// The pairs that were found, by group: both filaments, and by how much the other is moved.
+    found: Vec<Vec<(usize, usize, f64)>>,
+    /// The earlier list of a group.
+    earlier: Vec<Pair>,
+    /// Blocks of pairs that are no longer listed.
+    unused: Vec<Vec<Block>>,
+}
+
+/// Where the angles of a filament begin within a turn.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    angle: f64,
+    width: f64,
+    filament: usize,
 }
 
 /// How far nodes have gone relative to the body.
@@ -82,6 +105,8 @@ struct Motion {
     angle: f64,
     /// The way of each node, or of the farthest among [`SPREAD`] on either side, in m.
     paths: Vec<Lane>,
+    /// Scratch: the last ways of the nodes of each group, with [`SPREAD`] beyond either end.
+    ways: Vec<Lane>,
     /// The way of the farthest node in m, by group.
     farthest: Vec<Lane>,
 }
@@ -129,23 +154,28 @@ impl Candidates {
             positions: Field::new(groups, layout.segments),
             angle: f64::NAN,
             paths: vec![none; groups * (layout.segments + 1)],
+            ways: vec![none; groups * (layout.segments + 1 + 2 * SPREAD)],
             farthest: vec![none; groups],
         };
         Self {
             margin: MARGIN * layout.largest_reach,
+            width: layout.width(),
+            stations: Stations::all(layout.segments, layout.points),
             pairs: vec![Vec::new(); groups],
             motion,
+            left_out: vec![false; groups],
             built: Vec::new(),
+            search: Search { found: vec![Vec::new(); groups], ..Search::default() },
             layout,
         }
     }
 
     /// Follows the nodes to `positions`, and builds the list again if filaments may touch that are not in it. The body is at `angle`
-    /// (rad).
-    pub fn update(&mut self, positions: &Field, angle: f64) {
+    /// (rad). Groups that have not `moved` since the last time are where they were, and so is the body if there are any.
+    pub fn update(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         let is_known = !self.built.is_empty();
         if is_known {
-            self.motion.follow(positions, angle, self.layout.segments);
+            self.motion.follow(positions, angle, self.layout.segments, moved);
         } else {
             self.motion.positions.clone_from(positions);
             self.motion.angle = angle;
@@ -160,43 +190,63 @@ impl Candidates {
 
     /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin. Keeps what is known of pairs.
     fn build(&mut self, positions: &Field) {
-        let Layout { filaments, segments, points, period, .. } = self.layout;
-        let near = self.layout.largest_reach + self.margin;
-        let bounds: Vec<Bounds> = (0..filaments)
-            .map(|filament| Bounds::of((0..=segments).map(|k| positions.at(Node::new(filament, k, segments))), near))
-            .collect();
-        let mut found: Vec<Vec<(usize, usize, f64)>> = vec![Vec::new(); self.pairs.len()];
-        let shifts = period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period]);
-        for_each_close(&bounds, |a, b| {
-            for &shift in &shifts {
+        let Self { layout, margin, stations, pairs: listed, left_out, search, .. } = self;
+        let Layout { filaments, segments, period, .. } = *layout;
+        let Search { bounds, starts, found, earlier, unused } = search;
+        let near = layout.largest_reach + *margin;
+        bounds.clear();
+        bounds.extend((0..filaments).map(|filament| {
+            if left_out[filament / LANES] {
+                return Bounds::NOWHERE;
+            }
+            Bounds::of((0..=segments).map(|k| positions.at(Node::new(filament, k, segments))), near)
+        }));
+        found.iter_mut().for_each(Vec::clear);
+        let around = period.map(|period| [-period, 0.0, period]);
+        let shifts = around.as_ref().map_or(&[0.0][..], |shifts| &shifts[..]);
+        for_each_close(bounds, starts, |a, b| {
+            for &shift in shifts {
                 if bounds[a].overlaps(&bounds[b], shift) {
                     found[a / LANES].push((a, b, shift));
                     found[b / LANES].push((b, a, -shift));
                 }
             }
         });
-        for (pairs, mut found) in self.pairs.iter_mut().zip(found) {
+        for (pairs, found) in listed.iter_mut().zip(found) {
             found.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
-            let mut earlier = std::mem::take(pairs).into_iter().peekable();
+            std::mem::swap(pairs, earlier);
+            let mut known = earlier.drain(..).peekable();
             let key = |pair: &Pair| (pair.own, pair.other, pair.shift);
-            pairs.extend(found.into_iter().map(|wanted| {
-                while earlier.next_if(|pair| key(pair) < wanted).is_some() {}
-                earlier.next_if(|pair| key(pair) == wanted).unwrap_or_else(|| Pair {
-                    own: wanted.0,
-                    other: wanted.1,
-                    shift: wanted.2,
-                    clear_until: f64::NEG_INFINITY,
-                    blocks: vec![Block::UNKNOWN; (segments * points).div_ceil(LANES)],
-                })
-            }));
+            for &wanted in &*found {
+                while let Some(pair) = known.next_if(|pair| key(pair) < wanted) {
+                    unused.push(pair.blocks);
+                }
+                pairs.push(known.next_if(|pair| key(pair) == wanted).unwrap_or_else(|| {
+                    let mut blocks = unused.pop().unwrap_or_default();
+                    blocks.clear();
+                    blocks.resize(stations.len(), Block::UNKNOWN);
+                    let (own, other, shift) = wanted;
+                    Pair { own, other, shift, clear_until: f64::NEG_INFINITY, blocks }
+                }));
+            }
+            unused.extend(known.map(|pair| pair.blocks));
+        }
+    }
+
+    /// Leaves out a group: nothing touches it any longer.
+    pub fn leave_out(&mut self, group: usize) {
+        self.left_out[group] = true;
+        self.pairs[group].clear();
+        for pairs in &mut self.pairs {
+            pairs.retain(|pair| pair.other / LANES != group);
         }
     }
 
     /// The pairs of each group, to be looked at where the nodes were last followed to.
     pub fn by_group(&mut self) -> impl ExactSizeIterator<Item = Watched<'_>> + Send {
-        let Self { layout, motion, pairs, .. } = self;
-        let (layout, motion) = (&*layout, &*motion);
-        pairs.iter_mut().map(move |pairs| Watched { layout, motion, pairs })
+        let Self { layout, motion, width, stations, pairs, .. } = self;
+        let (layout, motion, width, stations) = (&*layout, &*motion, *width, &**stations);
+        pairs.iter_mut().map(move |pairs| Watched { layout, motion, width, stations, pairs })
     }
 
     /// How far the nodes of a filament have gone relative to the body since the start, in m: that of the farthest at each time.
@@ -206,7 +256,7 @@ impl Candidates {
 }
 
 impl Motion {
-    fn follow(&mut self, positions: &Field, angle: f64, segments: usize) {
+    fn follow(&mut self, positions: &Field, angle: f64, segments: usize, moved: impl Fn(usize) -> bool) {
         let (sin, cos) = sin_cos(angle - self.angle);
         self.angle = angle;
         let [sin, cos] = [sin, cos].map(|value| Lane::from_lanes(|_| value));
@@ -217,23 +267,34 @@ impl Motion {
             .chunks_mut(nodes)
             .zip(positions.0.chunks(nodes))
             .zip(self.paths.chunks_mut(nodes))
+            .zip(self.ways.chunks_mut(nodes + 2 * SPREAD))
             .zip(&mut self.farthest);
-        team::for_each(parts.enumerate(), |(((earlier, now), paths), farthest)| {
-            let mut ways = [Lane::from_lanes(|_| 0.0); LONGEST];
-            let ways = &mut ways[..nodes + 2 * SPREAD];
-            let mut most = Lane::from_lanes(|_| 0.0);
-            for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
-                let [x, y, z] = *earlier;
-                let moved = sub(*now, [cos * x - sin * y, sin * x + cos * y, z]);
-                *way = dot(moved, moved).sqrt();
-                most = most.max(*way);
-                *earlier = *now;
-            }
-            for (k, path) in paths.iter_mut().enumerate() {
-                let way = ways[k..=k + 2 * SPREAD].iter().fold(Lane::from_lanes(|_| 0.0), |most, way| most.max(*way));
-                *path = *path + way;
-            }
-            *farthest = *farthest + most;
+        let parts = parts.enumerate().filter(|(group, _)| moved(*group));
+        team::for_each(parts, |((((earlier, now), paths), ways), farthest)| {
+            wide(
+                #[inline(always)]
+                || {
+                    ways.fill(Lane::from_f64(0.0));
+                    let mut most = Lane::from_f64(0.0);
+                    for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
+                        let [x, y, z] = *earlier;
+                        let moved = sub(*now, [cos * x - sin * y, sin * x + cos * y, z]);
+                        *way = dot(moved, moved).sqrt();
+                        most = most.max(*way);
+                        *earlier = *now;
+                    }
+                    // The largest of 2, 4, and 8 that follow each other, and then of those within the spread.
+                    for ahead in [1, 2, 4] {
+                        for k in 0..ways.len() - ahead {
+                            ways[k] = ways[k].max(ways[k + ahead]);
+                        }
+                    }
+                    for (k, path) in paths.iter_mut().enumerate() {
+                        *path = *path + ways[k].max(ways[k + 2 * SPREAD - 7]);
+                    }
+                    *farthest = *farthest + most;
+                },
+            );
         });
     }
 
@@ -246,41 +307,31 @@ impl Motion {
     }
 }
 
-/// Nodes of the longest filament, with those beyond its ends.
-const LONGEST: usize = crate::model::parameters::MAX_SEGMENTS + 1 + 2 * SPREAD;
-
 /// The pairs of one group.
 pub struct Watched<'a> {
     layout: &'a Layout,
     motion: &'a Motion,
+    width: usize,
+    stations: &'a [Stations],
     pairs: &'a mut [Pair],
 }
 
 impl Watched<'_> {
     /// Calls `take` with every point that is nearer to another filament than the reach, with both filaments.
     pub fn for_each_near(self, positions: &Field, mut take: impl FnMut([usize; 2], &Near)) {
-        let Self { layout, motion, pairs } = self;
+        let Self { layout, motion, width, stations, pairs } = self;
         let Layout { segments, points, .. } = *layout;
         let count = segments * points;
-        let width = layout.width();
-        let (mut line, mut own_line, mut beyond) = (Line::default(), Line::default(), Vec::new());
-        let mut own_of_line = usize::MAX;
         for Pair { own, other, shift, clear_until, blocks } in pairs {
             let total = motion.farthest(*own) + motion.farthest(*other);
             if total < *clear_until {
                 continue;
             }
-            line.fill(layout, positions, *other, *shift);
-            if own_of_line != *own {
-                own_line.fill(layout, positions, *own, 0.0);
-                own_of_line = *own;
-            }
+            let line = Line::new(layout, positions, *other, *shift);
+            let own_line = Line::new(layout, positions, *own, 0.0);
             let mut slack = f64::INFINITY;
-            for (number, block) in blocks.iter_mut().enumerate() {
-                let first = number * LANES;
-                let at = |lane: usize| (first + lane).min(count - 1);
-                let middle = (at(0) / points + at(LANES - 1) / points) / 2;
-                let own_path = motion.path(Node::new(*own, middle, segments));
+            for (number, (block, station)) in blocks.iter_mut().zip(stations).enumerate() {
+                let own_path = motion.path(Node::new(*own, station.middle(), segments));
                 let path = |block: &Block| own_path + motion.path(Node::new(*other, block.middle(width), segments));
                 let mut way = path(block);
                 let in_windows = way < block.next_until && total < block.else_until;
@@ -288,13 +339,12 @@ impl Watched<'_> {
                     slack = slack.min(block.slack(way, total));
                     continue;
                 }
-                let x = own_line.points(at, points);
-                let radius = Lane::from_lanes(|lane| own_line.radii[at(lane) / points]);
+                let (x, radius) = own_line.points(station);
                 if !in_windows {
-                    dispatch(Scan { x, radius, line: &line, beyond: &mut beyond });
-                    block.choose(&beyond, width);
+                    let scan = Scan { x, radius, line: &line, width, own_spread: station.spread() };
+                    let [next, others];
+                    (block.first, [next, others]) = dispatch(scan);
                     way = path(block);
-                    let [next, others] = block.outside(&beyond, width, at(LANES - 1) / points - at(0) / points);
                     (block.next_until, block.else_until) = (way + next, total + others);
                 }
                 let nearest = dispatch(Windows { x, radius, line: &line, first: &block.first, width });
@@ -305,10 +355,10 @@ impl Watched<'_> {
                     continue;
                 }
                 (block.clear_until, slack) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-                for lane in (0..LANES).filter(|lane| first + lane < count && nearest.lane(*lane) < 0.0) {
-                    let index = first + lane;
-                    let fraction = ((index % points) as f64 + 0.5) / points as f64;
-                    let point = Place { segment: Node::new(*own, index / points, segments), fraction };
+                let present = LANES.min(count - number * LANES);
+                for lane in (0..present).filter(|lane| nearest.lane(*lane) < 0.0) {
+                    let segment = Node::new(*own, station.segments[lane].into(), segments);
+                    let point = Place { segment, fraction: station.fractions.lane(lane) };
                     let from = block.first[lane] as usize;
                     let near = (from..from + width)
                         .map(|k| {
@@ -337,115 +387,177 @@ impl Watched<'_> {
 impl Block {
     /// The node in the middle of all windows.
     fn middle(&self, width: usize) -> usize {
-        (self.first[0] as usize + self.first[LANES - 1] as usize + width) / 2
+        windows_middle(&self.first, width)
     }
 
     /// How far filaments can go before this block must be looked at again, in m.
     fn slack(&self, way: f64, total: f64) -> f64 {
         (self.clear_until.min(self.next_until) - way).min(self.else_until - total)
     }
-
-    /// Chooses the windows: `width` segments with the nearest one in the middle. `beyond` is how far each is out of reach in m.
-    fn choose(&mut self, beyond: &[Lane], width: usize) {
-        let (mut least, mut nearest) = (Lane::from_lanes(|_| f64::INFINITY), [0_u16; LANES]);
-        for (k, beyond) in beyond.iter().enumerate() {
-            for lane in 0..LANES {
-                if beyond.lane(lane) < least.lane(lane) {
-                    least.set_lane(lane, beyond.lane(lane));
-                    nearest[lane] = k as u16;
-                }
-            }
-        }
-        self.first = nearest.map(|k| k.saturating_sub((width / 2) as u16).min((beyond.len() - width) as u16));
-    }
-
-    /// How far the segments outside the windows are out of reach in m: those for which the path of the middle holds, and all others.
-    fn outside(&self, beyond: &[Lane], width: usize, own_spread: usize) -> [f64; 2] {
-        let middle = self.middle(width);
-        let mut outside = [f64::INFINITY; 2];
-        for (k, beyond) in beyond.iter().enumerate() {
-            // The path of a node holds for so many on either side, and a segment has two.
-            let is_next = own_spread < 2 * SPREAD && k + SPREAD >= middle && k < middle + SPREAD;
-            let least = &mut outside[usize::from(!is_next)];
-            for lane in 0..LANES {
-                let from = self.first[lane] as usize;
-                if !(from..from + width).contains(&k) || !is_next {
-                    *least = least.min(beyond.lane(lane));
-                }
-            }
-        }
-        outside
-    }
 }
 
 /// The centreline of one filament.
-#[derive(Debug, Default)]
-struct Line {
-    /// Components of the nodes in m.
-    nodes: [Vec<f64>; 3],
+struct Line<'a> {
+    /// The nodes of its group in m.
+    nodes: &'a [[Lane; 3]],
+    /// Its lane there.
+    lane: usize,
+    /// `z` by which it is moved, in m.
+    shift: f64,
     /// Radii of the segments in m.
-    radii: Vec<f64>,
+    radii: &'a [f64],
 }
 
-impl Line {
-    fn fill(&mut self, layout: &Layout, positions: &Field, filament: usize, shift: f64) {
-        self.nodes.iter_mut().for_each(Vec::clear);
-        for k in 0..=layout.segments {
-            let [x, y, z] = positions.at(Node::new(filament, k, layout.segments));
-            for (values, value) in self.nodes.iter_mut().zip([x, y, z + shift]) {
-                values.push(value);
-            }
+impl<'a> Line<'a> {
+    fn new(layout: &'a Layout, positions: &'a Field, filament: usize, shift: f64) -> Self {
+        let Layout { segments, .. } = *layout;
+        Self {
+            nodes: positions.group(filament / LANES, segments),
+            lane: filament % LANES,
+            shift,
+            radii: &layout.radii[filament * segments..][..segments],
         }
-        self.radii.clear();
-        self.radii.extend((0..layout.segments).map(|k| layout.radius(filament, k)));
     }
 
+    #[inline(always)]
     fn node(&self, k: usize) -> [f64; 3] {
-        [0, 1, 2].map(|i| self.nodes[i][k])
+        let [x, y, z] = &self.nodes[k];
+        [x.lane(self.lane), y.lane(self.lane), z.lane(self.lane) + self.shift]
     }
 
-    /// The points of a block, by their numbers.
-    fn points(&self, number: impl Fn(usize) -> usize, points: usize) -> [Lane; 3] {
-        let fraction = |lane: usize| ((number(lane) % points) as f64 + 0.5) / points as f64;
-        [0, 1, 2].map(|i| {
-            Lane::from_lanes(|lane| {
-                let k = number(lane) / points;
-                // As `Place::of` computes it.
-                (1.0 - fraction(lane)) * self.nodes[i][k] + fraction(lane) * self.nodes[i][k + 1]
-            })
-        })
+    /// In each lane the node that is so many `steps` from the inner end of one of `segments`.
+    #[inline(always)]
+    fn nodes(&self, segments: &[u16; LANES], steps: usize) -> [Lane; 3] {
+        let mut nodes = [Lane::from_f64(0.0); 3];
+        for lane in 0..LANES {
+            let [x, y, z] = self.node(usize::from(segments[lane]) + steps);
+            nodes[0].0[lane] = x;
+            nodes[1].0[lane] = y;
+            nodes[2].0[lane] = z;
+        }
+        nodes
+    }
+
+    /// The points of a block, and the radii there.
+    fn points(&self, station: &Stations) -> ([Lane; 3], Lane) {
+        let (inner, outer) = (self.nodes(&station.segments, 0), self.nodes(&station.segments, 1));
+        let (outer_share, inner_share) = (station.fractions, Lane::from_f64(1.0) - station.fractions);
+        // As `Place::of` computes it.
+        let x = add(scale(inner_share, inner), scale(outer_share, outer));
+        (x, Lane::from_lanes(|lane| self.radii[usize::from(station.segments[lane])]))
     }
 }
 
-/// How far the points of a block are out of reach of each segment.
+impl Line<'_> {
+    /// How far points are out of reach of a segment in m.
+    #[inline(always)]
+    fn beyond(&self, x: [Lane; 3], radius: Lane, segment: usize) -> Lane {
+        let splat = |[x, y, z]: [f64; 3]| [Lane::from_f64(x), Lane::from_f64(y), Lane::from_f64(z)];
+        let (inner, outer) = (splat(self.node(segment)), splat(self.node(segment + 1)));
+        distance(x, inner, outer) - (radius + Lane::from_f64(self.radii[segment]))
+    }
+}
+
+/// Where the points of a block are on a filament. Lanes that are left over repeat the last point.
+#[derive(Clone, Copy, Debug)]
+struct Stations {
+    segments: [u16; LANES],
+    fractions: Lane,
+}
+
+impl Stations {
+    /// Those of all blocks.
+    fn all(segments: usize, points: usize) -> Vec<Self> {
+        let count = segments * points;
+        let block = |first: usize| {
+            let at = |lane: usize| (first + lane).min(count - 1);
+            Self {
+                segments: std::array::from_fn(|lane| (at(lane) / points) as u16),
+                fractions: Lane::from_lanes(|lane| ((at(lane) % points) as f64 + 0.5) / points as f64),
+            }
+        };
+        (0..count).step_by(LANES).map(block).collect()
+    }
+
+    fn middle(&self) -> usize {
+        usize::from(self.segments[0] + self.segments[LANES - 1]) / 2
+    }
+
+    fn spread(&self) -> usize {
+        usize::from(self.segments[LANES - 1] - self.segments[0])
+    }
+}
+
+/// Chooses the windows of a block: `width` segments with the nearest one in the middle. Returns their first segments, and how far the
+/// segments outside are out of reach in m: those for which the path of the middle holds, and all others.
 struct Scan<'a> {
     x: [Lane; 3],
     radius: Lane,
-    line: &'a Line,
-    beyond: &'a mut Vec<Lane>,
+    line: &'a Line<'a>,
+    width: usize,
+    /// By how many segments the points of the block differ.
+    own_spread: usize,
 }
 
 impl Loop for Scan<'_> {
-    type Output = ();
+    type Output = ([u16; LANES], [f64; 2]);
 
     const LANES: usize = LANES;
 
     #[inline(always)]
-    fn run(self) {
-        let Self { x, radius, line, beyond } = self;
-        beyond.clear();
-        for k in 0..line.radii.len() {
-            let end = |k: usize| [0, 1, 2].map(|i| Lane::from_f64(line.nodes[i][k]));
-            beyond.push(distance(x, end(k), end(k + 1)) - (radius + Lane::from_f64(line.radii[k])));
+    fn run(self) -> Self::Output {
+        let Self { x, radius, line, width, own_spread } = self;
+        let count = line.radii.len();
+        let at = |k: usize| Lane::from_f64(k as f64);
+        let (mut least, mut nearest) = (Lane::from_f64(f64::INFINITY), at(0));
+        for k in 0..count {
+            let beyond = line.beyond(x, radius, k);
+            nearest = nearest + beyond.less_than(least) * (at(k) - nearest);
+            least = min(least, beyond);
         }
+        // NaN is no index: the cast saturates.
+        let first: [u16; LANES] = std::array::from_fn(|lane| {
+            (nearest.lane(lane) as u16).saturating_sub((width / 2) as u16).min((count - width) as u16)
+        });
+        let from = Lane::from_lanes(|lane| f64::from(first[lane]));
+        let middle = windows_middle(&first, width);
+        let mut outside = [Lane::from_f64(f64::INFINITY); 2];
+        for k in 0..count {
+            let beyond = line.beyond(x, radius, k);
+            // The path of a node holds for so many on either side, and a segment has two.
+            let is_next = own_spread < 2 * SPREAD && k + SPREAD >= middle && k < middle + SPREAD;
+            if is_next {
+                let (before, after) = (at(k).less_than(from), (from + at(width - 1)).less_than(at(k)));
+                let in_window = Lane::from_f64(1.0) - (before + after);
+                // Far away, where a point is in its window.
+                outside[0] = min(outside[0], beyond + in_window * Lane::from_f64(FAR));
+            } else {
+                outside[1] = min(outside[1], beyond);
+            }
+        }
+        (first, outside.map(|outside| (0..LANES).map(|lane| outside.lane(lane)).fold(f64::INFINITY, f64::min)))
     }
+}
+
+/// Farther than anything, in m.
+const FAR: f64 = 1e9;
+
+/// The node in the middle of all windows.
+#[inline(always)]
+fn windows_middle(first: &[u16; LANES], width: usize) -> usize {
+    (first[0] as usize + first[LANES - 1] as usize + width) / 2
+}
+
+#[inline(always)]
+fn min(a: Lane, b: Lane) -> Lane {
+    -(-a).max(-b)
 }
 
 /// How far the points of a block are out of reach of the segments of their windows.
 struct Windows<'a> {
     x: [Lane; 3],
     radius: Lane,
-    line: &'a Line,
+    line: &'a Line<'a>,
     first: &'a [u16; LANES],
     width: usize,
 }
@@ -459,12 +571,11 @@ impl Loop for Windows<'_> {
     fn run(self) -> Lane {
         let Self { x, radius, line, first, width } = self;
         let mut nearest = Lane::from_f64(f64::INFINITY);
-        let end = |step: usize| [0, 1, 2].map(|i| Lane::from_lanes(|lane| line.nodes[i][first[lane] as usize + step]));
-        let mut inner = end(0);
+        let mut inner = line.nodes(first, 0);
         for step in 0..width {
-            let outer = end(step + 1);
+            let outer = line.nodes(first, step + 1);
             let radii = Lane::from_lanes(|lane| line.radii[first[lane] as usize + step]);
-            nearest = -(-nearest).max(-(distance(x, inner, outer) - (radius + radii)));
+            nearest = min(nearest, distance(x, inner, outer) - (radius + radii));
             inner = outer;
         }
         nearest
@@ -477,7 +588,7 @@ fn distance(x: [Lane; 3], inner: [Lane; 3], outer: [Lane; 3]) -> Lane {
     let (along, from) = (sub(outer, inner), sub(x, inner));
     let at = dot(along, from) / dot(along, along);
     let (none, all) = (Lane::from_f64(0.0), Lane::from_f64(1.0));
-    let fraction = -(-at.max(none)).max(-all);
+    let fraction = min(at.max(none), all);
     let offset = sub(from, scale(fraction, along));
     dot(offset, offset).sqrt()
 }
@@ -492,6 +603,9 @@ struct Bounds {
 }
 
 impl Bounds {
+    /// Overlaps nothing.
+    const NOWHERE: Self = Self { angles: [0.0, -1.0], axial: [f64::INFINITY, f64::NEG_INFINITY] };
+
     /// Two filaments can only be nearer to each other than `near` (m) if their bounds overlap.
     fn of(nodes: impl Iterator<Item = [f64; 3]> + Clone, near: f64) -> Self {
         let axial =
@@ -528,22 +642,13 @@ impl Bounds {
 }
 
 /// Calls `take` once with all pairs whose angles overlap.
-fn for_each_close(bounds: &[Bounds], mut take: impl FnMut(usize, usize)) {
-    /// Where one interval begins within a turn.
-    struct Start {
-        angle: f64,
-        width: f64,
-        filament: usize,
-    }
-    let mut starts: Vec<Start> = bounds
-        .iter()
-        .enumerate()
-        .map(|(filament, Bounds { angles: [from, to], .. })| {
-            let width = to - from;
-            Start { angle: from.rem_euclid(TAU), width: if width < TAU { width } else { TAU }, filament }
-        })
-        .collect();
-    starts.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+fn for_each_close(bounds: &[Bounds], starts: &mut Vec<Start>, mut take: impl FnMut(usize, usize)) {
+    starts.clear();
+    starts.extend(bounds.iter().enumerate().map(|(filament, Bounds { angles: [from, to], .. })| {
+        let width = to - from;
+        Start { angle: from.rem_euclid(TAU), width: if width < TAU { width } else { TAU }, filament }
+    }));
+    starts.sort_unstable_by(|a, b| a.angle.total_cmp(&b.angle).then(a.filament.cmp(&b.filament)));
     let count = starts.len();
     for (index, start) in starts.iter().enumerate() {
         for ahead in 1..count {
@@ -565,7 +670,6 @@ fn for_each_close(bounds: &[Bounds], mut take: impl FnMut(usize, usize)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::equations::linear::add;
 
     /// A number between -1 and 1 that depends on `seed` alone.
     fn random(seed: &mut u64) -> f64 {
@@ -612,7 +716,7 @@ mod tests {
                 placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
             }
             let before = candidates.built.clone();
-            candidates.update(&placed, angle);
+            candidates.update(&placed, angle, |_| true);
             built += usize::from(candidates.built != before);
             let found = candidates.by_group().map(|watched| {
                 let mut near_ones = Vec::new();
@@ -676,7 +780,7 @@ mod tests {
         let around = |angles: [f64; 2]| Bounds { angles, axial: [0.0; 2] };
         let mut pairs = Vec::new();
         let bounds = [around([-0.1, 0.1]), around([0.05, 0.2]), around([TAU - 0.15, TAU - 0.05]), around([3.0, 3.1])];
-        for_each_close(&bounds, |a, b| pairs.push([a.min(b), a.max(b)]));
+        for_each_close(&bounds, &mut Vec::new(), |a, b| pairs.push([a.min(b), a.max(b)]));
         pairs.sort_unstable();
         assert_eq!(pairs, [[0, 1], [0, 2]]);
     }

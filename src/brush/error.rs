@@ -54,6 +54,17 @@ pub enum BrushError {
     NoConvergence {
         /// When, in s.
         time: f64,
+        /// Number of filaments.
+        filaments: usize,
+    },
+    /// Energy or momentum does not balance.
+    Unresolved {
+        /// Which one.
+        quantity: &'static str,
+        /// By how much it fails to, as a share.
+        residual: f64,
+        /// The largest share allowed.
+        allowed: f64,
     },
     /// Two filaments go through each other.
     Crossing {
@@ -124,9 +135,19 @@ impl Display for BrushError {
             ),
             Self::Threads => write!(f, "threads cannot be started"),
             Self::Checkpoint => write!(f, "the saved state is not one of this brush"),
-            Self::NoConvergence { time } => write!(
+            Self::NoConvergence { time, filaments: 1 } => write!(
+                f,
+                "at {time:.6} s no step converges, however short: a smaller `brush.tolerance`, a softer contact \
+                 (`contact.stiffness_n_m`) or more damping (`filament.damping_ratio`) may help"
+            ),
+            Self::NoConvergence { time, .. } => write!(
                 f,
                 "at {time:.6} s no step converges, however short: a smaller `brush.tolerance` or a lower `brush.stiffness_n_m2` may help"
+            ),
+            Self::Unresolved { quantity, residual, allowed } => write!(
+                f,
+                "the contact was not resolved: the {quantity} balances to {residual:.1e} only, where {allowed:.1e} is allowed. Choose a \
+                 smaller `brush.tolerance`"
             ),
             Self::Crossing { time, pair: [a, b] } => write!(
                 f,
@@ -136,9 +157,10 @@ impl Display for BrushError {
                 name(b)
             ),
             Self::TooFewColumns { columns, needed, around, drift } => {
+                let columns = if *columns == 1 { "1 column is".to_owned() } else { format!("{columns} columns are") };
                 write!(
                     f,
-                    "{columns} columns are too few for a steady stretch: the mean impulse still changes by {:.1} % along it. ",
+                    "{columns} too few for a steady stretch: the mean impulse still changes by {:.1} % along it. ",
                     100.0 * drift
                 )?;
                 if needed <= around {
@@ -151,5 +173,24 @@ impl Display for BrushError {
             Self::Alone(error) => write!(f, "a filament alone: {error}"),
             Self::Stopped => write!(f, "the simulation was asked to stop"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_fit_the_number_of_filaments() {
+        let told = |filaments| BrushError::NoConvergence { time: 1e-3, filaments }.to_string();
+        assert!(
+            told(1).contains("`contact.stiffness_n_m`") && !told(1).contains("brush.stiffness_n_m2"),
+            "{}",
+            told(1)
+        );
+        assert!(told(2).contains("`brush.stiffness_n_m2`"), "{}", told(2));
+        let told = |columns| BrushError::TooFewColumns { columns, needed: 5, around: 9, drift: 0.1 }.to_string();
+        assert!(told(1).starts_with("1 column is too few"), "{}", told(1));
+        assert!(told(2).starts_with("2 columns are too few"), "{}", told(2));
     }
 }

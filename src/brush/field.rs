@@ -1,10 +1,30 @@
 //! Vectors at the nodes of many filaments, in lanes.
 
+use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, Lanes, Lanewise};
 
 /// A number of each filament of a group.
 pub type Lane = Lanes<LANES>;
+
+/// Does `work`, a loop over lanes, with the widest instructions of the machine.
+#[inline(always)]
+pub fn wide<R>(work: impl FnOnce() -> R) -> R {
+    dispatch(Wide(work))
+}
+
+struct Wide<F>(F);
+
+impl<R, F: FnOnce() -> R> Loop for Wide<F> {
+    type Output = R;
+
+    const LANES: usize = LANES;
+
+    #[inline(always)]
+    fn run(self) -> R {
+        (self.0)()
+    }
+}
 
 /// A node: filaments are in groups of [`LANES`], whose nodes follow each other from the root to the tip.
 ///
@@ -78,6 +98,11 @@ impl Field {
         let [x, y, z] = &self.0[node.row()];
         let lane = node.lane();
         [x.lane(lane), y.lane(lane), z.lane(lane)]
+    }
+
+    /// The vectors at the nodes of one group, from the root.
+    pub fn group(&self, group: usize, segments: usize) -> &[[Lane; 3]] {
+        &self.0[group * (segments + 1)..][..=segments]
     }
 
     /// Puts a vector at a node.

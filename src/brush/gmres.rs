@@ -1,7 +1,9 @@
 //! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between them.
 
+use std::iter;
 use std::ops::Range;
 
+use super::field::wide;
 use super::team;
 use crate::equations::{LANES, Lanes, Lanewise};
 
@@ -13,10 +15,10 @@ pub type Part = [[Lanes<LANES>; 2]];
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
-    /// `M⁻¹ x`, in place, once `prepare` has put the part of each group into `x`, with that of `y`.
+    /// `M⁻¹ x`, in place, once `prepare` has put the part of each coupled group into `x`, with that of `y`.
     fn precondition(&mut self, x: &mut Vector, y: &mut Vector, prepare: impl Fn(usize, &mut Part, &mut Part) + Sync);
 
-    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each group, and one of `sums`.
+    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each coupled group, and one of `sums`.
     fn couple(
         &mut self,
         image: &mut Vector,
@@ -28,11 +30,19 @@ pub trait Coupled {
 /// Memory of [`solve`].
 #[derive(Clone, Debug, Default)]
 pub struct Krylov {
-    /// Vectors of the basis, each to be multiplied by its factor.
-    basis: Vec<(Vector, f64)>,
+    /// Vectors of the basis, and the next one, each to be multiplied by its factor.
+    basis: Vec<Vector>,
+    factors: Vec<f64>,
     preconditioned: Vec<Vector>,
     /// Sums over groups.
     sums: Vec<Vec<f64>>,
+    /// The columns of the Hessenberg matrix, made triangular by rotations as it grows.
+    triangle: Vec<Vec<f64>>,
+    rotations: Vec<[f64; 2]>,
+    /// The right side after the rotations.
+    remaining: Vec<f64>,
+    /// What is still to be subtracted from the next vector, by vector of the basis.
+    projections: Vec<f64>,
 }
 
 /// How vectors are divided into parts.
@@ -40,8 +50,33 @@ pub struct Krylov {
 pub struct Division<'a> {
     /// Blocks of a part.
     pub blocks: usize,
-    /// The group of each part.
-    pub groups: &'a [usize],
+    /// Which groups are solved; the parts of the others are left as they are.
+    pub coupled: &'a [bool],
+}
+
+impl Division<'_> {
+    /// Does `work` on the parts of the coupled groups, each with an item of `others`.
+    fn for_each<T: Send>(
+        self,
+        vector: &mut Vector,
+        others: impl Iterator<Item = T>,
+        work: impl Fn(usize, &mut Part, T) + Sync,
+    ) {
+        let parts = vector.chunks_mut(self.blocks).zip(others).enumerate().filter(|(group, _)| self.coupled[*group]);
+        team::for_each(parts.map(|(group, part)| (group, (group, part))), |(group, (part, other))| {
+            work(group, part, other);
+        });
+    }
+
+    /// The sum over the coupled groups of their `index`-th sums.
+    fn sum(self, sums: &[Vec<f64>], index: usize) -> f64 {
+        sums.iter().zip(self.coupled).filter(|(_, coupled)| **coupled).map(|(sums, _)| sums[index]).sum()
+    }
+
+    /// Where the part of a group is.
+    fn part(self, group: usize) -> Range<usize> {
+        group * self.blocks..(group + 1) * self.blocks
+    }
 }
 
 /// Share of the square of a vector below which the difference of squares is too inexact.
@@ -63,51 +98,66 @@ pub fn solve(
     krylov: &mut Krylov,
     division: Division<'_>,
 ) -> Option<usize> {
-    krylov.sums.resize_with(division.groups.len(), Vec::new);
-    let mut next = krylov.vector(0, right_side.len());
-    next.clone_from(right_side);
-    let size = norm(&mut next, &mut krylov.sums, division, |_, _| ());
+    krylov.begin(right_side, division);
+    let size = norm(&mut krylov.basis[0], &mut krylov.sums, division, |group, part| {
+        part.copy_from_slice(&right_side[division.part(group)]);
+    });
     if size == 0.0 {
         return Some(0);
     }
     if !size.is_finite() {
         return None;
     }
-    // The Hessenberg matrix, made triangular by rotations as it grows.
-    let mut triangle: Vec<Vec<f64>> = Vec::new();
-    let mut rotations: Vec<[f64; 2]> = Vec::new();
-    let mut remaining = vec![size];
+    krylov.remaining.push(size);
     let mut rest = size;
-    // What is still to be subtracted from the next vector, by vector of the basis.
-    let mut projections: Vec<f64> = Vec::new();
-    let at = |group: usize| group * division.blocks..(group + 1) * division.blocks;
     for step in 0..MAX_VECTORS {
-        let mut image = krylov.vector(step + 1, right_side.len());
-        let Krylov { basis, preconditioned, sums } = krylov;
+        krylov.reserve(step);
+        let Krylov { basis, factors, preconditioned, sums, triangle, rotations, remaining, projections } = krylov;
         let factor = 1.0 / rest;
-        system.precondition(&mut preconditioned[step], &mut next, |group, part, newest| {
-            subtract(newest, &projections, basis, at(group));
-            for (value, newest) in part.iter_mut().zip(newest) {
-                *value = newest.map(|newest| newest * splat(factor));
-            }
+        let (earlier, newest) = basis.split_at_mut(step);
+        system.precondition(&mut preconditioned[step], &mut newest[0], |group, part, newest| {
+            wide(
+                #[inline(always)]
+                || {
+                    subtract(newest, projections, factors, earlier, division.part(group));
+                    for (value, newest) in part.iter_mut().zip(newest) {
+                        *value = [newest[0] * splat(factor), newest[1] * splat(factor)];
+                    }
+                },
+            );
         });
-        basis[step] = (next, factor);
-        let basis = &basis[..=step];
-        system.couple(&mut image, sums, |group, part, sums| {
-            add_scaled(part, factor, &basis[step].0[at(group)]);
-            sums.clear();
-            sums.extend(basis.iter().map(|(vector, factor)| factor * dot(&vector[at(group)], part)));
-            sums.push(dot(part, part));
+        factors.push(factor);
+        let (basis, image) = basis.split_at_mut(step + 1);
+        let image = &mut image[0];
+        system.couple(image, sums, |group, part, sums| {
+            wide(
+                #[inline(always)]
+                || {
+                    add_scaled(part, factor, &basis[step][division.part(group)]);
+                    sums.clear();
+                    let vectors = basis.iter().zip(&*factors);
+                    sums.extend(vectors.map(|(vector, factor)| factor * dot(&vector[division.part(group)], part)));
+                    sums.push(dot(part, part));
+                },
+            );
         });
-        let mut column: Vec<f64> = (0..step + 2).map(|k| sums.iter().map(|sums| sums[k]).sum()).collect();
-        let square = column.pop().expect("the last sum");
-        let left = square - column.iter().map(|projection| projection * projection).sum::<f64>();
-        projections.clone_from(&column);
+        projections.clear();
+        projections.extend((0..=step).map(|index| division.sum(sums, index)));
+        let square = division.sum(sums, step + 1);
+        let left = square - projections.iter().map(|projection| projection * projection).sum::<f64>();
+        let column = &mut triangle[step];
+        column.clone_from(projections);
         rest = if left > CANCELLED * square {
             left.sqrt()
         } else {
-            let projections = std::mem::take(&mut projections);
-            norm(&mut image, sums, division, |group, part| subtract(part, &projections, basis, at(group)))
+            let rest = norm(image, sums, division, |group, part| {
+                wide(
+                    #[inline(always)]
+                    || subtract(part, projections, factors, basis, division.part(group)),
+                );
+            });
+            projections.clear();
+            rest
         };
         for (k, [cos, sin]) in rotations.iter().enumerate() {
             let (upper, lower) = (column[k], column[k + 1]);
@@ -123,59 +173,72 @@ pub fn solve(
         remaining.push(-rotation[1] * remaining[step]);
         remaining[step] *= rotation[0];
         rotations.push(rotation);
-        triangle.push(column);
         let left = remaining[step + 1].abs();
         if left <= tolerance * size {
-            combine(&triangle, &remaining[..=step], preconditioned, right_side, division);
+            remaining.pop();
+            combine(triangle, remaining, preconditioned, right_side, division);
             return Some(step + 1);
         }
         if rest == 0.0 {
             return None;
         }
-        next = image;
     }
     None
 }
 
-/// Solves the triangle by substitution, and sums the preconditioned vectors.
+/// Solves the triangle by substitution, in place, and sums the preconditioned vectors.
 fn combine(
     triangle: &[Vec<f64>],
-    right_side: &[f64],
+    weights: &mut [f64],
     vectors: &[Vector],
     solution: &mut Vector,
     division: Division<'_>,
 ) {
-    let mut weights = right_side.to_vec();
     for row in (0..weights.len()).rev() {
         let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
-    let parts = solution.chunks_mut(division.blocks).enumerate();
-    team::for_each(division.groups.iter().copied().zip(parts), |(group, part)| {
-        part.fill([splat(0.0); 2]);
-        for (weight, vector) in weights.iter().zip(vectors) {
-            add_scaled(part, *weight, &vector[group * division.blocks..(group + 1) * division.blocks]);
-        }
+    division.for_each(solution, iter::repeat(()), |group, part, ()| {
+        wide(
+            #[inline(always)]
+            || {
+                part.fill([splat(0.0); 2]);
+                for (weight, vector) in weights.iter().zip(vectors) {
+                    add_scaled(part, *weight, &vector[division.part(group)]);
+                }
+            },
+        );
     });
 }
 
 impl Krylov {
-    /// The vector at `index`, of `length` blocks to be replaced, and memory for that which is preconditioned.
-    fn vector(&mut self, index: usize, length: usize) -> Vector {
-        if self.basis.len() <= index {
-            self.basis.resize_with(index + 1, Default::default);
-            self.preconditioned.resize_with(index + 1, Vector::new);
+    /// Forgets the last solution. Vectors have the length of `right_side`.
+    fn begin(&mut self, right_side: &Vector, division: Division<'_>) {
+        self.sums.resize_with(division.coupled.len(), Vec::new);
+        self.factors.clear();
+        self.rotations.clear();
+        self.remaining.clear();
+        self.projections.clear();
+        if self.basis.is_empty() {
+            self.basis.push(right_side.clone());
         }
-        self.preconditioned[index].resize(length, [splat(0.0); 2]);
-        let (mut vector, _) = std::mem::take(&mut self.basis[index]);
-        vector.resize(length, [splat(0.0); 2]);
-        vector
+    }
+
+    /// Memory for step `step`.
+    fn reserve(&mut self, step: usize) {
+        if self.basis.len() < step + 2 {
+            let vector = self.basis[0].clone();
+            self.basis.push(vector.clone());
+            self.preconditioned.push(vector);
+            self.triangle.push(Vec::new());
+        }
     }
 }
 
 /// Takes the projections on the vectors of the basis off a part, which is at `blocks` in them.
-fn subtract(part: &mut Part, projections: &[f64], basis: &[(Vector, f64)], blocks: Range<usize>) {
-    for ((vector, factor), projection) in basis.iter().zip(projections) {
+#[inline(always)]
+fn subtract(part: &mut Part, projections: &[f64], factors: &[f64], basis: &[Vector], blocks: Range<usize>) {
+    for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
         add_scaled(part, -projection * factor, &vector[blocks.clone()]);
     }
 }
@@ -187,27 +250,31 @@ fn norm(
     division: Division<'_>,
     change: impl Fn(usize, &mut Part) + Sync,
 ) -> f64 {
-    let parts = vector.chunks_mut(division.blocks).zip(&mut *sums).enumerate();
-    team::for_each(division.groups.iter().copied().zip(parts), |(group, (part, sums))| {
+    division.for_each(vector, sums.iter_mut(), |group, part, sums| {
         change(group, part);
         sums.clear();
-        sums.push(dot(part, part));
+        sums.push(wide(
+            #[inline(always)]
+            || dot(part, part),
+        ));
     });
-    sums.iter().map(|sums| sums[0]).sum::<f64>().sqrt()
+    division.sum(sums, 0).sqrt()
 }
 
+#[inline(always)]
 fn splat(value: f64) -> Lanes<LANES> {
-    Lanes::from_lanes(|_| value)
+    Lanes([value; LANES])
 }
 
+#[inline(always)]
 fn add_scaled(part: &mut Part, factor: f64, other: &Part) {
     for (block, other) in part.iter_mut().zip(other) {
-        for (value, other) in block.iter_mut().zip(other) {
-            *value = *value + splat(factor) * *other;
-        }
+        block[0] = block[0] + splat(factor) * other[0];
+        block[1] = block[1] + splat(factor) * other[1];
     }
 }
 
+#[inline(always)]
 fn dot(a: &Part, b: &Part) -> f64 {
     let mut sum = splat(0.0);
     for (a, b) in a.iter().zip(b) {
@@ -278,8 +345,8 @@ mod tests {
         let right_side: Vec<f64> = (0..size)
             .map(|i| diagonal[i] * expected[i] + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>())
             .collect();
-        let groups: Vec<usize> = (0..right_side.len() / (2 * LANES * BLOCKS)).collect();
-        let division = Division { blocks: BLOCKS, groups: &groups };
+        let coupled = vec![true; right_side.len() / (2 * LANES * BLOCKS)];
+        let division = Division { blocks: BLOCKS, coupled: &coupled };
         let mut solution = folded(&right_side);
         let mut system = Dense { diagonal, coupling, solved: Vec::new() };
         let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");

@@ -20,6 +20,7 @@
 //! # Ok::<(), bristle::brush::BrushError>(())
 //! ```
 
+mod alone;
 mod arrangement;
 mod assembly;
 mod bundle;
@@ -40,7 +41,9 @@ pub use assembly::{Assembly, StepError};
 pub use bundle::Effort;
 pub use error::BrushError;
 pub use presses::PressLaw;
-pub use result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Stretch, ToolSample};
+pub use result::{
+    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, Stretch, ToolSample,
+};
 pub use run::{BrushRun, RunOptions, check_brush, memory_estimate};
 
 use crate::model::settings::Settings;

@@ -237,8 +237,6 @@ impl Press {
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
         let &Self { normal, distance, overlap, stiffness, rate_factor, .. } = self;
-        let share = self.near.nearest.fraction;
-        let shares = [1.0, share - 1.0, -share];
         let elastic = stiffness * overlap;
         let damping = if rate_factor > 0.0 { law.damping } else { 0.0 };
         // How the normal force falls as `x` moves away from `y`.
@@ -248,11 +246,6 @@ impl Press {
         let common: Matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| across * (identity(i, j) - normal[i] * normal[j]) - fall * normal[i] * normal[j])
         });
-        let mut elastic_blocks: [[Matrix; 3]; 3] =
-            std::array::from_fn(|force| std::array::from_fn(|motion| scaled(shares[force] * shares[motion], &common)));
-        if self.near.is_inside {
-            self.shift_nearest(by_position * elastic * rate_factor, &mut elastic_blocks);
-        }
         let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, direction, .. }| {
             let viscous = law.friction * self.normal_force * by_rate / speed;
             Box::new(RubTangent {
@@ -268,22 +261,12 @@ impl Press {
                 shares: self.shares(),
             })
         });
-        PressTangent { point: self.near.point, nearest: self.near.nearest.segment, elastic: elastic_blocks, rub }
-    }
-
-    /// The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
-    fn shift_nearest(&self, force: f64, blocks: &mut [[Matrix; 3]; 3]) {
-        let Near { along, offset, nearest, .. } = self.near;
+        let Near { point, nearest, is_inside, along, offset, .. } = self.near;
         let [inner, outer] = nearest.shares();
+        // The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
+        let shifting = if is_inside { -across / dot(along, along) } else { 0.0 };
         let slopes = [scale(-1.0, along), add(scale(inner, along), offset), sub(scale(outer, along), offset)];
-        let factor = -force / (self.distance * dot(along, along));
-        for (row, force) in blocks.iter_mut().zip(slopes) {
-            for (block, motion) in row.iter_mut().zip(slopes) {
-                for (line, component) in block.iter_mut().zip(force) {
-                    *line = add(*line, scale(factor * component, motion));
-                }
-            }
-        }
+        PressTangent { point, nearest, common, shifting, slopes, rub }
     }
 }
 
@@ -291,10 +274,13 @@ impl Press {
 #[derive(Clone, Debug)]
 pub struct PressTangent {
     point: Place,
-    /// `y`'s segment.
-    nearest: Node,
-    /// Of the normal force, for `x` and both ends of `y`'s segment: `[force][motion]`.
-    elastic: [[Matrix; 3]; 3],
+    nearest: Place,
+    /// Of the normal force, with the displacement of `x` relative to that of `y`.
+    common: Matrix,
+    /// The factor of `g gᵀ`, which is added to it.
+    shifting: f64,
+    /// `g` at `x` and at both ends of `y`'s segment.
+    slopes: [[f64; 3]; 3],
     rub: Option<Box<RubTangent>>,
 }
 
@@ -324,18 +310,30 @@ impl RubTangent {
 impl PressTangent {
     /// Adds how the forces on the ends of `x`'s segment change with its own motion.
     pub fn add_of_point(&self, changes: &mut Changes) {
-        changes.add_at(self.point.segment, self.point.shares(), &self.elastic[0][0]);
+        let mut own = self.common;
+        self.add_shifting(0, 0, &mut own);
+        changes.add_at(self.point.segment, self.point.shares(), &own);
         self.add_rub(0, self.point.segment, changes);
     }
 
     /// Adds how the forces on the ends of `y`'s segment change with its own motion.
     pub fn add_of_nearest(&self, changes: &mut Changes) {
+        let shares = self.nearest.shares();
         for force in 0..2 {
             for motion in 0..2 {
-                changes.add(self.nearest, force, motion, &self.elastic[force + 1][motion + 1]);
+                let mut change = scaled(shares[force] * shares[motion], &self.common);
+                self.add_shifting(force + 1, motion + 1, &mut change);
+                changes.add(self.nearest.segment, force, motion, &change);
             }
         }
-        self.add_rub(2, self.nearest, changes);
+        self.add_rub(2, self.nearest.segment, changes);
+    }
+
+    /// Adds the part of `g gᵀ` of two of `x` and both ends of `y`'s segment, by number.
+    fn add_shifting(&self, force: usize, motion: usize, change: &mut Matrix) {
+        for (row, component) in change.iter_mut().zip(self.slopes[force]) {
+            *row = add(*row, scale(self.shifting * component, self.slopes[motion]));
+        }
     }
 
     fn add_rub(&self, first: usize, segment: Node, changes: &mut Changes) {
@@ -351,9 +349,12 @@ impl PressTangent {
     /// Adds to the `forces` on `x`'s filament how they change with the `displacements` of `y`'s.
     #[inline]
     pub fn couple_point(&self, displacements: &Field, forces: &mut GroupField<'_>) {
-        let [inner, outer] = ends(self.nearest, displacements);
-        let [[_, by_inner, by_outer], ..] = &self.elastic;
-        self.point.load(add(mul(by_inner, inner), mul(by_outer, outer)), forces);
+        let [inner, outer] = ends(self.nearest.segment, displacements);
+        let [at_inner, at_outer] = self.nearest.shares();
+        let moved = add(scale(-at_inner, inner), scale(-at_outer, outer));
+        let [own, by_inner, by_outer] = self.slopes;
+        let shifted = self.shifting * (dot(by_inner, inner) + dot(by_outer, outer));
+        self.point.load(add(mul(&self.common, moved), scale(shifted, own)), forces);
         self.couple_rub(0, self.point.segment, [inner, outer], forces);
     }
 
@@ -361,11 +362,15 @@ impl PressTangent {
     #[inline]
     pub fn couple_nearest(&self, displacements: &Field, forces: &mut GroupField<'_>) {
         let moved = self.point.of(displacements);
-        let [_, [on_inner, ..], [on_outer, ..]] = &self.elastic;
-        forces.add(self.nearest, mul(on_inner, moved));
-        forces.add(self.nearest.outer(), mul(on_outer, moved));
+        let [own, on_inner, on_outer] = self.slopes;
+        let force = mul(&self.common, moved);
+        let shifted = self.shifting * dot(own, moved);
+        let [at_inner, at_outer] = self.nearest.shares();
+        let segment = self.nearest.segment;
+        forces.add(segment, add(scale(-at_inner, force), scale(shifted, on_inner)));
+        forces.add(segment.outer(), add(scale(-at_outer, force), scale(shifted, on_outer)));
         if self.rub.is_some() {
-            self.couple_rub(2, self.nearest, ends(self.point.segment, displacements), forces);
+            self.couple_rub(2, segment, ends(self.point.segment, displacements), forces);
         }
     }
 

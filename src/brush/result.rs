@@ -125,8 +125,25 @@ pub struct BrushResult {
     pub statistics: BrushStatistics,
     /// Mean contact normal impulse of each turn in N s; empty for a single pass.
     pub turn_contact_normal_impulses_n_s: Vec<f64>,
-    /// The balance of the energies, if requested.
-    pub energies: Option<EnergyBalance>,
+    /// The balance of the energies.
+    pub energies: EnergyBalance,
+    /// By how much energy and momentum fail to balance.
+    pub residuals: Residuals,
+    /// By how much the impulse of one filament by itself, in the steps of the brush, differs from that of its error-controlled pass, over
+    /// it: the largest of all turns.
+    pub step_error: f64,
+    /// How deep filaments overlap before they move, in m. They are pushed apart.
+    pub overlap_m: f64,
+}
+
+/// By how much energy and momentum fail to balance, each integrated apart from the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residuals {
+    /// The energy that is lacking over that which was put in and taken, in either direction.
+    pub energy: f64,
+    /// The momentum that is lacking over that of the filaments and the impulse of the workpiece on them. Forces between filaments are not
+    /// part of the sum: what one does to the other must be opposite.
+    pub momentum: f64,
 }
 
 /// The balance of the energies of a sector.

@@ -2,60 +2,141 @@
 
 use std::f64::consts::TAU;
 
+use super::alone;
 use super::arrangement::{self, Arrangement, Root};
 use super::bundle::Bundle;
 use super::candidates::Layout;
 use super::error::BrushError;
 use super::filaments::{self, Mount};
 use super::presses::PressLaw;
-use super::result::{BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, ToolSample};
-use super::sector::{Sector, Timetable, crossing};
+use super::result::{
+    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
+};
+use super::sector::{Balance, Sector, Timetable, crossing};
 use super::stretch;
 use super::team::Team;
 use super::words::{Reader, Writer};
-use crate::equations::lanes_are_compiled;
 use crate::equations::linear::{add, scale};
+use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
-use crate::simulation::{Form, IntegrationError, Pass, Sampling, SimulationError, Stop, is_steady};
+use crate::simulation::{Form, Pass, Sampling, Stop, is_steady};
 use crate::tool::{ClampMotion, Tool, Turning};
 
-/// How a brush is simulated. Results do not depend on it, except for the frames and the energies that it requests.
+/// How a brush is simulated. Results do not depend on it, except for the frames that it requests, and for halved steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunOptions {
     /// Number of threads.
     pub threads: usize,
     /// Number of frames, at most; fewer of large sectors.
     pub frames: usize,
-    /// Whether the balance of the energies is kept.
-    pub tracks_energy: bool,
     /// The memory that may be used, in bytes.
     pub memory: Option<u64>,
+    /// How many times the steps are halved, to check a result.
+    pub halvings: u8,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
-        Self { threads: 1, frames: 0, tracks_energy: false, memory: None }
+        Self { threads: 1, frames: 0, memory: None, halvings: 0 }
     }
 }
 
-/// The time step of a tolerance.
+/// How precisely the steps of a brush are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Precision {
     /// The way of the tips in a step in m.
     step: f64,
     /// Largest last correction of a node's velocity, as a share of the brushing velocity.
     newton: f64,
+    /// Power in W that the balance of the energies may lack in a step, of one filament in contact.
+    lacking: f64,
+    /// The largest difference of an impulse of one filament by itself from that of its pass, over it.
+    error: f64,
 }
 
 impl Precision {
-    /// A step that changes the mean impulse by less than the relative `brush.tolerance` (docs/integrators.md): shorter where the nominal
-    /// contact is shorter than 0.9 of the filament, because fast filaments bounce there, and where filaments rub on each other.
-    fn of(brush: &BrushSettings, contact_length: f64, filament_length: f64) -> Self {
-        let share = (brush.tolerance / 1e-3).powf(2.0 / 3.0);
-        let short = (contact_length / (0.9 * filament_length)).clamp(0.3, 1.0).powf(1.5);
+    /// The first one that is tried: shorter where the nominal contact is shorter than 0.9 of the filament, because fast filaments bounce
+    /// there, and where filaments rub on each other. Longer steps than those of a tolerance of 1e-3 are not faster: they take more
+    /// iterations (docs/integrators.md).
+    fn first(settings: &Settings, pass: &Pass) -> Self {
+        let brush = settings.brush_or_default();
+        let nominal = pass.nominal();
+        let contact_length = nominal.tool_radius * nominal.contact_angle;
+        let share = (brush.tolerance / 1e-3).min(1.0).powf(2.0 / 3.0);
+        let short = (contact_length / (0.9 * settings.filament.length_m)).clamp(0.3, 1.0).powf(1.5);
         let rubbing = if brush.friction_coefficient > 0.0 { 0.8 } else { 1.0 };
-        Self { step: 2e-4 * share * short * rubbing, newton: 3e-4 * share }
+        Self {
+            step: 2e-4 * share * short * rubbing,
+            newton: 3e-4 * share,
+            lacking: f64::INFINITY,
+            error: f64::INFINITY,
+        }
+    }
+
+    /// The longest steps, by halves of the first ones, in which one filament by itself has the impulses of its error-controlled pass to
+    /// the relative `brush.tolerance`. If there are none, those with the smallest error.
+    ///
+    /// Where filaments have tilts of their own, the one that is tried has a tilt of one standard deviation.
+    ///
+    /// # Errors
+    /// If its pass cannot be simulated.
+    fn find(settings: &Settings, points: usize) -> Result<Self, BrushError> {
+        /// The share of the tolerance that a filament by itself may take: beside others, it takes other steps where these are halved.
+        const SHARE: f64 = 0.5;
+        /// Halves that are tried.
+        const MOST: usize = 7;
+        /// Energy that may be lacking, in tolerances of that which one filament by itself takes and gives in the same time of contact.
+        const ALLOWED: f64 = 5.0;
+        /// Tolerance of the pass, as a share of that of the brush.
+        const CLOSER: f64 = 0.01;
+        let brush = settings.brush_or_default();
+        let mut typical = Settings { brush: None, ..settings.clone() };
+        typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
+        let tolerance = &mut typical.solver.relative_tolerance;
+        *tolerance = tolerance.min(CLOSER * brush.tolerance);
+        let pass = Pass::new(&typical);
+        let expected = pass.simulate(Sampling::default())?;
+        let arrangement = alone::arrangement();
+        let begin = begin(&pass, &arrangement, std::slice::from_ref(&typical));
+        let velocity = settings.process.brushing_velocity_m_s;
+        let mut next = Self::first(settings, &pass);
+        let plan = |precision: &Self| Plan {
+            settings: &typical,
+            pass: &pass,
+            arrangement: &arrangement,
+            own: std::slice::from_ref(&typical),
+            form: pass.form(),
+            points,
+            begin,
+            tolerance: precision.newton * velocity,
+            lacking: precision.lacking,
+        };
+        next.lacking = brush.tolerance * ALLOWED * alone::power(&plan(&next), next.step / velocity);
+        let mut best = next;
+        for _ in 0..=MOST {
+            next.error = alone::step_error(&plan(&next), next.step / velocity, &expected);
+            if next.error < best.error {
+                best = next;
+            }
+            if next.error <= SHARE * brush.tolerance {
+                break;
+            }
+            next = Self { step: 0.5 * next.step, newton: 0.5 * next.newton, ..next };
+        }
+        if best.error.is_finite() { Ok(best) } else { Err(BrushError::NoConvergence { time: begin, filaments: 1 }) }
+    }
+
+    /// All numbers.
+    fn numbers(&mut self) -> [&mut f64; 4] {
+        let Self { step, newton, lacking, error } = self;
+        [step, newton, lacking, error]
+    }
+
+    /// Half the step, so many times. The energy that a step lacks falls with the third power of its length.
+    fn halved(self, times: u8) -> Self {
+        let share = 0.5_f64.powi(times.into());
+        Self { step: share * self.step, newton: share * self.newton, lacking: share * share * self.lacking, ..self }
     }
 }
 
@@ -76,6 +157,9 @@ pub struct BrushRun {
     options: RunOptions,
     team: Team,
     begin: f64,
+    precision: Precision,
+    /// How deep filaments overlap before they move, in m.
+    overlap: f64,
     /// The time of a step in s.
     length: f64,
     /// Steps done, and those up to the expected end.
@@ -85,8 +169,6 @@ pub struct BrushRun {
     most_steps: usize,
     history: Vec<ToolSample>,
     frames: Vec<Frame>,
-    /// Whether the turns have become steady.
-    has_settled: bool,
     stop: Stop,
 }
 
@@ -160,18 +242,24 @@ impl BrushRun {
     /// # Panics
     /// If the settings fail [`Settings::check`].
     pub fn new(settings: &Settings, options: RunOptions) -> Result<Self, BrushError> {
-        Self::of_columns(settings, options, None)
+        Self::of_columns(settings, options, None, None)
     }
 
-    /// The same with another number of columns than that which the settings state, or the default.
-    fn of_columns(settings: &Settings, options: RunOptions, columns: Option<usize>) -> Result<Self, BrushError> {
+    /// The same with another number of columns than that which the settings state, or the default, and with a precision that is known.
+    fn of_columns(
+        settings: &Settings,
+        options: RunOptions,
+        columns: Option<usize>,
+        precision: Option<Precision>,
+    ) -> Result<Self, BrushError> {
         let brush = settings.brush_or_default();
         let Draft { pass, arrangement, is_planar, points, .. } = Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
-        let nominal = pass.nominal();
-        let contact_length = nominal.tool_radius * nominal.contact_angle;
-        let precision = Precision::of(&brush, contact_length, settings.filament.length_m);
+        let precision = match precision {
+            Some(precision) => precision,
+            None => Precision::find(settings, points)?.halved(options.halvings),
+        };
         let velocity = settings.process.brushing_velocity_m_s;
         let rate = pass.tool().rate;
         let begin = begin(&pass, &arrangement, &own);
@@ -184,18 +272,21 @@ impl BrushRun {
             points,
             begin,
             tolerance: precision.newton * velocity,
-            options,
+            lacking: precision.lacking,
         };
         let mut sectors = Vec::new();
+        let mut overlap = 0.0;
         for group in groups {
             let sector = plan.sector(&group.members);
+            overlap = sector.overlap().max(overlap);
             if let Some(pair) = crossing(sector.bundle()) {
                 let place = |index: usize| arrangement.roots[group.members[index]].place();
                 return Err(BrushError::Tangled { pair: pair.map(place) });
             }
             sectors.push((group, sector));
         }
-        let team = Team::new(options.threads).map_err(|_| BrushError::Threads)?;
+        let parts = sectors.iter().map(|(_, sector)| sector.bundle().bristles().len().div_ceil(LANES)).sum();
+        let team = Team::new(options.threads, parts).map_err(|_| BrushError::Threads)?;
         let length = precision.step / velocity;
         let latest = arrangement.latest() / rate;
         let end = pass.end_time() + latest;
@@ -211,11 +302,12 @@ impl BrushRun {
             begin,
             length,
             done: 0,
+            precision,
+            overlap,
             steps,
             most_steps: steps + (TAU / rate / length).ceil() as usize,
             history: Vec::new(),
             frames: Vec::new(),
-            has_settled: false,
             stop: Stop::default(),
             pass,
         })
@@ -250,7 +342,7 @@ impl BrushRun {
     pub fn advance(&mut self) -> Result<bool, BrushError> {
         let turns = self.pass.turns();
         let end = match turns {
-            _ if self.has_settled => self.done,
+            _ if self.has_settled() => self.done,
             Turns::Count(1) if self.done >= self.steps && self.is_touching() => self.most_steps,
             Turns::Count(_) => self.steps,
             // Each turn may be the last.
@@ -268,9 +360,6 @@ impl BrushRun {
             }
         }
         self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
-        if turns == Turns::Steady && to == end {
-            self.has_settled = matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last));
-        }
         Ok(true)
     }
 
@@ -294,7 +383,7 @@ impl BrushRun {
                 let place = |index: usize| self.arrangement.roots[group.members[index]].place();
                 match failure.crossing {
                     Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
-                    None => BrushError::NoConvergence { time: failure.time },
+                    None => BrushError::NoConvergence { time: failure.time, filaments: self.arrangement.roots.len() },
                 }
             })?;
             sum.resize_with(samples.len(), ToolSample::default);
@@ -313,7 +402,8 @@ impl BrushRun {
         }
         match stretch::find(&self.filaments(), &self.settings, &self.pass, &self.arrangement) {
             Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
-                let again = Self::of_columns(&self.settings, self.options, Some(needed.min(around)))?;
+                let columns = Some(needed.min(around));
+                let again = Self::of_columns(&self.settings, self.options, columns, Some(self.precision))?;
                 *self = again.until(&self.stop.clone());
                 Ok(true)
             }
@@ -339,6 +429,12 @@ impl BrushRun {
             Some(sum / self.places.len() as f64)
         };
         (0..).map_while(of).collect()
+    }
+
+    /// Whether the turns, which were to become steady, have done so.
+    fn has_settled(&self) -> bool {
+        self.pass.turns() == Turns::Steady
+            && matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last))
     }
 
     fn is_touching(&self) -> bool {
@@ -382,6 +478,8 @@ impl BrushRun {
     pub fn checkpoint(&self) -> Vec<u8> {
         let mut words = Writer::default();
         words.count(self.arrangement.columns);
+        let mut precision = self.precision;
+        words.numbers(precision.numbers());
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
@@ -405,7 +503,12 @@ impl BrushRun {
     pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &[u8]) -> Result<Self, BrushError> {
         let mut words = Reader(checkpoint);
         let columns = words.count().ok_or(BrushError::Checkpoint)?;
-        let mut run = Self::of_columns(settings, options, Some(columns))?;
+        let mut precision = Precision { step: 0.0, newton: 0.0, lacking: 0.0, error: 0.0 };
+        words.numbers(precision.numbers()).ok_or(BrushError::Checkpoint)?;
+        if !(precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0) {
+            return Err(BrushError::Checkpoint);
+        }
+        let mut run = Self::of_columns(settings, options, Some(columns), Some(precision))?;
         run.restore(&mut words).ok_or(BrushError::Checkpoint)?;
         Ok(run)
     }
@@ -441,11 +544,7 @@ impl BrushRun {
     /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
     pub fn finish(self) -> Result<BrushResult, BrushError> {
         let turn_impulses = self.turn_impulses();
-        let alone = self.pass.simulate(Sampling::default()).map_err(|error| match error {
-            SimulationError::Integration(IntegrationError::Stopped) => BrushError::Stopped,
-            error => BrushError::Alone(error),
-        })?;
-        let alone = alone.metrics;
+        let residuals = self.residuals()?;
         let mut pairs = Vec::new();
         let mut statistics = BrushStatistics::default();
         for (group, sector) in &self.sectors {
@@ -470,15 +569,14 @@ impl BrushRun {
             }
         }
         pairs.sort_by_key(|pair| [pair.filament, pair.other]);
-        let balances: Option<Vec<_>> =
-            self.sectors.iter().map(|(group, sector)| Some((group.weight() as f64, sector.balance()?))).collect();
-        let energies = balances.map(|balances| {
-            balances.iter().fold(EnergyBalance::default(), |sum, (weight, balance)| EnergyBalance {
-                gain_j: sum.gain_j + weight * (balance.energies[1] - balance.energies[0]),
-                work_j: sum.work_j + weight * balance.work,
-                dissipated_j: sum.dissipated_j + weight * balance.dissipated,
-            })
-        });
+        let mut energies = EnergyBalance::default();
+        for (group, sector) in &self.sectors {
+            let weight = group.weight() as f64;
+            let [gain, work, dissipated] = sector.balance().energies();
+            energies.gain_j += weight * gain;
+            energies.work_j += weight * work;
+            energies.dissipated_j += weight * dissipated;
+        }
         let mut filaments = self.filaments();
         for pair in &pairs {
             for [column, row] in [pair.filament, pair.other] {
@@ -492,6 +590,7 @@ impl BrushRun {
         let counted: Vec<Metrics> =
             filaments.iter().filter(|filament| filament.is_counted).map(|filament| filament.metrics.clone()).collect();
         let tool = Metrics::combined(&counted).ok_or(BrushError::NoFilament)?;
+        let alone = self.alone(&filaments)?;
         let impulse = alone.contact_normal_impulse_n_s;
         Ok(BrushResult {
             interaction_factor: if impulse > 0.0 { tool.contact_normal_impulse_n_s / impulse } else { 0.0 },
@@ -507,13 +606,56 @@ impl BrushRun {
             frames: self.frames,
             statistics,
             energies,
+            residuals,
+            step_error: self.precision.error,
+            overlap_m: self.overlap,
             turn_contact_normal_impulses_n_s: turn_impulses,
         })
     }
 
+    /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
+    fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
+        let roots = self.arrangement.roots.iter().zip(filaments).filter(|(_, filament)| filament.is_counted);
+        let own: Vec<Settings> = if filaments::differ(&self.settings) {
+            roots.map(|(root, _)| filaments::settings_of(&self.settings, root)).collect()
+        } else {
+            vec![self.settings.clone()]
+        };
+        alone::metrics(&self.settings, &own, &self.stop, &self.team)
+    }
+
+    /// By how much energy and momentum fail to balance.
+    ///
+    /// # Errors
+    /// If one of them does so by more than the tolerance can explain.
+    fn residuals(&self) -> Result<Residuals, BrushError> {
+        /// The least share that is an error, and the same as a multiple of the tolerance.
+        const LEAST: f64 = 1e-3;
+        const TOLERANCES: f64 = 10.0;
+        let relative = |of: &dyn Fn(&Balance) -> [f64; 2]| {
+            let [mut lack, mut whole] = [0.0; 2];
+            for (group, sector) in &self.sectors {
+                let [own_lack, own_whole] = of(sector.balance());
+                lack += group.weight() as f64 * own_lack;
+                whole += group.weight() as f64 * own_whole;
+            }
+            if whole > 0.0 { lack / whole } else { 0.0 }
+        };
+        let residuals =
+            Residuals { energy: relative(&Balance::energy_defect), momentum: relative(&Balance::momentum_defect) };
+        let allowed = (TOLERANCES * self.brush.tolerance).max(LEAST);
+        for (quantity, residual) in [("energy", residuals.energy), ("momentum", residuals.momentum)] {
+            // What is not a number is not resolved either.
+            if residual.is_nan() || residual > allowed {
+                return Err(BrushError::Unresolved { quantity, residual, allowed });
+            }
+        }
+        Ok(residuals)
+    }
+
     /// The filaments with their contacts, without how others press on them.
     fn filaments(&self) -> Vec<FilamentResult> {
-        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled;
+        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled();
         let metrics = |&[number, index]: &[usize; 2]| {
             let (_, sector) = &self.sectors[number];
             self.pass.metrics(&ContactRecord { is_unsteady, ..*sector.accounts()[index].last() })
@@ -576,7 +718,7 @@ fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Gro
 }
 
 /// When the motion begins, in s: before any filament touches the workpiece.
-fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
+pub(super) fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
     /// Angle by which to begin earlier, in rad.
     const EARLIER: f64 = 5e-3;
     let rate = pass.tool().rate;
@@ -602,25 +744,28 @@ fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
 }
 
 /// What sectors are made from.
-struct Plan<'a> {
-    settings: &'a Settings,
-    pass: &'a Pass,
-    arrangement: &'a Arrangement,
+pub(super) struct Plan<'a> {
+    pub settings: &'a Settings,
+    pub pass: &'a Pass,
+    pub arrangement: &'a Arrangement,
     /// The settings of each filament.
-    own: &'a [Settings],
-    form: Form,
+    pub own: &'a [Settings],
+    pub form: Form,
     /// Number of contact points of a segment.
-    points: usize,
+    pub points: usize,
     /// When the motion begins, in s.
-    begin: f64,
+    pub begin: f64,
     /// Largest last correction of a node's velocity in m/s.
-    tolerance: f64,
-    options: RunOptions,
+    pub tolerance: f64,
+    /// Power in W that the balance of the energies may lack in a step, of one filament.
+    pub lacking: f64,
 }
 
 impl Plan<'_> {
     /// A sector of some filaments, by their numbers in the arrangement.
-    fn sector(&self, members: &[usize]) -> Sector {
+    pub fn sector(&self, members: &[usize]) -> Sector {
+        /// So much farther behind, filaments have no part in what happens, in rad.
+        const BEHIND: f64 = 0.15;
         let Self { pass, arrangement, begin, .. } = *self;
         let rate = pass.tool().rate;
         let timetables: Vec<Timetable> = members
@@ -628,11 +773,20 @@ impl Plan<'_> {
             .map(|&member| {
                 let delay = arrangement.roots[member].angle / rate;
                 let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-                Timetable { begin: begin + delay, turn: pass.turn_time(), touches }
+                Timetable { begin: delay, turn: pass.turn_time(), touches }
             })
             .collect();
         let mut bundle = self.bundle(members);
-        bundle.set_first_contacts(timetables.iter().map(|timetable| timetable.begin).collect());
+        bundle.set_first_contacts(timetables.iter().map(|timetable| begin + timetable.begin).collect());
+        if pass.turns() == Turns::Count(1) {
+            // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
+            let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
+            let stays = |angle: f64| TAU + angle < nearest;
+            let last_contact = |root: &Root| {
+                if stays(root.angle) { f64::INFINITY } else { pass.end_time() + root.angle / rate }
+            };
+            bundle.set_last_contacts(members.iter().map(|&member| last_contact(&arrangement.roots[member])).collect());
+        }
         let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
             .bristles()
             .iter()
@@ -642,7 +796,11 @@ impl Plan<'_> {
             })
             .collect();
         let motion = bundle.start(begin, |filament| starts[filament].clone());
-        Sector::new(bundle, motion, timetables, self.tolerance, self.options.tracks_energy)
+        // So many filaments are in contact at a time, on average.
+        let [entry, exit] = pass.nominal_times();
+        let duration = (pass.end_time() + arrangement.latest() / rate - begin).min(pass.turn_time());
+        let touching = members.len() as f64 * ((exit - entry) / duration).min(1.0);
+        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking * touching)
     }
 
     fn bundle(&self, members: &[usize]) -> Bundle<Turning<Mount>> {

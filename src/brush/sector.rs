@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{Bundle, Effort, Motion, NoConvergence, WorkpieceLoad};
+use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkpieceLoad};
 use super::field::Lane;
 use super::filaments::Mount;
 use super::gmres::Vector;
 use super::result::{BrushStatistics, ToolSample};
 use super::team;
 use super::words::{Reader, Writer};
-use crate::equations::linear::{add, scale};
+use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanewise, PolarAxis};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
@@ -24,11 +24,15 @@ const MIDDLE: f64 = 2.0 - SQRT_2;
 const OWN: f64 = 0.5 * MIDDLE;
 /// Weights of the first two stages in the last.
 const OTHERS: f64 = 0.25 * SQRT_2;
+/// The share that rounding may cause.
+const NEGLIGIBLE: f64 = 1e-6;
+/// Weights of the beginning, the middle stage and the end in an integral over a step.
+const WEIGHTS: [f64; 3] = [OTHERS, OTHERS, OWN];
 
 /// When a filament passes, in s.
 #[derive(Clone, Debug)]
 pub struct Timetable {
-    /// Its first turn begins.
+    /// Its first turn begins. Its motion may begin earlier.
     pub begin: f64,
     /// The time of a whole turn.
     pub turn: f64,
@@ -67,17 +71,25 @@ pub struct PairAccount {
     pub dissipated: f64,
 }
 
-/// Energies of a sector, and what went in and out so far.
+/// What a sector has, and what went in and out so far, each integrated apart from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// Energy of the filaments and their contacts at the start and now, in J.
-    pub energies: [f64; 2],
+    /// At the start.
+    begin: [f64; 4],
+    /// Now: energy in J, momentum in N s.
+    now: [f64; 4],
     /// Work of the clamps and of a moving workpiece in J.
-    pub work: f64,
+    work: f64,
     /// Energy that joints and contacts took, in J.
-    pub dissipated: f64,
-    /// Their rates at the end of the last step in W.
-    rates: [f64; 2],
+    dissipated: f64,
+    /// Work that went in or out, without regard to its sign, in J.
+    turnover: f64,
+    /// Impulse of clamps, workpiece and gravity in N s.
+    impulse: [f64; 3],
+    /// Impulse of the workpiece without regard to its direction, in N s.
+    contact: f64,
+    /// What was exchanged at the end of the last step.
+    rates: Exchange,
 }
 
 /// Why a step was not possible.
@@ -99,18 +111,22 @@ pub struct Sector {
     /// Which filaments press on each other where the last step ended.
     presses: BTreeMap<[usize; 2], PressSum>,
     statistics: BrushStatistics,
-    balance: Option<Balance>,
+    balance: Balance,
+    /// Power in W that the balance of the energies may lack in a step.
+    allowed: f64,
+    /// The next step, as a share of the whole.
+    share: f64,
 }
 
 impl Sector {
     /// Filaments at the start of their motion, with their timetables. A stage is solved once velocities change by less than `tolerance`
-    /// (m/s). With `tracks_energy` the balance of the energies is kept.
+    /// (m/s). The balance of the energies may lack the power `allowed` (W) in a step.
     pub fn new(
         mut bundle: Bundle<Turning<Mount>>,
         motion: Motion,
         timetables: Vec<Timetable>,
         tolerance: f64,
-        tracks_energy: bool,
+        allowed: f64,
     ) -> Self {
         let accounts = timetables
             .into_iter()
@@ -124,10 +140,7 @@ impl Sector {
                 timetable,
             })
             .collect();
-        let balance = tracks_energy.then(|| {
-            let (energy, rates) = bundle.energy(&motion);
-            Balance { energies: [energy; 2], rates, ..Balance::default() }
-        });
+        let balance = Balance::new(&bundle.budget(&motion));
         Self {
             stepper: Stepper::new(&motion, tolerance),
             bundle,
@@ -137,6 +150,8 @@ impl Sector {
             presses: BTreeMap::new(),
             statistics: BrushStatistics::default(),
             balance,
+            allowed,
+            share: 1.0,
         }
     }
 
@@ -155,14 +170,20 @@ impl Sector {
         &self.bundle
     }
 
+    /// How deep filaments are in each other where they were last evaluated, in m.
+    pub fn overlap(&self) -> f64 {
+        let depths = self.bundle.presses().map(|(_, press)| press.near.reach - press.near.square().sqrt());
+        depths.fold(0.0, f64::max)
+    }
+
     /// Work done so far.
     pub fn statistics(&self) -> &BrushStatistics {
         &self.statistics
     }
 
-    /// The balance of the energies.
-    pub fn balance(&self) -> Option<&Balance> {
-        self.balance.as_ref()
+    /// The balance of energy and momentum.
+    pub fn balance(&self) -> &Balance {
+        &self.balance
     }
 
     /// Whether a filament still touches the workpiece in its first turn.
@@ -175,19 +196,26 @@ impl Sector {
         self.bundle.forget();
     }
 
-    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails, in shorter ones.
+    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails or misses the energy by too much, in shorter ones.
     ///
     /// # Errors
     /// If the shortest step fails.
     pub fn advance(&mut self, end: f64, length: f64) -> Result<ToolSample, Failure> {
         /// The shortest step, as a share of the whole.
         const SHORTEST: f64 = 1e-4;
-        let mut part = end - self.motion.time;
+        /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
+        const SHORT: f64 = 1.0 / 256.0;
+        /// Of the energy that a step may lack: a step of twice the length lacks about eight times as much.
+        const CALM: f64 = 0.2;
         self.bundle.leave_poles(&mut self.motion);
+        if self.bundle.leave_out(&mut self.motion) {
+            self.balance.forget_part(&self.bundle.budget(&self.motion));
+        }
         while self.motion.time < end {
-            let h = part.min(end - self.motion.time);
-            match self.attempt(h) {
-                Ok(effort) => {
+            let h = (self.share * length).min(end - self.motion.time);
+            let allowed = if h > SHORT * length { self.allowed * h } else { f64::INFINITY };
+            match self.attempt(h, allowed) {
+                Ok((effort, lack)) => {
                     self.statistics.steps += 1;
                     self.statistics.effort += effort;
                     self.stepper.finish(&mut self.motion);
@@ -195,11 +223,13 @@ impl Sector {
                         self.motion.time = end;
                     }
                     // What failed may be over.
-                    part = 2.0 * h;
+                    if lack <= CALM * self.allowed * h {
+                        self.share = (2.0 * self.share).min(1.0);
+                    }
                 }
                 Err(_) if h > SHORTEST * length => {
                     self.statistics.halved_steps += 1;
-                    part = 0.5 * h;
+                    self.share = 0.5 * h / length;
                 }
                 Err(crossing) => return Err(Failure { time: self.motion.time, crossing }),
             }
@@ -207,16 +237,21 @@ impl Sector {
         Ok(self.sample())
     }
 
-    /// Tries a step of `h` (s). Returns the filaments that cross each other, if that is why it is not possible.
-    fn attempt(&mut self, h: f64) -> Result<Effort, Option<[usize; 2]>> {
+    /// Tries a step of `h` (s), in which the balance of the energies may lack `allowed` (J). Returns what it lacks. If the step is not
+    /// possible, returns the filaments that cross each other, if that is why.
+    fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, f64), Option<[usize; 2]>> {
         let Self { bundle, motion, stepper, accounts, pairs, presses, balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
-        let middle = Stage::of(bundle, &stepper.middle, balance.is_some());
+        let middle = Stage::of(bundle, &stepper.middle);
         effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         if let Some(crossing) = crossing(bundle) {
             return Err(Some(crossing));
         }
-        let end = Stage::of(bundle, &stepper.end, balance.is_some());
+        let end = Stage::of(bundle, &stepper.end);
+        let lack = balance.lack(&middle.budget, &end.budget, h);
+        if lack.is_nan() || lack > allowed {
+            return Err(None);
+        }
         let (bundle, begin) = (&*bundle, motion.time);
         let observe = |index: usize, account: &mut Account| {
             let bristle = &bundle.bristles()[index];
@@ -225,12 +260,11 @@ impl Sector {
             let tip = bundle.node(index, n);
             let length = bristle.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
-            let [.., tilt] = clamp.direction;
-            let excursion = if tilt == 0.0 { 0.0 } else { ((tip[2] - clamp.position[2]) / (length * tilt)).abs() };
-            account.observe([&middle.loads[index], &end.loads[index]], [begin, h], [deflection, excursion]);
+            account.observe([&middle.loads[index], &end.loads[index]], [begin, h], deflection);
             if end.loads[index].edge_place > 0.0 {
                 account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
             }
+            account.end_turn(begin + h, h);
         };
         let groups = accounts.chunks_mut(LANES).enumerate().map(|(group, accounts)| (group, (group, accounts)));
         team::for_each(groups, |(group, accounts)| {
@@ -241,16 +275,9 @@ impl Sector {
                 pairs.entry(*filaments).or_default().add(press, h * weight);
             }
         }
-        if let Some(balance) = balance {
-            let [work, dissipated] =
-                [0, 1].map(|i| h * (OTHERS * (balance.rates[i] + middle.rates[i]) + OWN * end.rates[i]));
-            balance.work += work;
-            balance.dissipated += dissipated;
-            balance.rates = end.rates;
-            balance.energies[1] = end.energy;
-        }
+        balance.add(&middle.budget, &end.budget, h);
         *presses = end.presses;
-        Ok(effort)
+        Ok((effort, lack))
     }
 
     /// The forces where the last step ended.
@@ -285,6 +312,7 @@ impl Sector {
     /// Writes the state.
     pub fn save(&self, words: &mut Writer) {
         words.number(self.motion.time);
+        words.number(self.share);
         for vector in [&self.motion.q, &self.motion.v, &self.motion.accelerations] {
             for block in vector {
                 for value in block {
@@ -302,14 +330,14 @@ impl Sector {
         }
         let mut statistics = self.statistics;
         words.counts(statistics.counts());
-        if let Some(mut balance) = self.balance {
-            words.numbers(balance.numbers());
-        }
+        let mut balance = self.balance;
+        words.numbers(balance.numbers());
     }
 
     /// Goes back to a state that was written. `None` if the words are not those of such a sector.
     pub fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
         self.motion.time = words.number()?;
+        self.share = words.number().filter(|share| *share > 0.0 && *share <= 1.0)?;
         for vector in [&mut self.motion.q, &mut self.motion.v, &mut self.motion.accelerations] {
             for value in vector.iter_mut().flatten() {
                 for lane in 0..LANES {
@@ -335,10 +363,7 @@ impl Sector {
             self.pairs.insert(filaments, pair);
         }
         words.counts(self.statistics.counts())?;
-        if let Some(balance) = &mut self.balance {
-            words.numbers(balance.numbers())?;
-        }
-        Some(())
+        words.numbers(self.balance.numbers())
     }
 }
 
@@ -349,14 +374,8 @@ impl Account {
     }
 
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
-    fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], [deflection, excursion]: [f64; 2]) {
-        let Timetable { begin: first, turn, touches } = &self.timetable;
-        if begin >= first + self.record.turn as f64 * turn {
-            self.impulses.push(self.record.impulse);
-            self.completed = Some(self.record);
-            self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
-            self.edge_work.clear();
-        }
+    fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], deflection: f64) {
+        let Timetable { turn, touches, .. } = &self.timetable;
         let earlier = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
         let mean = |of: &dyn Fn(&WorkpieceLoad) -> f64| h * (OTHERS * (of(&start) + of(middle)) + OWN * of(end));
@@ -388,8 +407,19 @@ impl Account {
             self.edge_work.add(number, places, h * weight * load.edge_power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
-        record.lateral_amplification = record.lateral_amplification.max(excursion);
         self.load = *end;
+    }
+
+    /// Ends the turn if a step of `h` (s) that ends at `end` (s) is the first to reach its end: so the last turn ends with the simulation.
+    fn end_turn(&mut self, end: f64, h: f64) {
+        let Timetable { begin, turn, .. } = &self.timetable;
+        if end < begin + self.record.turn as f64 * turn - NEGLIGIBLE * h {
+            return;
+        }
+        self.impulses.push(self.record.impulse);
+        self.completed = Some(self.record);
+        self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+        self.edge_work.clear();
     }
 
     fn save(&self, words: &mut Writer) {
@@ -447,6 +477,7 @@ impl Account {
                 peak_force,
                 max_deflection,
                 lateral_amplification,
+                energy_residual: _,
             } = record;
             [
                 time,
@@ -523,10 +554,80 @@ impl PairAccount {
 }
 
 impl Balance {
+    fn new(budget: &Budget) -> Self {
+        let begin = budget.stock();
+        Self { begin, now: begin, rates: budget.exchange, ..Self::default() }
+    }
+
+    /// Goes on with a part of the sector.
+    fn forget_part(&mut self, part: &Budget) {
+        let stock = part.stock();
+        self.begin = std::array::from_fn(|i| self.begin[i] + stock[i] - self.now[i]);
+        self.now = stock;
+        self.rates = part.exchange;
+    }
+
+    /// The energy in J that a step of `h` (s) lacks, or has too much, with what its middle stage and its end have.
+    fn lack(&self, middle: &Budget, end: &Budget, h: f64) -> f64 {
+        let rates = [self.rates, middle.exchange, end.exchange];
+        let net: f64 = rates.iter().zip(WEIGHTS).map(|(rates, weight)| weight * (rates.work - rates.taken)).sum();
+        (end.energy - self.now[0] - h * net).abs()
+    }
+
+    /// Adds a step of `h` (s), with what its middle stage and its end have.
+    fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
+        let rates = [self.rates, middle.exchange, end.exchange];
+        let sum = |of: &dyn Fn(&Exchange) -> f64| {
+            h * rates.iter().zip(WEIGHTS).map(|(rates, weight)| weight * of(rates)).sum::<f64>()
+        };
+        let [work, taken] = [sum(&|rates| rates.work), sum(&|rates| rates.taken)];
+        self.work += work;
+        self.dissipated += taken;
+        self.turnover += sum(&|rates| rates.work.abs() + rates.taken.abs());
+        self.impulse = std::array::from_fn(|i| self.impulse[i] + sum(&|rates| rates.force[i]));
+        self.contact += sum(&|rates| rates.strength);
+        self.now = end.stock();
+        self.rates = end.exchange;
+    }
+
+    /// Energies that were gained, put in, and taken so far, in J.
+    pub fn energies(&self) -> [f64; 3] {
+        [self.now[0] - self.begin[0], self.work, self.dissipated]
+    }
+
+    /// Energy that went in or out so far, without regard to its sign, in J.
+    pub fn turnover(&self) -> f64 {
+        self.turnover
+    }
+
+    /// What the balance of the energies lacks, and what it is compared with, in J.
+    pub fn energy_defect(&self) -> [f64; 2] {
+        let [gain, work, dissipated] = self.energies();
+        // What turns freely has no turnover but that of rounding.
+        [(gain - work + dissipated).abs(), self.turnover + NEGLIGIBLE * self.begin[0].abs()]
+    }
+
+    /// What the balance of the momentum lacks, and what it is compared with, in N s.
+    pub fn momentum_defect(&self) -> [f64; 2] {
+        let lack: [f64; 3] = std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
+        let [_, own @ ..] = self.begin;
+        [dot(lack, lack).sqrt(), self.contact + dot(own, own).sqrt()]
+    }
+
     /// All numbers of the state.
-    fn numbers(&mut self) -> [&mut f64; 6] {
-        let Self { energies: [start, now], work, dissipated, rates: [put, taken] } = self;
-        [start, now, work, dissipated, put, taken]
+    fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
+        let Self { begin, now, work, dissipated, turnover, impulse, contact, rates } = self;
+        let Exchange { work: power, taken, force, strength } = rates;
+        let single = [work, dissipated, turnover, contact, power, taken, strength];
+        begin.iter_mut().chain(now).chain(single).chain(impulse).chain(force)
+    }
+}
+
+impl Budget {
+    /// Energy and momentum.
+    fn stock(&self) -> [f64; 4] {
+        let [x, y, z] = self.momentum;
+        [self.energy, x, y, z]
     }
 }
 
@@ -559,15 +660,13 @@ pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
 struct Stage {
     loads: Vec<WorkpieceLoad>,
     presses: BTreeMap<[usize; 2], PressSum>,
-    /// Energy in J, and powers put in and taken in W, where they are tracked.
-    energy: f64,
-    rates: [f64; 2],
+    budget: Budget,
 }
 
 impl Stage {
-    fn of(bundle: &mut Bundle<Turning<Mount>>, motion: &Motion, tracks_energy: bool) -> Self {
-        let (energy, rates) = if tracks_energy { bundle.energy(motion) } else { (0.0, [0.0; 2]) };
-        Self { loads: bundle.loads().to_vec(), presses: press_sums(bundle), energy, rates }
+    fn of(bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) -> Self {
+        let budget = bundle.budget(motion);
+        Self { loads: bundle.loads().to_vec(), presses: press_sums(bundle), budget }
     }
 }
 

@@ -1,11 +1,14 @@
 //! Threads that share the work on a brush.
 //!
 //! A step consists of about a hundred loops over groups of filaments, many of which take less time than it takes to wake up a thread.
-//! Therefore threads do not sleep in between: they look for work until the steps are done.
+//! Therefore threads do not sleep in between: they look for work, and only those that have found none for a while sleep, a little at a
+//! time. There are never more of them than processors, because one that looks for work would keep another from doing it.
 
+use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
+use std::time::Duration;
 use std::{hint, iter, mem};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
@@ -14,11 +17,16 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 pub struct Team(Option<ThreadPool>);
 
 impl Team {
-    /// So many threads.
+    /// So many threads, but not more than there are processors, or `parts` of the work that can be done at the same time.
     ///
     /// # Errors
     /// If the system refuses them.
-    pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
+    pub fn new(threads: usize, parts: usize) -> Result<Self, ThreadPoolBuildError> {
+        let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        Self::of(threads.min(processors).min(parts))
+    }
+
+    fn of(threads: usize) -> Result<Self, ThreadPoolBuildError> {
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
         pool.transpose().map(Self)
     }
@@ -68,15 +76,23 @@ fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
 fn help_until_none(left: &AtomicUsize) {
     /// Short waits before another program may have the processor.
     const SPINS: usize = 64;
-    let mut spins = 0;
+    /// The same before the thread sleeps, which is long after the loops of a step have found it waiting.
+    const YIELDS: usize = 2000;
+    /// Loops follow each other more quickly than this.
+    const NAP: Duration = Duration::from_micros(100);
+    let mut waits = 0;
     while left.load(Ordering::Acquire) > 0 {
         if rayon::yield_now() == Some(Yield::Executed) {
-            spins = 0;
-        } else if spins < SPINS {
-            spins += 1;
+            waits = 0;
+            continue;
+        }
+        waits += 1;
+        if waits <= SPINS {
             hint::spin_loop();
-        } else {
+        } else if waits <= SPINS + YIELDS {
             thread::yield_now();
+        } else {
+            thread::sleep(NAP);
         }
     }
 }
@@ -120,7 +136,7 @@ mod tests {
     use super::*;
 
     fn count(threads: usize, items: usize, of_each: usize) -> Vec<usize> {
-        let team = Team::new(threads).expect("threads");
+        let team = Team::of(threads).expect("threads");
         let mut counts = vec![vec![0; of_each]; items];
         team.run(counts.iter_mut(), |counts| {
             for _ in 0..50 {
@@ -140,9 +156,17 @@ mod tests {
     }
 
     #[test]
+    fn there_are_no_more_threads_than_work_and_processors() {
+        let threads = |team: Team| team.0.map_or(1, |pool| pool.current_num_threads());
+        let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        assert_eq!(threads(Team::new(1000, 1000).expect("threads")), processors.min(1000));
+        assert_eq!(threads(Team::new(1000, 1).expect("threads")), 1);
+    }
+
+    #[test]
     fn a_panic_ends_the_work_of_all_threads() {
         for items in [1, 9] {
-            let team = Team::new(2).expect("threads");
+            let team = Team::of(2).expect("threads");
             let work = |_| for_each((0..8).map(|k| (k, k)), |k| assert!(k != 5, "on purpose"));
             assert!(catch_unwind(AssertUnwindSafe(|| team.run(0..items, work))).is_err());
         }

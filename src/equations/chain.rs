@@ -1,7 +1,7 @@
 //! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes, energies.
 
 use super::chart::PolarAxis;
-use super::linear::{sub, zero};
+use super::linear::{cross, sub, zero};
 use super::recursion::Root;
 use super::{LaneSet, Lanewise, Real};
 
@@ -216,14 +216,37 @@ pub struct Clamp<T> {
     pub direction: [T; 3],
     /// Its rate, `ė_0` in 1/s.
     pub direction_rate: [T; 3],
+    /// Angular velocity of the brush body, `Ω` in rad/s: dampers see the filament from the body. The clamp is at rest in it, that is,
+    /// `ė_0 = Ω × e_0`; [`Clamp::without_spin`] is for those who know no more than that.
+    pub angular_velocity: [T; 3],
 }
 
 impl<T: Real> Clamp<T> {
-    /// `e_0`, `ė_0` and `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
+    /// The clamp on a body with `Ω = e_0 × ė_0`, which does not turn about the filament.
+    ///
+    /// ```
+    /// use bristle::equations::Clamp;
+    ///
+    /// let at_rest = [0.0; 3];
+    /// let (direction, direction_rate) = ([1.0, 0.0, 0.0], [0.0, 50.0, 0.0]);
+    /// let clamp = Clamp {
+    ///     position: at_rest,
+    ///     velocity: at_rest,
+    ///     acceleration: at_rest,
+    ///     direction,
+    ///     direction_rate,
+    ///     angular_velocity: at_rest,
+    /// };
+    /// assert_eq!(clamp.without_spin().angular_velocity, [0.0, 0.0, 50.0]);
+    /// ```
+    pub fn without_spin(self) -> Self {
+        Self { angular_velocity: cross(self.direction, self.direction_rate), ..self }
+    }
+
+    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
     #[inline(always)]
-    pub(super) fn about(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [[T; 3]; 3] {
-        let relaxed = turned(self.direction, relaxed_angle);
-        [self.direction, self.direction_rate, relaxed].map(|vector| axis.from_frame(vector))
+    pub(super) fn relaxed(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [T; 3] {
+        axis.from_frame(turned(self.direction, relaxed_angle))
     }
 
     /// The root under `gravity`.
@@ -244,8 +267,14 @@ impl<T: Lanewise> Clamp<T> {
     /// The motion of several clamps, one per lane.
     pub fn from_lanes(clamp: impl Fn(usize) -> Clamp<f64>) -> Self {
         let none = zero();
-        let mut result =
-            Self { position: none, velocity: none, acceleration: none, direction: none, direction_rate: none };
+        let mut result = Self {
+            position: none,
+            velocity: none,
+            acceleration: none,
+            direction: none,
+            direction_rate: none,
+            angular_velocity: none,
+        };
         for lane in 0..T::LANES {
             let clamp = clamp(lane);
             for i in 0..3 {
@@ -254,6 +283,7 @@ impl<T: Lanewise> Clamp<T> {
                 result.acceleration[i].set_lane(lane, clamp.acceleration[i]);
                 result.direction[i].set_lane(lane, clamp.direction[i]);
                 result.direction_rate[i].set_lane(lane, clamp.direction_rate[i]);
+                result.angular_velocity[i].set_lane(lane, clamp.angular_velocity[i]);
             }
         }
         result
@@ -390,6 +420,13 @@ pub struct StepWeights<T> {
     pub rates: T,
 }
 
+impl<T: Real> StepWeights<T> {
+    /// With which a tangent is the derivative with respect to the rates.
+    pub(super) fn of_rates() -> Self {
+        Self { coordinates: T::from_f64(0.0), rates: T::from_f64(1.0) }
+    }
+}
+
 /// Energies of a chain, and the powers that change them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies<T> {
@@ -401,6 +438,7 @@ pub struct Energies<T> {
     pub gravity: T,
     /// The dissipation function `D` in W; the dampers take `2 D`.
     pub dissipation: T,
-    /// Power of the torque at the clamp in W: `(∂E_spring/∂e_0 + ∂D/∂ė_0)·ė_0`.
+    /// Power of the torque at the clamp in W: `∂E_spring/∂e_0·ė_0 + Ω·∂D/∂Ω`. The second part is what the dampers take in the body,
+    /// `2 D`, and what they do on the segments.
     pub clamp_torque_power: T,
 }

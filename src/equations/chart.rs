@@ -9,8 +9,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
 use super::chain::{Link, turned};
-use super::linear::dot;
-use super::{Real, StepWeights, kernels};
+use super::linear::{dot, product, scale, sub, sub_matrices};
+use super::{Lanewise, Real, StepWeights, kernels};
 
 /// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no meaning.
 ///
@@ -178,15 +178,74 @@ fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_
     [polar * cos_theta - azimuthal * sin_theta, polar * sin_theta + azimuthal * cos_theta, -(v_phi * sin_phi)]
 }
 
-/// One side of a joint: sines and cosines of the segment's angles, their rates, and their axis.
+/// One side of a joint: sines and cosines of the segment's angles, their rates in the body, and their axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Side<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
     pub angles: &'a [T; 4],
-    /// `φ̇, θ̇` in rad/s.
-    pub rates: &'a [T; 2],
+    /// `φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.
+    pub rates: [T; 2],
     /// The segment's chart.
     pub axis: PolarAxis,
+}
+
+/// How the brush body turns, from which dampers see the segments.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyRotation<T> {
+    /// `Ω` in rad/s.
+    angular_velocity: [T; 3],
+    /// True if it is along `z` in every lane. Segments about `z` that turn with the body then have the rates `(0, Ω_z)` everywhere.
+    is_about_z: bool,
+}
+
+impl<T: Lanewise> BodyRotation<T> {
+    #[inline(always)]
+    pub fn new(angular_velocity: [T; 3]) -> Self {
+        let [x, y, _] = angular_velocity;
+        let is_about_z = (0..T::LANES).all(|lane| x.lane(lane) == 0.0 && y.lane(lane) == 0.0);
+        Self { angular_velocity, is_about_z }
+    }
+}
+
+impl<T: Real> BodyRotation<T> {
+    /// True if segments about `axis` that turn with the body have the same rates everywhere.
+    #[inline(always)]
+    fn is_about(&self, axis: PolarAxis) -> bool {
+        self.is_about_z && axis == PolarAxis::Z
+    }
+
+    /// `rates` about `axis` as seen from the body.
+    #[inline(always)]
+    pub fn seen_from(&self, angles: &[T; 4], axis: PolarAxis, [phi, theta]: [T; 2]) -> [T; 2] {
+        if self.is_about(axis) {
+            return [phi, theta - self.angular_velocity[2]];
+        }
+        sub([phi, theta], self.kernel(angles, axis).rates)
+    }
+
+    /// The rates about `axis` of a segment that turns rigidly with the body.
+    #[inline(always)]
+    pub fn rigid_rates(&self, angles: &[T; 4], axis: PolarAxis) -> [T; 2] {
+        if self.is_about(axis) {
+            return [T::from_f64(0.0), self.angular_velocity[2]];
+        }
+        self.kernel(angles, axis).rates
+    }
+
+    /// How these rates follow the coordinates along a step with the weight `w_q`; none if they do not.
+    #[inline(always)]
+    pub fn slopes(&self, side: &Side<'_, T>, coordinate_weight: T) -> Option<[[T; 2]; 2]> {
+        if self.is_about(side.axis) {
+            return None;
+        }
+        Some(self.kernel(side.angles, side.axis).slopes.map(|row| scale(coordinate_weight, row)))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn kernel(&self, angles: &[T; 4], axis: PolarAxis) -> kernels::RigidRates<T> {
+        kernels::rigid_rates(*angles, axis.from_frame(self.angular_velocity))
+    }
 }
 
 /// [`kernels::segment`] in the frame, from the chart about `axis`.
@@ -225,16 +284,62 @@ pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) 
         [next.angles[0], next.angles[1]],
         step,
         link.relaxed_angle.added_to(step),
-        *previous.rates,
-        *next.rates,
+        previous.rates,
+        next.rates,
         link.stiffness,
         link.damping,
     )
 }
 
-/// [`kernels::joint_tangent`] between any two charts.
+/// The torques of the damper alone.
+pub fn damper_torques<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
+    joint(previous, next, &Link { stiffness: T::from_f64(0.0), ..*link })
+}
+
+/// [`kernels::joint_tangent`] between any two charts on a body that turns in any way.
 #[inline(always)]
 pub fn joint_tangent<T: Real>(
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
+    link: &Link<T>,
+    body: &BodyRotation<T>,
+    weights: StepWeights<T>,
+) -> kernels::JointTangent<T> {
+    let tangent = joint_tangent_at_rest(previous, next, link, weights);
+    if body.is_about(previous.axis) && body.is_about(next.axis) {
+        return tangent;
+    }
+    joint_tangent_on_body(tangent, previous, next, link, body, weights)
+}
+
+/// The `tangent` of a joint, completed by what the rates in the body lose as rigid rates follow the coordinates.
+#[cold]
+#[inline(never)]
+fn joint_tangent_on_body<T: Real>(
+    mut tangent: kernels::JointTangent<T>,
+    previous: Side<'_, T>,
+    next: Side<'_, T>,
+    link: &Link<T>,
+    body: &BodyRotation<T>,
+    weights: StepWeights<T>,
+) -> kernels::JointTangent<T> {
+    let by_rates = joint_tangent_at_rest(previous, next, link, StepWeights::of_rates());
+    if let Some(slopes) = body.slopes(&previous, weights.coordinates) {
+        let less = |block: &mut [[T; 2]; 2], by_rates| *block = sub_matrices(block, &product(by_rates, &slopes));
+        less(&mut tangent.previous_previous, &by_rates.previous_previous);
+        less(&mut tangent.next_previous, &by_rates.next_previous);
+    }
+    if let Some(slopes) = body.slopes(&next, weights.coordinates) {
+        let less = |block: &mut [[T; 2]; 2], by_rates| *block = sub_matrices(block, &product(by_rates, &slopes));
+        less(&mut tangent.previous_next, &by_rates.previous_next);
+        less(&mut tangent.next_next, &by_rates.next_next);
+    }
+    tangent
+}
+
+/// [`kernels::joint_tangent`] between any two charts.
+#[inline(always)]
+fn joint_tangent_at_rest<T: Real>(
     previous: Side<'_, T>,
     next: Side<'_, T>,
     link: &Link<T>,
@@ -249,8 +354,8 @@ pub fn joint_tangent<T: Real>(
         [next.angles[0], next.angles[1]],
         step,
         link.relaxed_angle.added_to(step),
-        *previous.rates,
-        *next.rates,
+        previous.rates,
+        next.rates,
         link.stiffness,
         link.damping,
         weights.coordinates,
@@ -268,8 +373,8 @@ pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Li
         *previous.angles,
         *next.angles,
         link.relaxed_angle.taken_from([next.angles[2], next.angles[3]]),
-        *previous.rates,
-        *next.rates,
+        previous.rates,
+        next.rates,
         link.stiffness,
         link.damping,
     )
@@ -278,21 +383,15 @@ pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Li
 #[cold]
 #[inline(never)]
 fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::JointEnergy<T> {
-    // The inner segment takes the role of the clamp.
-    let in_frame = |vector| previous.axis.to_frame(vector);
-    let in_chart = |vector| next.axis.from_frame(vector);
-    let direction = in_frame(direction(*previous.angles));
-    let rate = in_frame(direction_rate(*previous.angles, *previous.rates));
-    let kernels::ClampEnergy { spring, dissipation, .. } = kernels::clamp_energy(
-        in_chart(direction),
-        in_chart(rate),
-        in_chart(turned(direction, &link.relaxed_angle)),
-        *next.angles,
-        *next.rates,
-        link.stiffness,
-        link.damping,
-        in_chart(turned(rate, &link.relaxed_angle)),
-    );
+    // To the spring the inner segment takes the role of the clamp.
+    let relaxed = turned(previous.axis.to_frame(direction(*previous.angles)), &link.relaxed_angle);
+    let (none, relaxed) = (T::from_f64(0.0), next.axis.from_frame(relaxed));
+    let kernels::ClampEnergy { spring, .. } =
+        kernels::clamp_energy(relaxed, *next.angles, next.rates, link.stiffness, none, [none; 3]);
+    // `D` is half of what the dampers take.
+    let torques = damper_torques(previous, next, link);
+    let power = |[a, b]: [T; 2], [c, d]: [T; 2]| a * c + b * d;
+    let dissipation = T::from_f64(-0.5) * (power(previous.rates, torques.previous) + power(next.rates, torques.next));
     kernels::JointEnergy { spring, dissipation }
 }
 
@@ -313,8 +412,8 @@ fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T
             *next.angles,
             azimuth_step(previous.angles, next.angles),
             [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-            *previous.rates,
-            *next.rates,
+            previous.rates,
+            next.rates,
             link.stiffness,
             link.damping,
         );
@@ -324,7 +423,7 @@ fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
     let unbent = unbent_azimuth(&z, previous_is_z, link);
     let kernels::CrossedJoint { z, x } =
-        kernels::crossed_joint(*z.angles, *x.angles, unbent, *z.rates, *x.rates, link.stiffness, link.damping);
+        kernels::crossed_joint(*z.angles, *x.angles, unbent, z.rates, x.rates, link.stiffness, link.damping);
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
     kernels::Joint { previous, next }
 }
@@ -345,8 +444,8 @@ fn joint_tangent_with_x<T: Real>(
                 *next.angles,
                 azimuth_step(previous.angles, next.angles),
                 [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-                *previous.rates,
-                *next.rates,
+                previous.rates,
+                next.rates,
                 link.stiffness,
                 link.damping,
                 weights.coordinates,
@@ -360,8 +459,8 @@ fn joint_tangent_with_x<T: Real>(
         *z.angles,
         *x.angles,
         unbent_azimuth(&z, previous_is_z, link),
-        *z.rates,
-        *x.rates,
+        z.rates,
+        x.rates,
         link.stiffness,
         link.damping,
         weights.coordinates,

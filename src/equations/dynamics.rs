@@ -3,9 +3,9 @@
 //! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
 
 use super::chain::{Link, turned};
-use super::chart::{self, PolarAxis, PoleError, Side, find_pole};
+use super::chart::{self, BodyRotation, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
-use super::linear::{add, in_lane, zero};
+use super::linear::{add, in_lane, product, sub_matrices, zero};
 use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
 use super::recursion::{
     self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
@@ -102,9 +102,10 @@ struct Spatial<'a, T> {
     angles: &'a [[T; 4]],
     v: &'a [[T; 2]],
     clamp: &'a Clamp<T>,
+    body: BodyRotation<T>,
 }
 
-impl<'a, T: Real> Spatial<'a, T> {
+impl<'a, T: Lanewise> Spatial<'a, T> {
     #[inline(always)]
     fn new(
         chain: &'a Chain<T>,
@@ -122,30 +123,51 @@ impl<'a, T: Real> Spatial<'a, T> {
             angles: &angles[..n],
             v: &v[..n],
             clamp,
+            body: BodyRotation::new(clamp.angular_velocity),
         }
     }
 
     /// One side of a joint, by segment.
     #[inline(always)]
     fn side(&self, k: usize) -> Side<'a, T> {
-        Side { angles: &self.angles[k], rates: &self.v[k], axis: self.charts[k] }
+        let (angles, axis) = (&self.angles[k], self.charts[k]);
+        Side { angles, rates: self.body.seen_from(angles, axis, self.v[k]), axis }
+    }
+
+    /// `ē_0` in the chart of the first segment.
+    #[inline(always)]
+    fn relaxed_clamp(&self) -> [T; 3] {
+        self.clamp.relaxed(self.charts[0], &self.links[0].relaxed_angle)
+    }
+
+    #[inline(always)]
+    fn clamp_torque(&self, stiffness: T) -> [T; 2] {
+        let Side { angles, rates, .. } = self.side(0);
+        kernels::clamp(self.relaxed_clamp(), *angles, rates, stiffness, self.links[0].damping).next
     }
 
     #[inline(always)]
     fn clamp_energy(&self) -> kernels::ClampEnergy<T> {
-        let (axis, Link { stiffness, damping, relaxed_angle, .. }) = (self.charts[0], &self.links[0]);
-        let [direction, direction_rate, relaxed] = self.clamp.about(axis, relaxed_angle);
+        let (Side { angles, rates, axis }, Link { stiffness, damping, relaxed_angle, .. }) =
+            (self.side(0), &self.links[0]);
         let relaxed_rate = axis.from_frame(turned(self.clamp.direction_rate, relaxed_angle));
-        kernels::clamp_energy(
-            direction,
-            direction_rate,
-            relaxed,
-            self.angles[0],
-            self.v[0],
-            *stiffness,
-            *damping,
-            relaxed_rate,
-        )
+        kernels::clamp_energy(self.relaxed_clamp(), *angles, rates, *stiffness, *damping, relaxed_rate)
+    }
+
+    /// See [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only, `Ω·∂D/∂Ω` is the power of the dampers on
+    /// segments that turn rigidly with it.
+    fn clamp_torque_power(&self) -> T {
+        let rigid = |k: usize, torque: [T; 2]| {
+            let rates = self.body.rigid_rates(&self.angles[k], self.charts[k]);
+            rates[0] * torque[0] + rates[1] * torque[1]
+        };
+        let mut power = self.clamp_energy().power + rigid(0, self.clamp_torque(T::from_f64(0.0)));
+        for k in 1..self.links.len() {
+            let kernels::Joint { previous, next } =
+                chart::damper_torques(self.side(k - 1), self.side(k), &self.links[k]);
+            power = power + rigid(k - 1, previous) + rigid(k, next);
+        }
+        power
     }
 }
 
@@ -225,10 +247,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
             let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), &self.links[k]);
             return Joint { previous, next };
         }
-        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
-        let [direction, direction_rate, relaxed] = self.clamp.about(self.charts[0], relaxed_angle);
-        let clamp = kernels::clamp(direction, direction_rate, relaxed, self.angles[0], self.v[0], *stiffness, *damping);
-        Joint { previous: zero(), next: clamp.next }
+        Joint { previous: zero(), next: self.clamp_torque(self.links[0].stiffness) }
     }
 
     #[inline(always)]
@@ -270,23 +289,22 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
             let kernels::JointTangent { previous_previous, previous_next, next_previous, next_next } =
-                chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], weights);
+                chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], &self.body, weights);
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
-        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
-        let [direction, direction_rate, relaxed] = self.clamp.about(self.charts[0], relaxed_angle);
-        let clamp = kernels::clamp_tangent(
-            direction,
-            direction_rate,
-            relaxed,
-            self.angles[0],
-            self.v[0],
-            *stiffness,
-            *damping,
-            weights.coordinates,
-            weights.rates,
-        );
-        JointTangent::at_clamp(clamp.next_next)
+        let Link { stiffness, damping, .. } = &self.links[0];
+        let (relaxed, side) = (self.relaxed_clamp(), self.side(0));
+        let tangent = |stiffness: T, StepWeights { coordinates, rates }: StepWeights<T>| {
+            kernels::clamp_tangent(relaxed, *side.angles, side.rates, stiffness, *damping, coordinates, rates).next_next
+        };
+        let next_next = tangent(*stiffness, weights);
+        JointTangent::at_clamp(match self.body.slopes(&side, weights.coordinates) {
+            None => next_next,
+            Some(slopes) => {
+                let by_rates = tangent(T::from_f64(0.0), StepWeights::of_rates());
+                sub_matrices(&next_next, &product(&by_rates, &slopes))
+            }
+        })
     }
 
     #[inline(always)]
@@ -366,7 +384,7 @@ impl<T: Lanewise> Dynamics<T> {
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
     pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
         let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
-        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
+        recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
     /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].

@@ -68,6 +68,12 @@ pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
     sum
 }
 
+/// `a × b`
+#[inline(always)]
+pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 /// `M x`
 #[inline(always)]
 pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; C]) -> [T; R] {

@@ -120,7 +120,7 @@ impl<T: Lanewise> PlanarDynamics<T> {
     /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
     pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
         let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
-        recursion::energies(&self.memory, &posture, posture.clamp_energy().power)
+        recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
     /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
@@ -171,28 +171,43 @@ impl<'a, T: Real> Planar<'a, T> {
         Self { length, gravity, links: &chain.links[..n], angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
     }
 
-    /// `e_0`, `ė_0` and `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint.
+    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint.
     #[inline(always)]
-    fn clamp(&self) -> [[T; 2]; 3] {
-        let direction = in_plane(self.clamp.direction);
-        [direction, in_plane(self.clamp.direction_rate), self.links[0].relaxed_angle.turn(direction)]
+    fn relaxed_clamp(&self) -> [T; 2] {
+        self.links[0].relaxed_angle.turn(in_plane(self.clamp.direction))
+    }
+
+    /// `Ω`, which is along `z`.
+    #[inline(always)]
+    fn body_rate(&self) -> T {
+        let [_, _, rate] = self.clamp.angular_velocity;
+        rate
+    }
+
+    /// `θ̇` of segment `k` as seen from the body.
+    #[inline(always)]
+    fn rate_in_body(&self, k: usize) -> T {
+        self.v[k][1] - self.body_rate()
+    }
+
+    #[inline(always)]
+    fn clamp_torque(&self, stiffness: T) -> [T; 1] {
+        let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
+        kernels::planar_clamp(relaxed, angles, rate, stiffness, self.links[0].damping).next
     }
 
     #[inline(always)]
     fn clamp_energy(&self) -> kernels::PlanarClampEnergy<T> {
         let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
-        let [direction, direction_rate, relaxed] = self.clamp();
-        let relaxed_rate = relaxed_angle.turn(direction_rate);
-        kernels::planar_clamp_energy(
-            direction,
-            direction_rate,
-            relaxed,
-            self.angles[0],
-            self.v[0][1],
-            *stiffness,
-            *damping,
-            relaxed_rate,
-        )
+        let relaxed_rate = relaxed_angle.turn(in_plane(self.clamp.direction_rate));
+        let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
+        kernels::planar_clamp_energy(relaxed, angles, rate, *stiffness, *damping, relaxed_rate)
+    }
+
+    /// See [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint sees how the body turns.
+    fn clamp_torque_power(&self) -> T {
+        let [damper] = self.clamp_torque(T::from_f64(0.0));
+        self.clamp_energy().power + self.body_rate() * damper
     }
 }
 
@@ -296,11 +311,7 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
             );
             return Joint { previous, next };
         }
-        let Link { stiffness, damping, .. } = &self.links[0];
-        let [direction, direction_rate, relaxed] = self.clamp();
-        let (angles, rate) = (self.angles[0], self.v[0][1]);
-        let clamp = kernels::planar_clamp(direction, direction_rate, relaxed, angles, rate, *stiffness, *damping);
-        Joint { previous: zero(), next: clamp.next }
+        Joint { previous: zero(), next: self.clamp_torque(self.links[0].stiffness) }
     }
 
     #[inline(always)]
@@ -342,13 +353,10 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
         let Link { stiffness, damping, .. } = &self.links[0];
-        let [direction, direction_rate, relaxed] = self.clamp();
         let clamp = kernels::planar_clamp_tangent(
-            direction,
-            direction_rate,
-            relaxed,
+            self.relaxed_clamp(),
             self.angles[0],
-            self.v[0][1],
+            self.rate_in_body(0),
             *stiffness,
             *damping,
             weights.coordinates,
@@ -500,8 +508,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
             let kernels::LateralJoint { previous, next } = kernels::lateral_joint(
                 step,
                 unbent_step,
-                v[k - 1][1],
-                v[k][1],
+                self.planar.rate_in_body(k - 1),
+                self.planar.rate_in_body(k),
                 q[k - 1][0],
                 v[k - 1][0],
                 q[k][0],
@@ -512,13 +520,10 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
             return Joint { previous, next };
         }
         let Link { stiffness, damping, .. } = self.planar.links[0];
-        let [direction, direction_rate, relaxed] = self.planar.clamp();
         let clamp = kernels::lateral_clamp(
-            direction,
-            direction_rate,
-            relaxed,
+            self.planar.relaxed_clamp(),
             self.planar.angles[0],
-            v[0][1],
+            self.planar.rate_in_body(0),
             stiffness,
             damping,
             q[0][0],
@@ -565,7 +570,6 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 1> {
-        let v = self.planar.v;
         if k > 0 {
             let Link { stiffness, damping, .. } = self.planar.links[k];
             let [step, unbent_step] = self.azimuth_steps(k);
@@ -573,8 +577,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
                 kernels::lateral_joint_tangent(
                     step,
                     unbent_step,
-                    v[k - 1][1],
-                    v[k][1],
+                    self.planar.rate_in_body(k - 1),
+                    self.planar.rate_in_body(k),
                     stiffness,
                     damping,
                     weights.coordinates,
@@ -583,13 +587,10 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
             return JointTangent { previous_previous, previous_next, next_previous, next_next };
         }
         let Link { stiffness, damping, .. } = self.planar.links[0];
-        let [direction, direction_rate, relaxed] = self.planar.clamp();
         let clamp = kernels::lateral_clamp_tangent(
-            direction,
-            direction_rate,
-            relaxed,
+            self.planar.relaxed_clamp(),
             self.planar.angles[0],
-            v[0][1],
+            self.planar.rate_in_body(0),
             stiffness,
             damping,
             weights.coordinates,

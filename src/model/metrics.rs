@@ -105,8 +105,8 @@ crate::record! {
         lateral_amplification: f64 = [
             "", "", "lateral amplification",
             "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \
-             is laterally unstable. In a spatial pass |z_tip|/(l_f sin τ), 0 without a tilt"
-        ] => headline(largest(over_decades(figure("lateral_amplification", "", 1.0)))),
+             is laterally unstable, and 1e30 stands for anything larger. In a spatial pass |z_tip|/(l_f sin τ), 0 without a tilt"
+        ] => headline(optional(largest(over_decades(figure("lateral_amplification", "", 1.0))))),
         laterally_unstable: bool = ["", "", "laterally unstable", "1 if the lateral amplification is above 100, else 0"]
             => largest(Display::DETAIL),
         turns: usize = ["", "", "turns", "turns of the tool that were simulated; all metrics are those of the last one"]
@@ -115,6 +115,11 @@ crate::record! {
             "", "", "unsteady turns",
             "1 if p_n still changes from turn to turn after 50 turns with turns = \"steady\", else 0"
         ] => largest(Display::DETAIL),
+        energy_residual: f64 = [
+            "", "", "energy residual",
+            "what is missing in the balance of work, energies and losses over all turns, relative to the sum of its terms; above 1e-3, or ten \
+             tolerances, the pass is refused"
+        ] => largest(over_decades(Display::DETAIL)),
     }
 }
 
@@ -153,6 +158,8 @@ pub struct ContactRecord {
     pub turn: usize,
     /// Whether the turns should have become steady, but have not.
     pub is_unsteady: bool,
+    /// What is missing in the balance of the energies of all turns, relative to the sum of its terms.
+    pub energy_residual: f64,
     /// Total time with `F_n > 0` in s.
     pub time: f64,
     /// Part of it between nominal entry and exit, in s.
@@ -221,6 +228,7 @@ impl Metrics {
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
             turns: record.turn,
             unsteady_turns: record.is_unsteady,
+            energy_residual: record.energy_residual,
         }
     }
 

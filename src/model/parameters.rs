@@ -716,15 +716,22 @@ impl Settings {
         }
         let (_, passage) = Part::of(self)?;
         let nominal_angle_rad = passage.window.angle;
-        let lead_angle_rad = self.process.lead_angle_rad;
-        let limit_rad = std::f64::consts::TAU - nominal_angle_rad - lead_angle_rad;
-        if self.process.tail_angle_rad >= limit_rad {
+        let angles = [
+            ("process.lead_angle_rad", "lead", self.process.lead_angle_rad),
+            ("process.tail_angle_rad", "tail", self.process.tail_angle_rad),
+        ];
+        let free_rad = std::f64::consts::TAU - nominal_angle_rad;
+        // The larger of the two is to blame.
+        let [(path, _, larger), (_, other, smaller)] =
+            if angles[0].2 > angles[1].2 { angles } else { [angles[1], angles[0]] };
+        if larger >= free_rad - smaller {
             return Err(Violation {
-                path: "process.tail_angle_rad",
-                value: format!("{:?}", self.process.tail_angle_rad),
+                path,
+                value: format!("{larger:?}"),
                 allowed: format!(
-                    "less than {limit_rad:.4}, one turn less the lead angle {lead_angle_rad:?} and the nominal contact \
-                     angle {nominal_angle_rad:.4}"
+                    "less than {:.4}, one turn less the {other} angle {smaller:?} and the nominal contact angle \
+                     {nominal_angle_rad:.4}",
+                    free_rad - smaller
                 ),
             });
         }

@@ -44,6 +44,15 @@ pub enum IntegrationError {
         /// Step in s.
         step: f64,
     },
+    /// A contact's force begins or ends with a jump: its event was missed.
+    Jump {
+        /// Time in s.
+        time: f64,
+        /// Normal force in N; negative if it pulls.
+        force: f64,
+    },
+    /// The filament touches the workpiece where the pass starts, and nowhere before is it free for the lead angle.
+    NotFree,
     /// It was asked to stop ([`Stop`](super::Stop)).
     Stopped,
 }
@@ -70,6 +79,16 @@ impl fmt::Display for IntegrationError {
                  regularisation",
                 100.0 * share
             ),
+            Self::Jump { time, force } => write!(
+                formatter,
+                "the contact was not resolved: at t = {time:.9e} s a force jumps by {:.3e} N; try a stiffer contact, a \
+                 smaller relative tolerance, or a workpiece without features smaller than a segment",
+                force.abs()
+            ),
+            Self::NotFree => formatter.write_str(
+                "the filament would start inside the workpiece: before it enters, there is no angle of the tool at which it is \
+                 free; try a smaller contact radius, a smaller lead angle, or another place of the workpiece or of the tool",
+            ),
             Self::Stopped => formatter.write_str("the simulation was asked to stop"),
         }
     }
@@ -90,12 +109,24 @@ pub enum SimulationError {
     Integration(IntegrationError),
     /// A metric or a sample is infinite or not a number.
     NotFinite,
+    /// Work, energies and losses do not balance.
+    Unbalanced {
+        /// What is missing, relative to the sum of the terms.
+        residual: f64,
+        /// The largest relative residual of a pass that counts as resolved.
+        limit: f64,
+    },
 }
 
 impl fmt::Display for SimulationError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Integration(error) => error.fmt(formatter),
+            Self::Unbalanced { residual, limit } => write!(
+                formatter,
+                "the contact was not resolved: work and energies of the pass differ by {residual:.1e} of their sum, more than {limit:.0e}; try a \
+                 smaller relative tolerance, a softer contact, or more damping"
+            ),
             Self::NotFinite => {
                 formatter.write_str("the results of the pass are not finite; are the settings of extreme size?")
             }

@@ -6,18 +6,20 @@
 
 use std::f64::consts::TAU;
 
-use crate::contact::ContactLaw;
+use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{add, scale};
-use crate::equations::{Chain, Clamp, sin_cos};
+use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{Stepper, Tolerances, Work};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::{Settings, Turns};
-use crate::tool::{RoundTool, Tool, Turning};
+use crate::tool::{ClampMotion, RoundTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Workpiece};
 
+mod balance;
+mod crossing;
 mod error;
 mod form;
 mod observers;
@@ -162,11 +164,65 @@ fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
     [ahead, behind]
 }
 
+/// Angles that differ by less are those of the same touch.
+const ROUNDING_OF_ANGLES: f64 = 1e-9;
+/// The largest part of a turn in rad in which a relaxed filament is not looked at while it touches.
+const LOOKS: f64 = 1e-3;
+
+/// By what angle in rad before `entry` the relaxed filament, turning rigidly, first touches the workpiece as it is at time zero, with the angle
+/// `lead` before in which it is free. Zero if there is no such angle up to `farthest`: a pass that starts inside the workpiece is refused.
+fn early_touch<T: Tool, W: Workpiece>(filament: &Filament<Turning<T>, W>, entry: f64, lead: f64, farthest: f64) -> f64 {
+    let turning = &filament.motion;
+    let length = filament.chain.length;
+    let mut nodes = vec![[[0.0; 3]; 2]; filament.chain.segments() + 1];
+    // How far the nodes and the centreline are from touching at an angle before entry, in m, and how far they are from the axis; less
+    // than zero if they touch.
+    let mut clearance = |early: f64| {
+        let angle = entry - early;
+        let [q, v] = turning.tool.undeformed(angle, turning.rate);
+        nodes[0] = [turning.tool.clamp(angle, turning.rate).position, [0.0; 3]];
+        let mut farthest = 0.0_f64;
+        for (k, q) in filament.chain.relaxed(q).enumerate() {
+            let [direction, ..] = PolarAxis::Z.direction([q, v, [0.0; 2]]);
+            nodes[k + 1] = [add(nodes[k][0], scale(length, direction)), [0.0; 3]];
+            let [x, y, _] = nodes[k + 1][0];
+            farthest = farthest.max(x.hypot(y));
+        }
+        let clear = (0..filament.contacts()).map(|contact| {
+            let Approach { penetration, margin, .. } = filament.touch(contact, &|node| nodes[node], None, 0.0).approach;
+            if margin > 0.0 { -penetration } else { (-penetration).max(0.0) }
+        });
+        (clear.fold(f64::INFINITY, f64::min), farthest)
+    };
+    let (mut early, mut touched) = (0.0, None);
+    loop {
+        let (clear, radius) = clearance(early);
+        if clear < 0.0 {
+            touched = Some(early);
+            if early > farthest {
+                return 0.0;
+            }
+        } else if early - touched.unwrap_or(0.0) >= lead {
+            break;
+        }
+        // A gap changes by no more than twice the way.
+        early += (clear / (2.0 * radius)).clamp(LOOKS, LOOKS.max(lead));
+    }
+    let Some(touched) = touched else { return 0.0 };
+    let (mut low, mut high) = (touched, touched + LOOKS);
+    while high - low > ROUNDING_OF_ANGLES {
+        let middle = (low + high) / 2.0;
+        if clearance(middle).0 < 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
 /// One pass of a filament over a workpiece, as integrated by [`simulate`].
 ///
-/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry. It ends at the
-/// tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does. Both angles are larger by
-/// as much as a wavy filament reaches ahead of a straight one or behind it. With several [`Turns`] it goes on to the end of the last one:
+/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry, or before the first touch of
+/// that filament where this is earlier: a wavy one reaches ahead of a straight one, and its contact radius makes one thicker. It ends at the
+/// tail angle after nominal exit, later by as much as a wavy filament reaches behind a straight one, or, if the filament still touches the
+/// workpiece there, when it no longer does. With several [`Turns`] it goes on to the end of the last one:
 /// after each contact, the filament turns on, vibrates freely, and comes back as it is.
 ///
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
@@ -195,7 +251,7 @@ impl Pass {
     pub fn new(settings: &Settings) -> Self {
         let tool = RoundTool::of(settings);
         let (part, passage) = Part::of(settings).unwrap_or_else(|violation| panic!("{violation}"));
-        Self::assemble(settings, tool, part, settings.tool_radius_m(), passage)
+        Self::assemble(settings, tool, part, settings.tool_radius_m(), passage, true)
     }
 }
 
@@ -215,37 +271,60 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         };
         let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
         let radius = tool.radius(length);
-        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into()))
+        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into(), false))
     }
 
-    fn assemble(settings: &Settings, tool: T, workpiece: W, tool_radius: f64, passage: Passage) -> Self {
+    fn assemble(
+        settings: &Settings,
+        tool: T,
+        workpiece: W,
+        tool_radius: f64,
+        passage: Passage,
+        is_round: bool,
+    ) -> Self {
         let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } =
             settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
-        let time = |angle: f64| (process.lead_angle_rad + angle) / nominal.rate();
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         let planar = tool.is_planar() && workpiece.is_planar() && process.gravity_m_s2[2] == 0.0;
         let chain = filament::chain(filament, process.gravity_m_s2);
+        // A straight, thin filament of a tool from the settings touches no earlier than the undeformed one: it is the undeformed one.
+        let is_nominal = is_round
+            && contact.radius_m == 0.0
+            && filament.lateral_tilt_rad == 0.0
+            && filament.waviness_amplitude_m == 0.0;
         let [ahead, behind] = reach_around(&tool.clamp(middle, 0.0), &chain);
-        let (lead_angle, tail_angle) = (process.lead_angle_rad + ahead, process.tail_angle_rad + behind);
+        let tail_angle = process.tail_angle_rad + behind;
+        let entry = middle - angle / 2.0;
+        let initial_angle = entry - (process.lead_angle_rad + ahead);
+        let law = ContactLaw::from(contact);
+        let filament_length = filament.length_m;
+        let mut filament =
+            Filament { chain, motion: Turning { tool, rate: nominal.rate(), initial_angle }, law, workpiece };
+        let lead_angle = process.lead_angle_rad
+            + match is_nominal {
+                true => ahead,
+                false => {
+                    let farthest = TAU - angle - tail_angle - process.lead_angle_rad;
+                    let early = early_touch(&filament, entry, process.lead_angle_rad, farthest);
+                    if early > ahead + ROUNDING_OF_ANGLES { early } else { ahead }
+                }
+            };
+        filament.motion.initial_angle = entry - lead_angle;
+        let time = |angle: f64| (lead_angle + angle) / nominal.rate();
         Self {
             form: if planar { Form::Planar } else { Form::Spatial },
-            filament: Filament {
-                chain,
-                motion: Turning { tool, rate: nominal.rate(), initial_angle: middle - angle / 2.0 - lead_angle },
-                law: ContactLaw::from(contact),
-                workpiece,
-            },
+            filament,
             nominal,
             touches: passage.touches.iter().map(|touch| touch.map(time)).collect(),
-            filament_length: filament.length_m,
+            filament_length,
             filament_count: brush.filament_count,
             tolerances: Tolerances {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
-                rate_scale: (nominal.brushing_velocity / filament.length_m).max(slow_rate),
+                rate_scale: (nominal.brushing_velocity / filament_length).max(slow_rate),
             },
             lead_angle,
             tail_angle,
@@ -300,7 +379,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
-        Kind::new(self.form, &self.filament)
+        Kind::new(self.form, &self.filament, self.integrates_work())
     }
 
     /// The equations to integrate; see [`FilamentSystem::new`].
@@ -310,19 +389,29 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The system of this pass, with the integrals that `sampling` needs.
     fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
-        self.system(sampling.tracks_energy()).tracking_dissipation(sampling.tracks_dissipation())
+        self.system(sampling.tracks_energy() || self.integrates_work()).tracking_dissipation(true)
+    }
+
+    /// Whether the work of the clamp has to be integrated for the balance of the energies.
+    fn integrates_work(&self) -> bool {
+        !balance::turns_rigidly(&self.filament)
     }
 
     /// The start at time zero: in the relaxed shape, and turning rigidly with the body.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
-        let n = self.filament.chain.segments();
+        let [q, v] = self.start_coordinates();
+        system.state(0.0, q, v)
+    }
+
+    /// The coordinates and rates at the start, about `z`.
+    fn start_coordinates(&self) -> [Vec<[f64; 2]>; 2] {
         let Turning { tool, rate, initial_angle } = &self.filament.motion;
         let [mut q, mut v] = tool.undeformed(*initial_angle, *rate);
         if self.form == Form::Planar {
             // Along a clamp tilted by τ: φ = π/2 − τ.
             (q[0], v[0]) = (-1.0, 0.0);
         }
-        system.state(0.0, self.filament.chain.relaxed(q).collect(), vec![v; n])
+        [self.filament.chain.relaxed(q).collect(), vec![v; self.filament.chain.segments()]]
     }
 
     /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it
@@ -442,7 +531,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             })?;
             let ended = trajectory.start().time;
             if sampler.covers(ended) {
-                return self.conclude(*observer.record(), &trajectory, itinerary, sampler);
+                return self.conclude(&observer, &trajectory, itinerary, sampler);
             }
             // The same again, now that its end is known.
             end_time = Some(ended);
@@ -453,7 +542,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     pub fn profile(&self) -> Option<ProfileCells> {
         let workpiece = &self.filament.workpiece;
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
-        workpiece.profile(self.nominal.tool_radius + self.end_time() * x.hypot(y))
+        // A filament reaches no farther than stretched out, and its contact radius beyond.
+        let [root_x, root_y, _] = self.filament.motion.at(0.0).position;
+        let stretched = root_x.hypot(root_y) + self.filament_length;
+        let radius = self.nominal.tool_radius;
+        let radius = if stretched > radius * (1.0 + ROUNDING_OF_ANGLES) { stretched } else { radius };
+        workpiece.profile(radius + self.filament.law.radius + self.end_time() * x.hypot(y))
     }
 
     /// The time in s at which the pass will end, if that is likely to be known. Samples are taken at equal distances up to there.
@@ -474,18 +568,23 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The same from another `start`.
     fn trajectory_from(&self, system: &mut FilamentSystem<Turning<T>, W>, start: FilamentState) -> Trajectory {
-        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances).until(self.stop.clone())
+        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances)
+            .must_be_free()
+            .until(self.stop.clone())
     }
 
     /// The results of a pass whose last turn has ended.
     fn conclude(
         &self,
-        record: ContactRecord,
+        observer: &ContactObserver<Turning<T>, W>,
         trajectory: &Trajectory,
         itinerary: Itinerary,
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
-        let metrics = self.metrics(&ContactRecord { is_unsteady: itinerary.is_unsteady(), ..record });
+        let tracks_energy = sampler.sampling.tracks_energy() || self.integrates_work();
+        let energy_residual = self.energy_residual(observer, trajectory, tracks_energy);
+        let record = ContactRecord { is_unsteady: itinerary.is_unsteady(), energy_residual, ..*observer.record() };
+        let metrics = self.metrics(&record);
         let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
         let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
         let finite = history.iter().all(Sample::is_finite)
@@ -498,6 +597,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             history.clear();
             shapes.clear();
             profile.clear();
+        }
+        let limit = balance::LARGEST_RESIDUAL.max(10.0 * self.tolerances.relative);
+        if energy_residual > limit {
+            return Err(SimulationError::Unbalanced { residual: energy_residual, limit });
         }
         Ok(Simulation {
             metrics,

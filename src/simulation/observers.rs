@@ -9,6 +9,7 @@ use super::turns::start_of_turn;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
+use crate::integrate::LARGEST_CONTROLLED_VARIATION;
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Tool, Turning};
@@ -30,6 +31,8 @@ pub struct ContactObserver<M, W> {
     record: ContactRecord,
     edge_work: EdgeWork,
     was_closed: bool,
+    /// The angular impulse of gravity about the tool axis in N m s, over all turns.
+    gravity_impulse: f64,
     /// What the last step ended with.
     last: Tip,
 }
@@ -59,6 +62,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             edge_work,
             record: ContactRecord { turn: 1, ..ContactRecord::default() },
             was_closed: false,
+            gravity_impulse: 0.0,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
         }
     }
@@ -74,6 +78,28 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         &self.record
     }
 
+    /// The angular impulse of gravity about the tool axis over all turns so far, in N m s.
+    pub(super) fn gravity_impulse(&self) -> f64 {
+        self.gravity_impulse
+    }
+
+    /// The moment of gravity about the tool axis at one end of a step in N m, and its rate.
+    fn gravity_moment(&self, knots: &[Knot<3>], time: f64) -> [f64; 2] {
+        let chain = &self.filament.chain;
+        let Clamp { position, velocity, .. } = self.filament.motion.at(time);
+        let mut inner = [position, velocity];
+        let mut moments = [[0.0; 3]; 2];
+        for (link, knot) in chain.links.iter().zip(knots) {
+            let outer = [knot.value, knot.rate];
+            for i in 0..2 {
+                moments[i] = add(moments[i], scale(0.5 * link.mass, add(inner[i], outer[i])));
+            }
+            inner = outer;
+        }
+        let [along, across, _] = chain.gravity;
+        moments.map(|[x, y, _]| x * across - y * along)
+    }
+
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
         if step.start.time >= start_of_turn(self.record.turn, self.turn_time) {
@@ -82,6 +108,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.earlier = step.start.integrals;
             self.was_closed = false;
             self.edge_work.clear();
+        }
+        if self.filament.chain.gravity != [0.0; 3] {
+            let length = step.length();
+            let [start, start_rate] = self.gravity_moment(step.start_nodes, step.start.time);
+            let [end, end_rate] = self.gravity_moment(step.end_nodes, step.end.time);
+            self.gravity_impulse += length * ((start + end) / 2.0 + length * (start_rate - end_rate) / 12.0);
         }
         let closed = step.closed.contains(&true);
         if closed {
@@ -203,8 +235,14 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 }
 
-/// The largest `|∂z_tip/∂τ|/l_f` in a step of a planar motion, or `least` if that is larger.
+/// The largest `|∂z_tip/∂τ|/l_f` in a step of a planar motion, or `least` if that is larger. Once the variation is no longer controlled,
+/// its bound stands for it.
 fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
+    let scale = step.start.integrals[integral::VARIATION_SCALE].exp();
+    let largest = step.end.q.iter().fold(0.0_f64, |largest, block| largest.max(block[0].abs()));
+    if scale * largest >= LARGEST_CONTROLLED_VARIATION {
+        return LARGEST_CONTROLLED_VARIATION;
+    }
     // z_tip = Σ h cos φ, and ∂φ/∂τ = η
     let mean = |blocks: &[[f64; 2]]| [blocks.iter().map(|block| block[0]).sum::<f64>() / blocks.len() as f64];
     let knot = |state: &FilamentState| Knot {
@@ -213,8 +251,8 @@ fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
         acceleration: mean(&state.accelerations),
     };
     let (start, end, length) = (knot(step.start), knot(step.end), step.length());
-    let scale = step.start.integrals[integral::VARIATION_SCALE].exp();
-    maximum_in_step(|s| (scale * interpolate(&start, &end, length, s).0[0].abs()).min(f64::MAX), least)
+    let size = |s| (scale * interpolate(&start, &end, length, s).0[0].abs()).min(LARGEST_CONTROLLED_VARIATION);
+    maximum_in_step(size, least)
 }
 
 crate::record! {
@@ -266,11 +304,6 @@ impl Sampling {
     /// Whether the energies of the samples have to be integrated.
     pub(super) fn tracks_energy(self) -> bool {
         self.samples > 0 && !self.alongside
-    }
-
-    /// Whether the dissipated energies have to be.
-    pub(super) fn tracks_dissipation(self) -> bool {
-        self.samples > 0
     }
 }
 

@@ -67,6 +67,8 @@ pub struct Kind {
     segments: usize,
     contacts: usize,
     solution: StageSolution,
+    /// Whether the work of clamp and workpiece is integrated.
+    integrates_work: bool,
 }
 
 impl Kind {
@@ -75,12 +77,17 @@ impl Kind {
         Pass::new(settings).kind()
     }
 
-    pub(super) fn new<M: ClampMotion, W: Workpiece>(form: Form, filament: &Filament<M, W>) -> Self {
+    pub(super) fn new<M: ClampMotion, W: Workpiece>(
+        form: Form,
+        filament: &Filament<M, W>,
+        integrates_work: bool,
+    ) -> Self {
         Self {
             form,
             segments: filament.chain.segments(),
             contacts: filament.contacts(),
             solution: filament.stage_solution(),
+            integrates_work,
         }
     }
 }
@@ -103,7 +110,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
         if !sampler.covers(end_time) {
             return Some((Job { number, pass }, end_time));
         }
-        done(number, pass.conclude(*observer.record(), &trajectory, itinerary, sampler));
+        done(number, pass.conclude(&observer, &trajectory, itinerary, sampler));
         None
     }
 }
@@ -120,9 +127,9 @@ struct Batch<T, W> {
 impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
-        let system =
-            FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], sampling.tracks_energy())
-                .tracking_dissipation(sampling.tracks_dissipation());
+        let energy = sampling.tracks_energy() || example.integrates_work();
+        let system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy)
+            .tracking_dissipation(true);
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }

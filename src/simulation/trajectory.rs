@@ -1,16 +1,17 @@
 //! One filament's trajectory through its contact: steps that end on located contact events.
 
 use super::Statistics;
+use super::crossing::{Crossing, GAP_RATE, TooLong, crossing as crossing_of, excess};
 use super::error::IntegrationError;
-use super::search::{maximise, root as root_of};
 use super::stop::Stop;
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
 use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, Touch};
-use crate::equations::linear::{add, dot, scale};
+use crate::contact::Approach;
+use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Clamp, Compiled, Lanewise, PolarAxis};
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::integrate::tableau::Tableau;
-use crate::integrate::{Effort, Proposal, SecondOrderSystem, StepControl, Stepper, Tolerances};
+use crate::integrate::{Effort, Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
@@ -113,10 +114,15 @@ const MAX_ITERATIONS: f64 = 2.5e6;
 /// rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
 const MAX_LANDINGS: usize = 60;
-/// Points inside a step at which a contact that may close and open again is checked.
-const INNER_POINTS: usize = 8;
-/// The largest number of such points where a filament may pass an edge, which is a small target.
-const MAX_INNER_POINTS: usize = 512;
+/// A contact takes over from another one whose penetration is at least this share of its own, inverted.
+const TAKEN_OVER: f64 = 2.0;
+/// The part of the kinetic energy of the outermost segment that a contact may store when it closes; the balance of the energies tells whether that
+/// matters.
+const UNNOTICED: f64 = 0.1;
+/// How often a step is shortened because another contact has its event before the one on which it ends.
+const MAX_EARLIER_LANDINGS: usize = 8;
+/// Of two events, the later one counts as simultaneous within this share of the step.
+const SIMULTANEOUS: f64 = 1e-9;
 
 /// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
 ///
@@ -158,6 +164,10 @@ pub struct Trajectory {
     location: f64,
     /// The same where the work is limited.
     coarse_location: f64,
+    /// The force in N above which one that begins or ends is a jump.
+    jump: f64,
+    /// The last contact that opened while it was pressed in: when, in s, and how deep, in m.
+    released: [f64; 2],
     control: StepControl,
     contact_events: usize,
     chart_changes: usize,
@@ -172,14 +182,16 @@ pub struct Trajectory {
     stored: Vec<f64>,
     phase: Phase,
     stop: Option<Stop>,
+    must_be_free: bool,
 }
 
 /// The nodes at one time.
 #[derive(Clone, Debug)]
 struct Nodes {
     knots: Vec<Knot<3>>,
-    /// Upper bound on their speeds relative to the workpiece, in m/s.
+    /// Their largest speed in m/s and acceleration in m/s².
     speed: f64,
+    acceleration: f64,
     /// Lower bounds on how far the contacts are from their events, in m; zero where nothing is known.
     distances: Vec<f64>,
 }
@@ -187,18 +199,27 @@ struct Nodes {
 impl Nodes {
     /// The nodes in `knots`, without speed and without the distances of `contacts` contacts.
     fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
-        Self { knots, speed: f64::INFINITY, distances: vec![0.0; contacts] }
+        Self { knots, speed: f64::INFINITY, acceleration: f64::INFINITY, distances: vec![0.0; contacts] }
     }
 
-    /// Bounds the speeds of the nodes at `time`, if the workpiece moves at one velocity everywhere.
-    fn bound_speed<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>, time: f64) {
-        if !filament.workpiece.translates() {
-            return;
-        }
-        let square = self.knots.iter().map(|knot| dot(knot.rate, knot.rate)).fold(0.0, f64::max);
-        let tip = self.knots[self.knots.len() - 1].value;
-        let surface = filament.workpiece.surface(tip, time).velocity;
-        self.speed = square.sqrt() + dot(surface, surface).sqrt();
+    /// Finds the largest speed and acceleration.
+    fn measure(&mut self) {
+        let largest = |of: fn(&Knot<3>) -> [f64; 3]| {
+            self.knots.iter().map(of).map(|vector| dot(vector, vector)).fold(0.0, f64::max).sqrt()
+        };
+        (self.speed, self.acceleration) = (largest(|knot| knot.rate), largest(|knot| knot.acceleration));
+    }
+
+    /// Upper bound on how far a node goes from here to where it is at the `end` of a step of the length `length` (s), in m: within the
+    /// step it stays in the hull of its Bézier points (see [`crossing`](super::crossing)).
+    fn way_to(&self, end: &Self, length: f64) -> f64 {
+        let square = |(start, end): (&Knot<3>, &Knot<3>)| {
+            let way = sub(end.value, start.value);
+            dot(way, way)
+        };
+        let straight = self.knots.iter().zip(&end.knots).map(square).fold(0.0, f64::max).sqrt();
+        let hull = |nodes: &Self| length * (0.4 * nodes.speed + 0.05 * length * nodes.acceleration);
+        hull(self).max(straight + hull(end))
     }
 }
 
@@ -222,6 +243,18 @@ struct Landing {
     /// The length to try next.
     length: f64,
     attempts: usize,
+    /// How often an earlier event was found before this one.
+    earlier: usize,
+}
+
+impl Landing {
+    /// On `crossing`, before which that number of events was found in the same step.
+    fn on(crossing: Crossing, earlier: usize) -> Self {
+        let Crossing { after, past, at_end, .. } = crossing;
+        // What only the interpolant says is looked at first.
+        let length = if at_end { after } else { past };
+        Self { crossing, low: 0.0, high: past, length, attempts: 0, earlier }
+    }
 }
 
 impl Trajectory {
@@ -240,15 +273,18 @@ impl Trajectory {
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
         let mut start_nodes = Nodes::new(vec![none; n], contacts);
         system.track(&start, &mut start_nodes.knots);
-        start_nodes.bound_speed(system.filament(0), start.time);
+        start_nodes.measure();
         let location = system.filament(0).event_tolerance(tolerances.relative, start.time);
+        let coarse_location = system.filament(0).coarse_event_tolerance(tolerances.relative).max(location);
         let mut trajectory = Self {
             begin_time: start.time,
             end_time,
             while_touching: false,
             tolerances,
             location,
-            coarse_location: system.filament(0).coarse_event_tolerance(tolerances.relative).max(location),
+            coarse_location,
+            jump: system.filament(0).largest_jump(location.max(coarse_location)),
+            released: [f64::NEG_INFINITY, 0.0],
             phase: Phase::Advance(control.propose(start.time, end_time)),
             control,
             contact_events: 0,
@@ -261,6 +297,7 @@ impl Trajectory {
             starts: vec![0; contacts - n],
             stored: vec![0.0; contacts],
             stop: None,
+            must_be_free: false,
         };
         trajectory.locate(system.filament(0));
         trajectory
@@ -270,6 +307,18 @@ impl Trajectory {
     #[must_use]
     pub fn until(self, stop: Option<Stop>) -> Self {
         Self { stop, ..self }
+    }
+
+    /// The same, which is refused with [`IntegrationError::NotFree`] if a contact is closed at its start.
+    #[must_use]
+    pub(super) fn must_be_free(self) -> Self {
+        Self { must_be_free: true, ..self }
+    }
+
+    /// The same, which lets jumps of the force pass, and may start in contact.
+    #[cfg(test)]
+    pub(super) fn unchecked(self) -> Self {
+        Self { jump: f64::INFINITY, must_be_free: false, ..self }
     }
 
     /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is limited anew.
@@ -302,6 +351,16 @@ impl Trajectory {
     /// The state from which the next step starts.
     pub fn start(&self) -> &FilamentState {
         &self.start
+    }
+
+    /// The nodes there.
+    pub(super) fn nodes(&self) -> &[Knot<3>] {
+        &self.start_nodes.knots
+    }
+
+    /// The energy in J that closed contacts have taken over from others.
+    pub(super) fn taken_over(&self) -> f64 {
+        self.closed.iter().zip(&self.stored).filter(|(closed, _)| **closed).map(|(_, stored)| stored).sum()
     }
 
     /// Prepares the next step in `lane` of `stepper`.
@@ -354,6 +413,9 @@ impl Trajectory {
         if time >= self.end_time || (self.while_touching && !self.is_touching()) {
             return Ok(None);
         }
+        if self.must_be_free && self.control.work().steps == 0 && self.is_touching() {
+            return Err(IntegrationError::NotFree);
+        }
         if self.control.is_exhausted() {
             let steps = self.control.work().steps;
             let share = (time - self.begin_time) / (self.end_time - self.begin_time);
@@ -393,13 +455,14 @@ impl Trajectory {
                 }
                 let filament = system.filament(lane);
                 system.nodes(lane, &mut self.end_nodes.knots);
-                self.end_nodes.bound_speed(filament, self.end.time);
-                let crossing = self.first_crossing(filament);
+                self.end_nodes.measure();
+                let Ok(crossing) = self.first_crossing(filament, None) else {
+                    return self.shorten(proposal.step);
+                };
                 if let Some(crossing) = crossing
                     && crossing.after > 0.0
                 {
-                    let Crossing { after, past, .. } = crossing;
-                    self.phase = Phase::Land(Landing { crossing, low: 0.0, high: past, length: after, attempts: 0 });
+                    self.phase = Phase::Land(Landing::on(crossing, 0));
                     return Ok(());
                 }
                 crossing
@@ -412,13 +475,27 @@ impl Trajectory {
                     return Ok(());
                 }
                 system.nodes(lane, &mut self.end_nodes.knots);
-                self.end_nodes.bound_speed(system.filament(lane), self.end.time);
-                self.end_nodes.distances.fill(0.0);
-                if let Some(next) = self.correct(landing, system.filament(lane)) {
+                self.end_nodes.measure();
+                let filament = system.filament(lane);
+                let is_there =
+                    landing.crossing.at_end || landing.attempts > 0 || self.is_past_at_end(landing, filament);
+                if is_there && let Some(next) = self.correct(landing, filament) {
                     self.phase = Phase::Land(next);
                     return Ok(());
                 }
-                Some(landing.crossing)
+                let Ok(other) = self.first_crossing(filament, Some(landing.crossing.contact)) else {
+                    return self.shorten(landing.length);
+                };
+                // The repeated step differs from the one in which its end was found.
+                if let Some(other) = other
+                    && other.after > 0.0
+                    && other.after < (1.0 - SIMULTANEOUS) * landing.length
+                    && landing.earlier < MAX_EARLIER_LANDINGS
+                {
+                    self.phase = Phase::Land(Landing::on(other, landing.earlier + 1));
+                    return Ok(());
+                }
+                is_there.then_some(landing.crossing)
             }
         };
         self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
@@ -433,11 +510,12 @@ impl Trajectory {
             }
         }
         if let Some(Crossing { contact, .. }) = crossing {
-            self.switch(contact, lane, system);
+            let deepest = self.deepest(system.filament(lane)).max(self.just_released());
+            self.switch(contact, deepest, lane, system)?;
             for other in 0..self.closed.len() {
                 // Where a node leaves a face, an edge takes over, and the other way round.
                 if other != contact && !self.starts.is_empty() && self.is_past(other, system.filament(lane)) {
-                    self.switch(other, lane, system);
+                    self.switch(other, deepest, lane, system)?;
                 }
             }
         }
@@ -448,24 +526,94 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Closes or opens `contact` at the start of the next step.
+    /// Repeats a step of the length `step` (s), which is too long to find the events of a contact, shorter.
+    fn shorten(&mut self, step: f64) -> Result<(), IntegrationError> {
+        self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
+        Ok(self.control.retreat(self.start.time, step, RejectionCause::Error)?)
+    }
+
+    /// The deepest penetration of a closed contact at the start, in m.
+    fn deepest<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>) -> f64 {
+        let closed = (0..self.closed.len()).filter(|&contact| self.closed[contact]);
+        closed.map(|contact| self.approach(contact, filament).penetration).fold(0.0, f64::max)
+    }
+
+    /// `contact` at the start. Where it is closed and has just left its face or edge, as it was before: beyond, another one is the nearest.
+    fn approach<M: ClampMotion, W: Workpiece>(&self, contact: usize, filament: &Filament<M, W>) -> Approach {
+        /// The way back in tolerances of the location of events.
+        const BACK: f64 = 8.0;
+        let at = |back: f64| {
+            let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, back);
+            filament.touch(contact, &nodes, None, self.start.time - back).approach
+        };
+        let here = at(0.0);
+        let has_left = self.closed[contact] && here.margin < 0.0;
+        if has_left { at(BACK * self.location / self.start_nodes.speed) } else { here }
+    }
+
+    /// How deep the contact was that opened just before the start, in m; zero if there is none. Where one contact takes over from another, both
+    /// events are located to the tolerance, each by itself.
+    fn just_released(&self) -> f64 {
+        /// The way of a node between both events, in tolerances of their location.
+        const WAY: f64 = 100.0;
+        let [time, depth] = self.released;
+        let way = (self.start.time - time) * self.start_nodes.speed;
+        if way <= WAY * self.location { depth } else { 0.0 }
+    }
+
+    /// Closes or opens `contact` at the start of the next step, before which the deepest closed contact was `deepest` (m) inside.
+    ///
+    /// The energy stored in a contact that closes or opens while it is pressed in is accounted for: when one opens because it
+    /// recedes so fast that its damping would pull, or because the filament goes on to another face or edge, its elastic energy does no more work.
+    /// When a contact closes again before it has come out, or takes over from another one, it gets that energy back.
+    ///
+    /// # Errors
+    /// If the force begins or ends with a jump: the event was missed.
     fn switch<M: ClampMotion, W: Workpiece, T: Compiled>(
         &mut self,
         contact: usize,
+        deepest: f64,
         lane: usize,
         system: &mut FilamentSystem<M, W, T>,
-    ) {
-        self.keep_account(contact, system.filament(lane));
+    ) -> Result<(), IntegrationError> {
+        let filament = system.filament(lane);
+        let approach = self.approach(contact, filament);
+        let force = filament.law.normal_force(&approach);
+        let takes_over = approach.penetration <= TAKEN_OVER * deepest;
+        let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
+        // Where a node passes the border of a face and its surface at once, the one delays the other by what is as little.
+        let noticed =
+            UNNOTICED * 0.5 * filament.chain.links[self.end.q.len() - 1].mass * self.start_nodes.speed.powi(2);
+        let jumps = match self.closed[contact] {
+            true => force < -self.jump,
+            false => force > self.jump && stored > noticed && !takes_over,
+        };
+        if jumps {
+            return Err(IntegrationError::Jump { time: self.start.time, force });
+        }
+        if self.closed[contact] {
+            self.released = [self.start.time, approach.penetration];
+            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[contact];
+        } else {
+            self.stored[contact] = if takes_over || filament.law.damping > 0.0 { stored } else { 0.0 };
+        }
         self.closed[contact] = !self.closed[contact];
         self.start_nodes.distances[contact] = 0.0;
         system.set_closed(lane, contact, self.closed[contact]);
         self.contact_events += 1;
+        Ok(())
     }
 
     /// Whether `contact` presses at the start although it is open, or the other way round.
     fn is_past<M: ClampMotion, W: Workpiece>(&self, contact: usize, filament: &Filament<M, W>) -> bool {
         let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
         self.excess(contact, filament, &nodes, self.start.time) > -self.location
+    }
+
+    /// Whether the contact of `landing` is past its event at the end of the step.
+    fn is_past_at_end<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> bool {
+        let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, 0.0);
+        self.excess(landing.crossing.contact, filament, &nodes, self.end.time) > 0.0
     }
 
     /// How far `contact` is past its event, in m; see [`excess`]. `nodes` are those of the filament at `time`.
@@ -510,44 +658,43 @@ impl Trajectory {
         }
     }
 
-    /// Adds what is lost when `contact` opens while it is still pressed in, because it recedes so fast that its damping
-    /// would pull: its elastic energy does no more work. When such a contact closes again before it has come out, it gets that
-    /// energy back.
-    fn keep_account<M: ClampMotion, W: Workpiece>(&mut self, contact: usize, filament: &Filament<M, W>) {
-        let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
-        let Touch { approach, .. } = filament.touch(contact, &nodes, None, self.start.time);
-        let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
-        if self.closed[contact] {
-            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[contact];
-        } else {
-            self.stored[contact] = stored;
-        }
-    }
-
-    /// The earliest event of the step. Finds out how far the contacts are from their events at its end.
-    fn first_crossing<M: ClampMotion, W: Workpiece>(&mut self, filament: &Filament<M, W>) -> Option<Crossing> {
+    /// The earliest event of the step, but for those of the contact `except`, at whose event it ends. Finds out how far the contacts are from
+    /// their events at its end.
+    fn first_crossing<M: ClampMotion, W: Workpiece>(
+        &mut self,
+        filament: &Filament<M, W>,
+        except: Option<usize>,
+    ) -> Result<Option<Crossing>, TooLong> {
         let mut distances = std::mem::take(&mut self.end_nodes.distances);
         let step = self.step();
-        // With contact damping a node's speed alone can make it cross.
-        let undamped = filament.law.damping == 0.0;
-        let reach = 2.0 * step.length() * (self.start_nodes.speed + self.end_nodes.speed);
-        let mut first: Option<Crossing> = None;
+        let drift = step.length() * surface_speed(filament, &step);
+        let way = self.start_nodes.way_to(&self.end_nodes, step.length());
+        // Where the workpiece moves otherwise elsewhere, every contact is looked at.
+        let reach = if filament.workpiece.translates() { GAP_RATE * (way + drift) } else { f64::INFINITY };
+        let mut first: Result<Option<Crossing>, TooLong> = Ok(None);
         for (contact, end) in distances.iter_mut().enumerate() {
             let start = self.start_nodes.distances[contact];
-            if undamped && start > reach {
+            if except == Some(contact) {
+                *end = 0.0;
+                continue;
+            }
+            if start > reach {
                 *end = start - reach;
                 continue;
             }
-            let (distance, crossing) = if contact < self.start_nodes.knots.len() {
-                node_crossing(filament, &step, contact, self.location)
-            } else {
-                edge_crossing(filament, &step, contact, self.location, reach)
-            };
-            *end = distance;
-            if let Some(crossing) = crossing
-                && first.is_none_or(|first| crossing.after < first.after)
-            {
-                first = Some(crossing);
+            match crossing_of(filament, &step, contact, self.location, drift) {
+                Ok((distance, crossing)) => {
+                    *end = distance;
+                    if let (Ok(earliest), Some(crossing)) = (&first, crossing)
+                        && earliest.is_none_or(|first| crossing.after < first.after)
+                    {
+                        first = Ok(Some(crossing));
+                    }
+                }
+                Err(TooLong) => {
+                    *end = 0.0;
+                    first = Err(TooLong);
+                }
             }
         }
         self.end_nodes.distances = distances;
@@ -556,7 +703,7 @@ impl Trajectory {
 
     /// The next landing after the attempt of `landing`; `None` if that was close enough to the event.
     fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
-        let Landing { crossing, mut low, mut high, length, attempts } = landing;
+        let Landing { crossing, mut low, mut high, length, attempts, .. } = landing;
         let location = self.location;
         // A little before the end.
         let excess = |back: f64| {
@@ -588,12 +735,12 @@ impl Trajectory {
             () if inside => next,
             () => (low + high) / 2.0,
         };
-        Some(Landing { crossing, low, high, length, attempts: attempts + 1 })
+        Some(Landing { low, high, length, attempts: attempts + 1, ..landing })
     }
 }
 
 /// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number from the root.
-fn at_knots<M: ClampMotion, W>(
+pub(super) fn at_knots<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     knots: &[Knot<3>],
     time: f64,
@@ -608,142 +755,13 @@ fn at_knots<M: ClampMotion, W>(
     }
 }
 
-/// A contact's closing or opening inside a step.
-#[derive(Clone, Copy, Debug)]
-struct Crossing {
-    contact: usize,
-    /// Estimated time after the start of the step in s; zero if it lies before.
-    after: f64,
-    /// A time after the start at which the contact is past the event, in s.
-    past: f64,
-}
-
-impl Crossing {
-    /// That of a contact whose excess goes from `before` to `after` in a step of the length `length` (s), and is `at` inside it. If
-    /// neither is past the event, `touch` gives the fraction of the step at which it is.
-    fn of(
-        contact: usize,
-        [before, after]: [f64; 2],
-        length: f64,
-        at: &impl Fn(f64) -> f64,
-        touch: impl FnOnce() -> Option<f64>,
-    ) -> Option<Self> {
-        let past = match () {
-            () if before > 0.0 => 0.0,
-            () if after > 0.0 => 1.0,
-            () => touch()?,
-        };
-        let crossing = if past == 0.0 { 0.0 } else { root_of(at, 0.0, past) };
-        Some(Self { contact, after: crossing * length, past: past * length })
-    }
-}
-
-/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
-///
-/// The two thresholds differ by twice `location`, so that a contact that has just switched does not switch back.
-fn excess(closed: bool, pressing: f64, location: f64) -> f64 {
-    (if closed { -pressing } else { pressing }) - location
-}
-
-/// Upper bound on a node's motion along the normal of the workpiece in a step of the length `length` (s), in m, from its
-/// motion at `knot`. `None` where the normal may change.
-fn normal_reach<M: ClampMotion, W: Workpiece>(
-    filament: &Filament<M, W>,
-    knot: &Knot<3>,
-    time: f64,
-    length: f64,
-) -> Option<f64> {
-    let approach = filament.approach(knot.value, knot.rate, time);
-    let bend = dot(knot.acceleration, approach.normal).abs();
-    let flat = approach.turn == 0.0 && approach.margin == f64::INFINITY;
-    flat.then(|| length * (approach.penetration_rate.abs() + length * bend))
-}
-
-/// How far the contact of `node` is from its event at the end of a step, in m, and its event within the step, by the interpolant.
-fn node_crossing<M: ClampMotion, W: Workpiece>(
-    filament: &Filament<M, W>,
-    step: &Step<'_>,
-    node: usize,
-    location: f64,
-) -> (f64, Option<Crossing>) {
-    let excess = |position, velocity, time| {
-        let pressing = filament.law.node_pressing(&filament.workpiece, position, velocity, time);
-        excess(step.closed[node], pressing, location)
+/// The speed of the surface of the workpiece in a step, in m/s: the larger one of those at the tip at both ends.
+fn surface_speed<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, step: &Step<'_>) -> f64 {
+    let tip = step.start_nodes.len() - 1;
+    let speed = |knot: &Knot<3>, time: f64| {
+        let velocity = filament.workpiece.surface(knot.value, time).velocity;
+        dot(velocity, velocity).sqrt()
     };
-    let at = |s: f64| {
-        let (position, velocity) = step.node(node, s);
-        excess(position, velocity, step.time(s))
-    };
-    let (start, end) = (&step.start_nodes[node], &step.end_nodes[node]);
-    let before = excess(start.value, start.rate, step.start.time);
-    let after = excess(end.value, end.rate, step.end.time);
-    let touch = || touch(filament, step, [start, end], -before.max(after), &at);
-    (-after, Crossing::of(node, [before, after], step.length(), &at, touch))
-}
-
-/// The same of the `contact` with an edge. Points of the filament go no farther than `reach` (m) in the step.
-fn edge_crossing<M: ClampMotion, W: Workpiece>(
-    filament: &Filament<M, W>,
-    step: &Step<'_>,
-    contact: usize,
-    location: f64,
-    reach: f64,
-) -> (f64, Option<Crossing>) {
-    let closed = step.closed[contact];
-    let of = |touch: &Touch| excess(closed, filament.law.pressing(&touch.approach), location);
-    let ends = [(step.start_nodes, step.start.time), (step.end_nodes, step.end.time)];
-    let [start, end] =
-        ends.map(|(knots, time)| filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time));
-    // While it is open, what separates it from its event is at least its gap.
-    let distance = |touch: &Touch| if closed { 0.0 } else { (location - touch.approach.penetration).max(0.0) };
-    let nearest = start.station.segment;
-    let at = |s: f64| of(&filament.touch(contact, &step.nodes(filament, s), Some(nearest), step.time(s)));
-    let touch = || {
-        if filament.law.damping == 0.0 && distance(&start).max(distance(&end)) > reach {
-            return None;
-        }
-        let radius = filament.workpiece.edges()[contact - step.start_nodes.len()].radius();
-        let points = (2.0 * reach / radius).clamp(INNER_POINTS as f64, MAX_INNER_POINTS as f64) as usize;
-        highest_inside(&at, points, (filament.law.damping == 0.0).then_some(reach))
-    };
-    (distance(&end), Crossing::of(contact, [of(&start), of(&end)], step.length(), &at, touch))
-}
-
-/// The fraction of a step at which `at` is highest, if it is positive there, from `points` points inside the step. In the whole step
-/// it rises by no more than `reach`, if that is known.
-fn highest_inside(at: &impl Fn(f64) -> f64, points: usize, reach: Option<f64>) -> Option<f64> {
-    let spacing = 1.0 / points as f64;
-    let inner = (1..points).map(|i| i as f64 * spacing).map(|s| (s, at(s)));
-    let (best, highest) = inner.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are inner points");
-    if reach.is_some_and(|reach| -highest > spacing * reach) {
-        return None;
-    }
-    let (peak, highest) = maximise(at, best - spacing, best + spacing);
-    (highest > 0.0).then_some(peak)
-}
-
-/// The fraction of a step at which a node that is before its event at the `ends`, by at least `gap` (m), is past it; `at` is
-/// its excess by the fraction.
-fn touch<M: ClampMotion, W: Workpiece>(
-    filament: &Filament<M, W>,
-    step: &Step<'_>,
-    ends: [&Knot<3>; 2],
-    gap: f64,
-    at: &impl Fn(f64) -> f64,
-) -> Option<f64> {
-    // Search for this only if the node can move that far within the step: check first by its speed, then by the component
-    // along the normal. (With contact damping its speed alone can make it cross.)
-    let (length, undamped) = (step.length(), filament.law.damping == 0.0);
-    let speed = |knot: &Knot<3>| dot(knot.rate, knot.rate).sqrt();
-    let [start, end] = ends;
-    if undamped && gap > length * (speed(start) + speed(end)) {
-        return None;
-    }
-    let reach = normal_reach(filament, start, step.start.time, length)
-        .zip(normal_reach(filament, end, step.end.time, length))
-        .map(|(start, end)| start + end);
-    if undamped && reach.is_some_and(|reach| gap > reach) {
-        return None;
-    }
-    highest_inside(at, INNER_POINTS, reach.filter(|_| undamped))
+    let start = speed(&step.start_nodes[tip], step.start.time);
+    if filament.workpiece.translates() { start } else { start.max(speed(&step.end_nodes[tip], step.end.time)) }
 }

@@ -141,6 +141,7 @@ impl ClampMotion for FixedClamp {
             acceleration: [0.0; 3],
             direction: self.direction,
             direction_rate: [0.0; 3],
+            angular_velocity: [0.0; 3],
         }
     }
 }
@@ -229,6 +230,7 @@ impl<T: Lanewise> Loop for RadialClamp<T> {
             acceleration: scale(body_radius, direction_acceleration),
             direction: radial,
             direction_rate,
+            angular_velocity: [none, none, rate],
         }
     }
 }

@@ -11,6 +11,10 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// Terms of a Fourier series that are smaller than this share of the largest are rounding errors of the transform.
 const NOISE: f64 = 1e-14;
 
+/// Samples that differ by no more than this share of their size from the first one, turned with the body, turn rigidly with it. It is
+/// above the rounding of single precision, and the rates of a motion that is not rigid by so little do not matter.
+const RIGID: f64 = 1e-6;
+
 /// The fewest samples of a turn: with two, an angle and the same one backwards are not told apart.
 const FEWEST: usize = 3;
 
@@ -21,6 +25,10 @@ type Series = Vec<[[f64; 3]; 2]>;
 ///
 /// Between the samples the clamp goes along the Fourier series through them. It has all derivatives, so that a smooth motion is followed
 /// to rounding; a motion with kinks needs samples that are close to each other.
+///
+/// Where position and direction turn rigidly about `z`, so does the body from which the dampers see the filament. Of another motion no
+/// more is known of the body than that it turns with the direction: it is assumed not to turn about the filament
+/// ([`Clamp::without_spin`]).
 ///
 /// ```
 /// use bristle::tool::{RoundTool, SampledTool, Tool};
@@ -40,6 +48,8 @@ pub struct SampledTool {
     samples: Vec<[[f64; 3]; 2]>,
     position: Series,
     direction: Series,
+    /// True if the clamp turns rigidly about `z`.
+    is_rigid: bool,
 }
 
 /// Samples that do not define a tool.
@@ -110,8 +120,21 @@ impl SampledTool {
         };
         let samples: Vec<_> = positions.iter().zip(directions).enumerate().map(sample).collect::<Result<_, _>>()?;
         let [position, direction] = [0, 1].map(|part| series(samples.iter().map(|sample| sample[part])));
-        Ok(Self { samples, position, direction })
+        let is_rigid = turns_rigidly(&samples);
+        Ok(Self { samples, position, direction, is_rigid })
     }
+}
+
+/// True if all samples are the first one, turned about `z` to their angles.
+fn turns_rigidly(samples: &[[[f64; 3]; 2]]) -> bool {
+    let count = samples.len();
+    samples.iter().enumerate().all(|(k, sample)| {
+        let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
+        sample.iter().zip(&samples[0]).all(|(vector, &[x, y, z])| {
+            let apart = sub(*vector, [cos * x - sin * y, sin * x + cos * y, z]);
+            dot(apart, apart).sqrt() <= RIGID * dot(*vector, *vector).sqrt()
+        })
+    })
 }
 
 /// The Fourier series through vectors at equal angles of a turn, as far as its terms are more than rounding errors.
@@ -160,13 +183,15 @@ impl Tool for SampledTool {
         let length = dot(along, along).sqrt();
         let direction = scale(1.0 / length, along);
         let across = scale(1.0 / length, sub(turn, scale(dot(direction, turn), direction)));
-        Clamp {
+        let clamp = Clamp {
             position,
             velocity: scale(rate, slope),
             acceleration: scale(rate * rate, bend),
             direction,
             direction_rate: scale(rate, across),
-        }
+            angular_velocity: [0.0, 0.0, rate],
+        };
+        if self.is_rigid { clamp } else { clamp.without_spin() }
     }
 
     /// That of the sampled angle at which it is largest.
@@ -209,6 +234,7 @@ mod tests {
                 }
                 let rates = sub(clamp.direction_rate, exact.direction_rate);
                 assert!(dot(rates, rates).sqrt() < 1e-11);
+                assert_eq!(clamp.angular_velocity, exact.angular_velocity);
             }
             assert!((sampled.radius(0.04) - (0.14 + 0.04 * 0.2_f64.cos())).abs() < 1e-14);
             assert!(!sampled.is_planar());
@@ -222,6 +248,7 @@ mod tests {
         for (k, position) in positions.iter().enumerate() {
             let found = tool.clamp(TAU * k as f64 / 6.0, 1.0);
             assert!((found.position[0] - position[0]).abs() < 1e-15 && found.direction == [0.0, 1.0, 0.0]);
+            assert_eq!(found.angular_velocity, [0.0; 3]);
         }
         assert!(tool.is_planar());
     }

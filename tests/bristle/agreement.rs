@@ -289,8 +289,6 @@ fn joint_tangents_match_differences() {
 fn clamp_tangents_match_differences() {
     let mut rng = Rng::with_seed(8);
     for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
-        let (direction, direction_rate) = ([0.6, -0.8, 0.0], [0.4, 0.3, 0.2]);
-        // Turned about z by a relaxed angle.
         let relaxed = [0.8, -0.6, 0.0];
         let angles = [1.3 + 0.2 * rng.f64(), -0.9 + 0.2 * rng.f64()];
         let rates = [rng.f64(), rng.f64()];
@@ -298,19 +296,10 @@ fn clamp_tangents_match_differences() {
         let torques = |shift: [f64; 2]| {
             let q = [0, 1].map(|i| angles[i] + coordinate_weight * shift[i]);
             let v = [0, 1].map(|i| rates[i] + rate_weight * shift[i]);
-            kernels::clamp(direction, direction_rate, relaxed, trigonometry(q), v, 0.7, 0.3).next
+            kernels::clamp(relaxed, trigonometry(q), v, 0.7, 0.3).next
         };
-        let tangent = kernels::clamp_tangent(
-            direction,
-            direction_rate,
-            relaxed,
-            trigonometry(angles),
-            rates,
-            0.7,
-            0.3,
-            coordinate_weight,
-            rate_weight,
-        );
+        let tangent =
+            kernels::clamp_tangent(relaxed, trigonometry(angles), rates, 0.7, 0.3, coordinate_weight, rate_weight);
         for (column, differences) in jacobian_columns(torques).into_iter().enumerate() {
             for (row, slope) in differences.into_iter().enumerate() {
                 let difference = -slope;

@@ -1,8 +1,16 @@
 //! Is the stepping path free of allocations? Passes with many steps and with few steps allocate the same.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::common::case;
+use bristle::brush::{Assembly, PressLaw};
+use bristle::contact::ContactLaw;
+use bristle::equations::Clamp;
+use bristle::model::filament::chain;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
-use bristle::simulation::{Job, simulate, simulate_side_by_side};
+use bristle::simulation::{Filament, Job, simulate, simulate_side_by_side};
+use bristle::tool::ClampMotion;
+use bristle::workpiece::{Part, Plane};
 
 fn allocations(f: impl FnOnce()) -> u64 {
     allocation_counter::measure(f).count_total
@@ -57,4 +65,56 @@ fn steps_of_passes_side_by_side_do_not_allocate() {
         assert!(few > 0);
         assert_eq!(few, many);
     }
+}
+
+/// A clamp at rest, which holds a filament along `x`.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    y: f64,
+}
+
+impl ClampMotion for Standing {
+    fn at(&self, _: f64) -> Clamp<f64> {
+        let none = [0.0; 3];
+        Clamp {
+            position: [0.0, self.y, 0.0],
+            velocity: none,
+            acceleration: none,
+            direction: [1.0, 0.0, 0.0],
+            direction_rate: none,
+            angular_velocity: none,
+        }
+    }
+}
+
+/// Filaments whose contact with each other opens and closes: every other one swings against its neighbours.
+#[test]
+fn steps_of_filaments_that_touch_do_not_allocate() {
+    const COUNT: usize = 10;
+    let settings = case(10, 10.0, 1e-3);
+    let filaments = (0..COUNT).map(|index| Filament {
+        chain: chain(&settings.filament, [0.0; 3]),
+        motion: Standing { y: 1.3e-3 * index as f64 },
+        law: ContactLaw::from(&settings.contact),
+        workpiece: Part::Plane(Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3])),
+    });
+    let radii = [0.5 * settings.filament.diameter_m; COUNT];
+    let coordinates = |index: usize| {
+        let rate = if index.is_multiple_of(2) { 60.0 } else { 0.0 };
+        [vec![[FRAC_PI_2, 0.0]; 10], vec![[0.0, rate]; 10]]
+    };
+    let mut row = Assembly::new(filaments.collect(), &radii, PressLaw::of(&settings), 4, coordinates, 1e-4);
+    let (mut steps, mut changes, mut touching) = (0, 0, 0);
+    let mut advance = |row: &mut Assembly<Standing>, end: f64| {
+        while row.time() < end {
+            row.step(1e-5).expect("a short step");
+            let now = row.presses().count();
+            (steps, changes, touching) = (steps + 1, changes + usize::from(now != touching), now);
+        }
+    };
+    // Memory grows until it has held the most contacts at a time.
+    advance(&mut row, 8e-3);
+    let allocated = allocations(|| advance(&mut row, 16e-3));
+    assert!(steps > 1500 && changes > 50, "{changes} changes of the contacts in {steps} steps");
+    assert_eq!(allocated, 0);
 }

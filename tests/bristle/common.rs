@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 use std::path::Path;
 
+use bristle::equations::linear::{add, scale};
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
 use bristle::model::settings::{FilamentSettings, Settings};
@@ -59,7 +60,7 @@ pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
         }
         link.relaxed_angle = RelaxedAngle::new(between(-0.3, 0.3));
     }
-    let clamp = radial_clamp(0.14, between(-PI, PI), between(-200.0, 200.0), between(-1e4, 1e4));
+    let mut clamp = radial_clamp(0.14, between(-PI, PI), between(-200.0, 200.0), between(-1e4, 1e4));
     let bend = 2.0 / (segments as f64).sqrt();
     let (mut phi, mut theta) = (FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0]));
     let mut q = Vec::new();
@@ -69,6 +70,8 @@ pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
         q.push([phi, theta]);
     }
     let v = (0..segments).map(|_| [between(-200.0, 200.0), between(-200.0, 200.0)]).collect();
+    // The clamp is at rest in a body that also turns about the filament.
+    clamp.angular_velocity = add(clamp.angular_velocity, scale(between(-200.0, 200.0), clamp.direction));
     RandomState { chain, clamp, q, v }
 }
 

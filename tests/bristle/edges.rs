@@ -1,5 +1,6 @@
-//! Is it right? Passes over edges, cylinders and bores, turns, and wavy and tapered filaments, compared with an independent code:
-//! `derivations/reference_edges.py` states the chain in the plane again, and integrates it with CVODES.
+//! Is it right? Passes over edges, chamfers, cylinders, bores and splines, turns, and wavy and tapered filaments, compared with an
+//! independent code: `derivations/reference_edges.py` states the chain in the plane again, and integrates it with CVODES, and
+//! `reference_profiles.py` adds splines.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
@@ -13,7 +14,11 @@ use crate::common::{case, data};
 /// to 4e-6 of `p_n` where a tip slides from a face onto it.
 const TOLERANCE: f64 = 5e-6;
 
-/// A case of `tests/data/reference_edges.json`.
+/// The same of the share of an edge onto which a tip slides from a face under force: the solver locates that in the tip's way, by its
+/// tolerance. In one case it is 1.6e-4 at 1e-6, 5.6e-5 at 1e-8 and 2.1e-5 at 1e-10.
+const SLIDING_ONTO_EDGES: f64 = 5e-5;
+
+/// A case of `reference_edges.json` or `reference_profiles.json` in `tests/data/`.
 #[derive(Deserialize)]
 struct Reference {
     name: String,
@@ -35,6 +40,8 @@ struct Reference {
     turn_contact_normal_impulses_n_s: Vec<f64>,
     final_tip_m: [f64; 2],
     largest_edge_penetration_m: f64,
+    /// Where it is stated.
+    peak_contact_normal_force_n: Option<f64>,
     own_error: f64,
 }
 
@@ -106,14 +113,28 @@ impl Reference {
             ("tip_x_m", end.tip_x_m, x, 0.04),
             ("tip_y_m", end.tip_y_m, y, 0.04),
         ];
-        numbers.into_iter().map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale)).collect()
+        let peak = self
+            .peak_contact_normal_force_n
+            .map(|peak| ("peak_contact_normal_force_n", metrics.peak_contact_normal_force_n, peak, peak));
+        let all = numbers.into_iter().chain(peak);
+        all.map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale)).collect()
     }
 }
 
 #[test]
 fn passes_agree_with_casadi_and_cvodes() {
-    let References { cases } = serde_json::from_str(&data("reference_edges.json")).expect("the file is JSON");
-    assert!(cases.len() > 75, "{}", cases.len());
+    agree("reference_edges.json", 79, TOLERANCE);
+}
+
+#[test]
+fn passes_over_chamfers_circles_and_splines_with_friction_agree_with_casadi_and_cvodes() {
+    agree("reference_profiles.json", 27, SLIDING_ONTO_EDGES);
+}
+
+/// Compares the `count` cases of a file. The shares of edges agree to `of_edges`.
+fn agree(file: &str, count: usize, of_edges: f64) {
+    let References { cases } = serde_json::from_str(&data(file)).expect("the file is JSON");
+    assert_eq!(cases.len(), count);
     let mut failures = Vec::new();
     for case in cases {
         let pass = simulate_with_history(&case.settings(), 2).expect("the settings are valid");
@@ -131,7 +152,8 @@ fn passes_agree_with_casadi_and_cvodes() {
             differences.push(("turn_contact_normal_impulses_n_s", (impulse / expected - 1.0).abs()));
         }
         for (name, difference) in differences {
-            if difference.is_nan() || difference > TOLERANCE + 10.0 * case.own_error {
+            let tolerance = if name == "edge_contact_normal_impulse_n_s" { of_edges } else { TOLERANCE };
+            if difference.is_nan() || difference > tolerance + 10.0 * case.own_error {
                 failures.push(format!(
                     "{}, {} m/s, {} m, µ = {}: {name} {difference:.1e}",
                     case.name, case.brushing_velocity_m_s, case.penetration_depth_m, case.friction_coefficient

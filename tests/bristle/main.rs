@@ -8,18 +8,23 @@ mod allocations;
 mod batch;
 #[cfg(feature = "serde")]
 mod brush;
+mod damping;
 #[cfg(feature = "serde")]
 mod edges;
 mod fingerprint;
 mod lateral;
+mod lone;
 mod open_core;
 mod physics;
 mod planar;
 mod poles;
 mod profile;
 mod reference;
+mod resolved;
 mod shape;
 mod slow;
+#[cfg(feature = "serde")]
+mod space;
 mod turns;
 mod work;
 mod workpieces;

@@ -97,13 +97,16 @@ impl Motion {
     }
 }
 
-/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each component along `z`.
+/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each component along `z`. The angular
+/// velocity of the body has no other component.
 pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, NodeId> {
     let (zero, one) = (graph.integer(0), graph.integer(1));
     let along_z = graph.symbols().iter().filter(|symbol| symbol.name.ends_with("_z")).map(|symbol| symbol.name.clone());
-    let names: Vec<String> = along_z.collect();
+    let names: Vec<String> = along_z.filter(|name| *name != angular_velocity_name("z")).collect();
     let symbols = names.iter().filter_map(|name| graph.find_symbol(name));
-    let mut values: BTreeMap<NodeId, NodeId> = symbols.map(|symbol| (symbol, zero)).collect();
+    let across = ["x", "y"].map(|axis| graph.find_symbol(&angular_velocity_name(axis)));
+    let mut values: BTreeMap<NodeId, NodeId> =
+        symbols.chain(across.into_iter().flatten()).map(|symbol| (symbol, zero)).collect();
     for segment in segments {
         values.insert(graph.sin(segment.phi), one);
         values.insert(graph.cos(segment.phi), zero);
@@ -210,6 +213,8 @@ pub struct Clamp {
     pub direction: Vec3,
     /// Its rate, `ė_0` in 1/s.
     pub direction_rate: Vec3,
+    /// Angular velocity of the brush body, `Ω` in rad/s.
+    pub angular_velocity: Vec3,
 }
 
 impl Clamp {
@@ -221,8 +226,19 @@ impl Clamp {
             acceleration: vector_symbol(graph, "root_acceleration", "r̈0", ACCELERATION),
             direction: vector_symbol(graph, "clamp_direction", "e0", Unit::ONE),
             direction_rate: vector_symbol(graph, "clamp_direction_rate", "ė0", Unit::SECOND.powi(-1)),
+            angular_velocity: angular_velocity(graph),
         }
     }
+}
+
+/// The symbols of the angular velocity of the brush body, `Ω`, in `graph`.
+pub fn angular_velocity(graph: &mut Graph) -> Vec3 {
+    ["x", "y", "z"].map(|axis| graph.symbol(&angular_velocity_name(axis), &format!("Ω{axis}"), ANGULAR_RATE))
+}
+
+/// The name of its component along `axis`.
+pub fn angular_velocity_name(axis: &str) -> String {
+    format!("angular_velocity_{axis}")
 }
 
 /// The minimal coordinates of one segment and their rates, as symbols.
@@ -319,11 +335,30 @@ pub fn spring_energy(graph: &mut Graph, stiffness: NodeId, previous: Vec3, next:
     graph.mul(stiffness, half_angle_squared)
 }
 
-/// `½ d |ω' − ω|²` of a joint, with the angular velocity `ω = e × ė` of each side.
-pub fn dissipation(graph: &mut Graph, damping: NodeId, previous: (Vec3, Vec3), next: (Vec3, Vec3)) -> NodeId {
-    let previous = cross(graph, previous.0, previous.1);
+/// The rate of a direction `e` that turns rigidly with the body, `Ω × e`.
+pub fn rigid_rate(graph: &mut Graph, angular_velocity: Vec3, direction: Vec3) -> Vec3 {
+    cross(graph, angular_velocity, direction)
+}
+
+/// The rate of a direction `e` as seen from the body, `ė − Ω × e`.
+pub fn rate_in_body(graph: &mut Graph, angular_velocity: Vec3, direction: Vec3, direction_rate: Vec3) -> Vec3 {
+    let rigid = rigid_rate(graph, angular_velocity, direction);
+    difference(graph, direction_rate, rigid)
+}
+
+/// `½ d |ω' − ω|²` of a joint, with the angular velocity `ω = e × (ė − Ω × e)` of each side as seen from the body. A side is its
+/// direction and [`rate_in_body`]; the clamp has none, because it is at rest in the body.
+///
+/// A filament that turns rigidly with the body therefore dissipates nothing, whatever its shape and direction.
+pub fn dissipation(graph: &mut Graph, damping: NodeId, previous: Option<(Vec3, Vec3)>, next: (Vec3, Vec3)) -> NodeId {
     let next = cross(graph, next.0, next.1);
-    let relative = difference(graph, next, previous);
+    let relative = match previous {
+        Some((direction, rate)) => {
+            let previous = cross(graph, direction, rate);
+            difference(graph, next, previous)
+        }
+        None => next,
+    };
     half_square(graph, damping, relative)
 }
 

@@ -9,7 +9,7 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::chain::{
-    self, ACCELERATION, ANGULAR_RATE, Body, Clamp, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back, vector_symbol,
+    self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back, vector_symbol,
 };
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::dimension::{self, DimensionError};
@@ -82,6 +82,15 @@ pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> I
         Motion::Planar => Input::symbols(graph, &theta_rate, "θ̇ in rad/s", &[&theta_rate]),
     }
 }
+
+/// The rates of a segment as seen from the body, like [`rates`].
+pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
+    let rates = rates(graph, motion, name, label);
+    Input { doc: format!("{}, {IN_BODY}", rates.doc), ..rates }
+}
+
+/// What the rates of joints are less than those of the segments.
+const IN_BODY: &str = "less those of a segment that turns rigidly with the body";
 
 pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
     vec![
@@ -210,6 +219,10 @@ impl InverseDynamics {
 }
 
 /// A joint between two directions and the segments whose coordinates it acts on.
+///
+/// The rates of these segments are those in the body, `q̇ − q̇_r`, with the rates `q̇_r` of a segment that turns rigidly with it
+/// ([`RigidRates`]). With them the rate of a direction is the one in the body, and because `q̇_r` does not depend on `q̇`,
+/// `∂D/∂q̇` is the derivative by them. So neither `Ω` nor, between segments, an azimuth itself enters a joint.
 pub(super) struct Joint {
     pub graph: Graph,
     pub motion: Motion,
@@ -219,35 +232,30 @@ pub(super) struct Joint {
     pub dissipation: NodeId,
 }
 
-/// The clamp, with its direction turned about `z` by the relaxed angle of the clamp joint, as symbols.
+/// The direction of the clamp turned about `z` by the relaxed angle of the clamp joint, as symbols.
 #[derive(Clone, Copy)]
 pub(super) struct RelaxedClamp {
-    pub direction: Vec3,
-    pub direction_rate: Vec3,
     /// `ē0`, in which direction the first segment points where its spring is relaxed.
-    pub relaxed_direction: Vec3,
+    pub direction: Vec3,
     /// Its rate.
-    pub relaxed_direction_rate: Vec3,
+    pub direction_rate: Vec3,
 }
 
 impl RelaxedClamp {
     fn new(graph: &mut Graph) -> Self {
-        let Clamp { direction, direction_rate, .. } = Clamp::new(graph);
         let per_second = Unit::SECOND.powi(-1);
         Self {
-            direction,
-            direction_rate,
-            relaxed_direction: vector_symbol(graph, "relaxed_direction", "ē0", Unit::ONE),
-            relaxed_direction_rate: vector_symbol(graph, "relaxed_direction_rate", "ē̇0", per_second),
+            direction: vector_symbol(graph, "relaxed_direction", "ē0", Unit::ONE),
+            direction_rate: vector_symbol(graph, "relaxed_direction_rate", "ē̇0", per_second),
         }
     }
 }
 
-/// One side of a joint: direction and rate, and the direction to the spring.
+/// One side of a joint: the direction to the spring, and what the damper sees, which is nothing at the clamp.
 struct Side {
-    direction: Vec3,
-    direction_rate: Vec3,
     to_spring: Vec3,
+    /// Direction and its rate in the body.
+    to_damper: Option<(Vec3, Vec3)>,
 }
 
 impl Joint {
@@ -264,7 +272,7 @@ impl Joint {
         Self::new(Motion::Spatial, &["previous", "next"], |graph, hinge, segments| {
             let [previous, next] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment).about_x());
             let turn = [graph.sin(hinge.relaxed_angle), graph.cos(hinge.relaxed_angle)];
-            let turned = turned_back(graph, next.direction, turn);
+            let turned = turned_back(graph, next.to_spring, turn);
             [previous, Side { to_spring: turned, ..next }]
         })
     }
@@ -282,8 +290,8 @@ impl Joint {
     /// Between the clamp and the first segment. The inner side is turned to the spring, whatever the polar axis of the segment is.
     pub fn at_clamp(motion: Motion) -> Self {
         Self::new(motion, &["next"], |graph, _, segments| {
-            let RelaxedClamp { direction, direction_rate, relaxed_direction, .. } = RelaxedClamp::new(graph);
-            [Side { direction, direction_rate, to_spring: relaxed_direction }, Side::of(graph, segments[0])]
+            let clamp = RelaxedClamp::new(graph);
+            [Side { to_spring: clamp.direction, to_damper: None }, Side::of(graph, segments[0])]
         })
     }
 
@@ -296,8 +304,8 @@ impl Joint {
         let segments: Vec<Segment> = labels.iter().map(|label| Segment::new(g, label)).collect();
         let [inner, outer] = sides(g, &hinge, &segments);
         let spring_energy = chain::spring_energy(g, hinge.stiffness, inner.to_spring, outer.to_spring);
-        let rates = [inner, outer].map(|side| (side.direction, side.direction_rate));
-        let dissipation = chain::dissipation(g, hinge.damping, rates[0], rates[1]);
+        let outer_in_body = outer.to_damper.expect("only the clamp is at rest in the body");
+        let dissipation = chain::dissipation(g, hinge.damping, inner.to_damper, outer_in_body);
         let [spring_energy, dissipation] = motion.specialise(g, &segments, [spring_energy, dissipation]);
         Self { graph, motion, segments, clamp, spring_energy, dissipation }
     }
@@ -332,6 +340,36 @@ impl Joint {
     }
 }
 
+/// The rates `q̇_r` of a segment that turns rigidly with the body: `Ω × e = (∂e/∂q) q̇_r`.
+pub(super) struct RigidRates {
+    pub graph: Graph,
+    pub rates: Vec<NodeId>,
+    /// Rows are rates, columns coordinates.
+    pub slopes: Vec<Vec<NodeId>>,
+}
+
+impl RigidRates {
+    pub fn new() -> Self {
+        let mut graph = Graph::new();
+        let g = &mut graph;
+        let (segment, turning) = (Segment::new(g, ""), chain::angular_velocity(g));
+        let direction = segment.direction(g);
+        let velocity = chain::rigid_rate(g, turning, direction);
+        // ∂e/∂φ and ∂e/∂θ are perpendicular, and of the lengths 1 and sin φ.
+        let sine = g.sin(segment.phi);
+        let widths = [g.integer(1), g.mul(sine, sine)];
+        let slopes = jacobian(g, &direction, &segment.coordinates());
+        let rates = (0..2).map(|i| {
+            let column: Vec<NodeId> = slopes.iter().map(|row| row[i]).collect();
+            let along = g.dot(&column, &velocity);
+            g.div(along, widths[i])
+        });
+        let rates: Vec<NodeId> = rates.collect();
+        let slopes = jacobian(g, &rates, &segment.coordinates());
+        Self { graph, rates, slopes }
+    }
+}
+
 /// Minus the derivative of `torques` when `δq = w_q δq̈` and `δq̇ = w_v δq̈`; rows are torques, columns coordinates.
 pub(super) fn resistance(
     graph: &mut Graph,
@@ -353,19 +391,18 @@ pub(super) fn resistance(
 }
 
 impl Side {
-    /// That of `segment`, whose polar axis is `z`, as it is.
+    /// That of `segment`, whose polar axis is `z`, as it is. Its rates are those in the body.
     fn of(graph: &mut Graph, segment: Segment) -> Self {
         let direction = segment.direction(graph);
-        Self { direction, direction_rate: segment.direction_rate(graph), to_spring: direction }
+        Self { to_spring: direction, to_damper: Some((direction, segment.direction_rate(graph))) }
     }
 
     /// The same with the polar axis `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
     fn about_x(self) -> Self {
         let along_x = |[x, y, z]: Vec3| [z, x, y];
         Self {
-            direction: along_x(self.direction),
-            direction_rate: along_x(self.direction_rate),
             to_spring: along_x(self.to_spring),
+            to_damper: self.to_damper.map(|(direction, rate)| (along_x(direction), along_x(rate))),
         }
     }
 }
@@ -438,11 +475,9 @@ pub(super) fn relaxed_turn(graph: &mut Graph) -> Input {
 
 pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     let mut inputs = vec![
-        vector_input(graph, motion, "clamp_direction", "e0"),
-        vector_input(graph, motion, "clamp_direction_rate", "ė0 in 1/s"),
         vector_input(graph, motion, "relaxed_direction", "ē0, which is e0 turned about z by the relaxed angle"),
         trigonometry(graph, motion, "next", "next"),
-        rates(graph, motion, "next_rates", "next"),
+        rates_in_body(graph, motion, "next_rates", "next"),
     ];
     inputs.extend(joint_constants(graph));
     inputs

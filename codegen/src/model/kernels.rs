@@ -8,7 +8,8 @@
 //! ```
 //!
 //! where `F` is what the outer part of the chain needs at the segment's outer end `x'`. A joint adds torques
-//! to the two segments that it connects. Tangents are derivatives along `q̈`, with the coordinates and rates
+//! to the two segments that it connects. Its damper sees rates as they are in the body: those of the segments less those of a
+//! segment that turns rigidly with it (`rigid_rates`). Tangents are derivatives along `q̈`, with the coordinates and rates
 //! following it as an implicit step does: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
 //!
 //! The sines and cosines of the coordinates are inputs of the kernels, so that the solver computes each once per segment.
@@ -22,11 +23,11 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, ACCELERATION, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
+use crate::model::chain::{self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, TORQUE, TORQUE_SLOPE,
-    azimuth_steps, clamp_inputs, joint_constants, rates, relaxed_turn, segment_constants, step_weights, tangent_blocks,
-    transpose, trigonometry, unbent_azimuth, vector_input, weights,
+    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates, TORQUE,
+    TORQUE_SLOPE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants,
+    step_weights, tangent_blocks, transpose, trigonometry, unbent_azimuth, vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -39,7 +40,13 @@ use crate::passes::normal_form::Style;
 /// If a term of the derivation makes no physical sense.
 pub fn spatial_kernels() -> Result<Vec<Kernel>, DimensionError> {
     let mut kernels = of_motion(Motion::Spatial)?;
-    kernels.extend([joint_about_x()?, joint_about_x_tangent()?, crossed_joint()?, crossed_joint_tangent()?]);
+    kernels.extend([
+        joint_about_x()?,
+        joint_about_x_tangent()?,
+        crossed_joint()?,
+        crossed_joint_tangent()?,
+        rigid_rates()?,
+    ]);
     Ok(kernels)
 }
 
@@ -228,8 +235,10 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
             Input::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
         ],
     };
-    inputs.push(rates(graph, motion, "previous_rates", "previous"));
-    inputs.push(rates(graph, motion, "next_rates", "next"));
+    // In the plane only their difference enters.
+    let rates_of = if motion == Motion::Spatial { rates_in_body } else { rates };
+    inputs.push(rates_of(graph, motion, "previous_rates", "previous"));
+    inputs.push(rates_of(graph, motion, "next_rates", "next"));
     inputs.extend(joint_constants(graph));
     inputs
 }
@@ -257,7 +266,7 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     let energies = match motion {
         Motion::Spatial => {
             "`E_spring = c S(u)`, `u = ½|ē' − e|² = 1 − cos α`, `S = ½α²`, with `e'` turned back about `z` by the relaxed angle `κ` \
-             to `ē'`, and\n`D = ½ d |ω' − ω|²`, `ω = e × ė`."
+             to `ē'`, and\n`D = ½ d |ω' − ω|²`, `ω = e × ė` with the rates in the body."
         }
         Motion::Planar => PLANAR_ENERGIES,
     };
@@ -299,7 +308,9 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let joint = Joint::between_segments(motion);
     let derivation = Derivation { outputs: energies(&joint), graph: joint.graph };
     let formulas = match motion {
-        Motion::Spatial => "`E_spring = c S(½|ē' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė`.",
+        Motion::Spatial => {
+            "`E_spring = c S(½|ē' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė` with the rates in the body."
+        }
         Motion::Planar => PLANAR_ENERGIES,
     };
     let summary = format!("Energy and dissipation function of a joint: {formulas}");
@@ -310,14 +321,31 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
                 trigonometry(graph, motion, "previous", "previous"),
                 trigonometry(graph, motion, "next", "next"),
                 unbent_azimuth(graph, "next"),
-                rates(graph, motion, "previous_rates", "previous"),
-                rates(graph, motion, "next_rates", "next"),
+                rates_in_body(graph, motion, "previous_rates", "previous"),
+                rates_in_body(graph, motion, "next_rates", "next"),
             ];
             inputs.extend(joint_constants(graph));
             inputs
         }),
         Motion::Planar => derivation.kernel(&name, &summary, Some(Style::Cheap), |graph| joint_inputs(graph, motion)),
     }
+}
+
+/// How a segment moves that turns rigidly with the body.
+fn rigid_rates() -> Result<Kernel, DimensionError> {
+    let RigidRates { graph, rates, slopes } = RigidRates::new();
+    let outputs = vec![
+        Output::vector("rates", "`q̇_r` in rad/s", ANGULAR_RATE, rates),
+        Output::matrix("slopes", "`∂q̇_r/∂q`, 2 × 2", ANGULAR_RATE, slopes),
+    ];
+    let summary = "Rates of a segment that turns rigidly with the body, `Ω × e = (∂e/∂q) q̇_r`, and how they change with its coordinates.\n\
+                   In the chart about x the components of `Ω` are in the order y, z, x.";
+    Derivation { graph, outputs }.kernel("rigid_rates", summary, Some(Style::Cheap), |graph| {
+        vec![
+            trigonometry(graph, Motion::Spatial, "angles", ""),
+            vector_input(graph, Motion::Spatial, "angular_velocity", "Ω of the body in rad/s"),
+        ]
+    })
 }
 
 /// The kernels of joints with segments whose polar axis is `x`.
@@ -328,8 +356,8 @@ fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
     ];
     let [azimuth_step, _] = azimuth_steps(graph);
     inputs.extend([azimuth_step, relaxed_turn(graph)]);
-    inputs.push(rates(graph, Motion::Spatial, "previous_rates", "previous"));
-    inputs.push(rates(graph, Motion::Spatial, "next_rates", "next"));
+    inputs.push(rates_in_body(graph, Motion::Spatial, "previous_rates", "previous"));
+    inputs.push(rates_in_body(graph, Motion::Spatial, "next_rates", "next"));
     inputs.extend(joint_constants(graph));
     inputs
 }
@@ -363,8 +391,8 @@ fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
         trigonometry(graph, Motion::Spatial, "z_angles", "z"),
         trigonometry(graph, Motion::Spatial, "x_angles", "x"),
         unbent_azimuth(graph, "z"),
-        rates(graph, Motion::Spatial, "z_rates", "z"),
-        rates(graph, Motion::Spatial, "x_rates", "x"),
+        rates_in_body(graph, Motion::Spatial, "z_rates", "z"),
+        rates_in_body(graph, Motion::Spatial, "x_rates", "x"),
     ];
     inputs.extend(joint_constants(graph));
     inputs
@@ -414,7 +442,7 @@ fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
     let (name, plain) = (motion.name_for("clamp"), motion.name_for("joint"));
     let summary = format!(
         "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`{plain}`], with\n\
-         the clamp's `ē0` and `ω0 = e0 × ė0` on the inner side."
+         the clamp's `ē0` and `ω0 = 0` on the inner side."
     );
     derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| clamp_inputs(graph, motion))
 }
@@ -443,22 +471,19 @@ fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
 fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp(motion);
     let g = &mut joint.graph;
-    let axes = motion.axes();
-    let RelaxedClamp { direction_rate, relaxed_direction, relaxed_direction_rate, .. } = joint.clamp;
-    let elastic = gradient(g, joint.spring_energy, &relaxed_direction[..axes]);
-    let viscous = gradient(g, joint.dissipation, &direction_rate[..axes]);
-    let (elastic, viscous) = (g.dot(&elastic, &relaxed_direction_rate), g.dot(&viscous, &direction_rate));
-    let power = g.add(elastic, viscous);
+    let RelaxedClamp { direction, direction_rate } = joint.clamp;
+    let elastic = gradient(g, joint.spring_energy, &direction[..motion.axes()]);
+    let power = g.dot(&elastic, &direction_rate);
     let mut outputs = energies(&joint);
     outputs.push(Output::scalar(
         "power",
-        "`∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`, what the turning clamp puts in",
+        "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring",
         Unit::WATT,
         power,
     ));
     let derivation = Derivation { graph: joint.graph, outputs };
-    let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − ē0|²)` and `½ d |ω' − ω0|²`, and the power of\n\
-                   its turning, `∂E_spring/∂ē0·ē̇0 + ∂D/∂ė0·ė0`.";
+    let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − ē0|²)` and `½ d |ω'|²`, and the power of\n\
+                   its turning against the spring, `∂E_spring/∂ē0·ē̇0`.";
     let (name, summary) = (motion.name_for("clamp_energy"), summary_for(motion, summary));
     derivation.kernel(&name, &summary, None, |graph| {
         let mut inputs = clamp_inputs(graph, motion);

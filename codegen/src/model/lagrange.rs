@@ -55,17 +55,18 @@ pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
 
     let (mut kinetic, mut spring, mut gravity, mut dissipation) = (vec![], vec![], vec![], vec![]);
     let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let (mut previous, mut previous_rate) = (clamp.direction, clamp.direction_rate);
+    let (mut previous, mut previous_in_body) = (clamp.direction, None);
     for ((segment, body), hinge) in segments.iter().zip(&parameters.bodies).zip(&parameters.hinges) {
         let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
         let unbent = segment.unbent_direction(g, hinge);
         kinetic.push(chain::kinetic_energy(g, body, velocity, rate));
         gravity.push(chain::gravity_energy(g, body, parameters.gravity, position, direction));
         spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
-        dissipation.push(chain::dissipation(g, hinge.damping, (previous, previous_rate), (direction, rate)));
+        let in_body = (direction, chain::rate_in_body(g, clamp.angular_velocity, direction, rate));
+        dissipation.push(chain::dissipation(g, hinge.damping, previous_in_body, in_body));
         position = chain::outer_end(g, body, position, direction);
         velocity = chain::outer_end(g, body, velocity, rate);
-        (previous, previous_rate) = (direction, rate);
+        (previous, previous_in_body) = (direction, Some(in_body));
     }
     let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
         [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));

@@ -22,8 +22,8 @@ use crate::ir::unit::Unit;
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_steps,
-    clamp_inputs, joint_constants, rates, resistance, segment_constants, step_weights, tangent_blocks, trigonometry,
-    vector_input, weights,
+    clamp_inputs, joint_constants, rates, rates_in_body, resistance, segment_constants, step_weights, tangent_blocks,
+    trigonometry, vector_input, weights,
 };
 use crate::passes::calculus::directional_derivative;
 use crate::passes::dimension::DimensionError;
@@ -194,9 +194,8 @@ impl<const N: usize> LateralJoint<N> {
             direction.extend(variation.direction(segment));
         }
         if clamp_is_tilted {
-            // e_0 = (cos τ …, sin τ), and turned about z.
-            let one = g.integer(1);
-            direction.extend([(clamp.direction[2], one), (clamp.relaxed_direction[2], one)]);
+            // e_0 = (cos τ …, sin τ), which stays so when it is turned about z.
+            direction.insert(clamp.direction[2], g.integer(1));
         }
         let torques = variation(g, torques, &direction, &segments);
         Self { graph, torques, polar }
@@ -220,7 +219,7 @@ fn at_clamp() -> LateralJoint<1> {
 /// Inputs of a joint from the planar motion.
 fn planar_joint_inputs(graph: &mut Graph) -> Vec<Input> {
     let mut inputs = azimuth_steps(graph).to_vec();
-    inputs.extend(["previous", "next"].map(|label| rates(graph, Motion::Planar, "", label)));
+    inputs.extend(["previous", "next"].map(|label| rates_in_body(graph, Motion::Planar, "", label)));
     inputs
 }
 

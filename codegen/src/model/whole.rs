@@ -70,7 +70,8 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
             energies_name,
             format!(
                 "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`\n\
-                 (`α` from `e` turned about `z` by `κ`), `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`, `ω = e × ė`."
+                 (`α` from `e` turned about `z` by `κ`), `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
+                 `ω = e × (ė − Ω × e)`, zero at the clamp."
             ),
             energies,
         ),
@@ -126,7 +127,12 @@ fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
         vector("root_velocity", "ṙ0 in m/s", clamp.velocity),
         vector("root_acceleration", "r̈0 in m/s²", clamp.acceleration),
         vector("clamp_direction", "e0", clamp.direction),
-        vector("clamp_direction_rate", "ė0 in 1/s", clamp.direction_rate),
+        match motion {
+            Motion::Spatial => group("angular_velocity", "Ω of the body in rad/s", clamp.angular_velocity.to_vec()),
+            Motion::Planar => {
+                group("angular_velocity", "Ω of the body in rad/s, along z", vec![clamp.angular_velocity[2]])
+            }
+        },
         vector("gravity", "g in m/s²", parameters.gravity),
         group("segment_length", "h in m", vec![parameters.bodies[0].length]),
         bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),

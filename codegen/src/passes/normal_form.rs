@@ -237,14 +237,17 @@ fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> S
 }
 
 /// `a + factor × b` of two reduced sums, reduced.
-fn add_reduced(graph: &mut Graph, a: &Sum, factor: i64, b: &Sum) -> Sum {
-    let b = scale(b, Constant::from(factor));
-    let (large, small) = if a.len() < b.len() { (&b, a) } else { (a, &b) };
-    let mut sum = large.clone();
-    for (monomial, &coefficient) in small {
-        add_term(&mut sum, monomial.clone(), coefficient);
+///
+/// The shorter sum is added to the longer one in place: a chain of additions costs as much as the terms that it adds.
+fn add_reduced(graph: &mut Graph, a: Sum, factor: i64, mut b: Sum) -> Sum {
+    let factor = Constant::from(factor);
+    b.values_mut().for_each(|coefficient| *coefficient = *coefficient * factor);
+    let (mut sum, small) = if a.len() < b.len() { (b, a) } else { (a, b) };
+    let pending = small.keys().cloned().collect();
+    for (monomial, coefficient) in small {
+        add_term(&mut sum, monomial, coefficient);
     }
-    reduce(graph, sum, small.keys().cloned().collect())
+    reduce(graph, sum, pending)
 }
 
 /// `a b`, reduced.
@@ -264,13 +267,53 @@ fn multiply_reduced(graph: &mut Graph, a: &Sum, b: &Sum) -> Sum {
 struct Form {
     /// Products of sums kept as products of atoms.
     compact: Sum,
-    /// Products of sums multiplied out; equal to `compact` where that did not pay.
-    expanded: Sum,
+    /// Products of sums multiplied out, where that is another sum.
+    other: Option<Sum>,
 }
 
 impl Form {
     fn single(sum: Sum) -> Self {
-        Self { expanded: sum.clone(), compact: sum }
+        Self { compact: sum, other: None }
+    }
+
+    fn expanded(&self) -> &Sum {
+        self.other.as_ref().unwrap_or(&self.compact)
+    }
+}
+
+/// The forms of the nodes of a source, each until its last use: a sum of many terms has a partial sum for each of them.
+struct Forms {
+    forms: Vec<Option<Form>>,
+    /// By index: how often a form will be used yet.
+    uses: Vec<usize>,
+}
+
+impl Forms {
+    /// Without any forms yet, of a `source` whose nodes `needed` lead to the `outputs`.
+    fn new(source: &Graph, needed: &[NodeId], outputs: &[NodeId]) -> Self {
+        let mut uses = vec![0; source.nodes().len()];
+        let operands = needed.iter().flat_map(|&id| source.node(id).operands());
+        operands.chain(outputs.iter().copied()).for_each(|id| uses[id.index()] += 1);
+        Self { forms: vec![None; uses.len()], uses }
+    }
+
+    fn of(&self, id: NodeId) -> &Form {
+        self.forms[id.index()].as_ref().expect("operands come first")
+    }
+
+    /// Counts a use of the form.
+    fn release(&mut self, id: NodeId) {
+        self.uses[id.index()] -= 1;
+        if self.uses[id.index()] == 0 {
+            self.forms[id.index()] = None;
+        }
+    }
+
+    /// A use of the form: itself if it is the last one, otherwise a copy.
+    fn take(&mut self, id: NodeId) -> Form {
+        self.uses[id.index()] -= 1;
+        let form = &mut self.forms[id.index()];
+        if self.uses[id.index()] == 0 { form.take() } else { form.clone() }.expect("operands come first")
     }
 }
 
@@ -295,16 +338,13 @@ pub fn normalise(source: &Graph, outputs: &[NodeId], style: Style<'_>) -> Normal
         }
     };
     let mut normaliser = Normaliser { graph, collected, costs: BTreeMap::new() };
-    let mut forms: Vec<Option<Form>> = vec![None; source.nodes().len()];
-    for id in source.reachable(outputs) {
-        let form = normaliser.form(source, source.node(id), &forms);
-        forms[id.index()] = Some(form);
+    let needed = source.reachable(outputs);
+    let mut forms = Forms::new(source, &needed, outputs);
+    for id in needed {
+        let form = normaliser.form(source, source.node(id), &mut forms);
+        forms.forms[id.index()] = Some(form);
     }
-    let outputs = outputs.iter().map(|output| {
-        let form = forms[output.index()].as_ref().expect("outputs are reachable");
-        normaliser.build(&form.compact)
-    });
-    let outputs = outputs.collect();
+    let outputs = outputs.iter().map(|&output| normaliser.build(&forms.take(output).compact)).collect();
     Normalised { graph: normaliser.graph, outputs }
 }
 
@@ -317,8 +357,19 @@ struct Normaliser {
 }
 
 impl Normaliser {
-    fn form(&mut self, source: &Graph, node: Node, forms: &[Option<Form>]) -> Form {
-        let of = |id: NodeId| forms[id.index()].as_ref().expect("operands come first");
+    fn form(&mut self, source: &Graph, node: Node, forms: &mut Forms) -> Form {
+        if let Node::Add(a, b) | Node::Sub(a, b) = node {
+            let (a, b) = (forms.take(a), forms.take(b));
+            return self.combine(a, if matches!(node, Node::Add(..)) { 1 } else { -1 }, b);
+        }
+        let form = self.form_of_operation(source, node, forms);
+        node.operands().for_each(|operand| forms.release(operand));
+        form
+    }
+
+    /// The form of everything but a sum.
+    fn form_of_operation(&mut self, source: &Graph, node: Node, forms: &Forms) -> Form {
+        let of = |id: NodeId| forms.of(id);
         match node {
             Node::Constant(value) => Form::single(constant_sum(value)),
             Node::Symbol(symbol) => {
@@ -326,11 +377,11 @@ impl Normaliser {
                 let atom = self.graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
                 self.atom(atom, 1)
             }
-            Node::Add(a, b) => self.combine(of(a), 1, of(b)),
-            Node::Sub(a, b) => self.combine(of(a), -1, of(b)),
+            Node::Add(..) | Node::Sub(..) => unreachable!("sums take the forms of their terms"),
             Node::Neg(a) => {
                 let minus = Constant::from(-1);
-                Form { compact: scale(&of(a).compact, minus), expanded: scale(&of(a).expanded, minus) }
+                let Form { compact, other } = of(a);
+                Form { compact: scale(compact, minus), other: other.as_ref().map(|sum| scale(sum, minus)) }
             }
             Node::Mul(a, b) => self.product(of(a), of(b)),
             Node::Div(a, b) => {
@@ -379,17 +430,18 @@ impl Normaliser {
         Form::single(Sum::from([(vec![(atom, -exponent)], Constant::from(1))]))
     }
 
-    fn combine(&mut self, a: &Form, factor: i64, b: &Form) -> Form {
-        let compact = add_reduced(&mut self.graph, &a.compact, factor, &b.compact);
-        if a.compact == a.expanded && b.compact == b.expanded {
-            return Form::single(compact);
+    fn combine(&mut self, a: Form, factor: i64, b: Form) -> Form {
+        if a.other.is_none() && b.other.is_none() {
+            return Form::single(add_reduced(&mut self.graph, a.compact, factor, b.compact));
         }
-        let expanded = add_reduced(&mut self.graph, &a.expanded, factor, &b.expanded);
+        let [a_expanded, b_expanded] = [&a, &b].map(|form| form.expanded().clone());
+        let compact = add_reduced(&mut self.graph, a.compact, factor, b.compact);
+        let expanded = add_reduced(&mut self.graph, a_expanded, factor, b_expanded);
         self.cheaper(compact, expanded)
     }
 
     fn product(&mut self, a: &Form, b: &Form) -> Form {
-        let expanded = multiply_reduced(&mut self.graph, &a.expanded, &b.expanded);
+        let expanded = multiply_reduced(&mut self.graph, a.expanded(), b.expanded());
         if self.collected.is_some() {
             return Form::single(expanded);
         }
@@ -417,7 +469,7 @@ impl Normaliser {
         if expanded.len() > MAX_SPECULATIVE_TERMS {
             return Form::single(compact);
         }
-        Form { compact, expanded }
+        Form { compact, other: Some(expanded) }
     }
 
     /// Additions and multiplications; each atom that represents a sum counts once.

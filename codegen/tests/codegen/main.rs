@@ -2,6 +2,7 @@
 
 mod agreement;
 mod budgets;
+mod damping;
 mod exchange;
 mod expressions;
 mod golden;

@@ -57,7 +57,13 @@ fn planar_state<'a>(graphs: impl IntoIterator<Item = &'a Graph>, number: usize, 
             component
         } else if name.starts_with("relaxed_angle") {
             symmetric(RELAXED)
-        } else if name.ends_with("_z") || name.starts_with("phi_rate") || name == "phi_acceleration" {
+        } else if name == "angular_velocity_z" {
+            symmetric(2.0)
+        } else if name.starts_with("angular_velocity")
+            || name.ends_with("_z")
+            || name.starts_with("phi_rate")
+            || name == "phi_acceleration"
+        {
             0.0
         } else if name.starts_with("phi_variation") {
             symmetric(2.0)

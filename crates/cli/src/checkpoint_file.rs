@@ -75,19 +75,19 @@ impl<'a> CheckpointFile<'a> {
         &self.path
     }
 
-    /// Writes the state if the last one is old.
-    pub fn keep(&mut self, state: impl FnOnce() -> Vec<u8>) -> Result<(), FileError> {
-        if self.written.elapsed() < self.pause { Ok(()) } else { self.write(&state()) }
+    /// Writes the state if the last attempt to do so is old. Returns whether it was written.
+    pub fn keep(&mut self, state: impl FnOnce() -> Vec<u8>) -> Result<bool, FileError> {
+        if self.written.elapsed() < self.pause { Ok(false) } else { self.write(&state()).map(|()| true) }
     }
 
-    /// Writes the state, in the place of the last one.
+    /// Writes the state, in the place of the last one, which remains if that fails.
     pub fn write(&mut self, state: &[u8]) -> Result<(), FileError> {
         let begun = Instant::now();
         let bytes = write_checkpoint(self.settings, self.frames, state);
-        StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))?.commit()?;
+        let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes)).and_then(StagedFile::commit);
         self.pause = self.pause.max(begun.elapsed().div_f64(SHARE));
         self.written = Instant::now();
-        Ok(())
+        written.map(drop)
     }
 
     /// Removes it, once it is of no more use.

@@ -1,17 +1,18 @@
 //! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs. And that of one long
-//! simulation: a bar.
+//! simulation: a bar. Where stderr is no terminal, lines of text now and then take the place of a bar.
 
 use std::collections::VecDeque;
 use std::io;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bristle_text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::terminal::{self, print};
+use crate::terminal::{self, print, say};
 
 /// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
@@ -59,6 +60,7 @@ pub struct Progress {
 
 enum Output {
     Bar(ProgressBar),
+    Lines(Lines),
     Json,
 }
 
@@ -80,8 +82,12 @@ impl Progress {
             Output::Json
         } else {
             let bar = ProgressBar::new(total as u64).with_style(style()).with_position(resumed as u64);
-            terminal::keep_below(&bar);
-            Output::Bar(bar)
+            if bar.is_hidden() {
+                Output::Lines(Lines::begin())
+            } else {
+                terminal::keep_below(&bar);
+                Output::Bar(bar)
+            }
         };
         let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun, error: None };
         let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
@@ -110,6 +116,7 @@ impl Progress {
     pub fn end(&self) -> f64 {
         match &self.output {
             Output::Bar(bar) => bar.finish_and_clear(),
+            Output::Lines(lines) => lines.end(),
             Output::Json => self.tell(&mut self.state()),
         }
         terminal::nothing_below();
@@ -133,6 +140,10 @@ impl Progress {
             Output::Bar(bar) => {
                 bar.set_position(state.done as u64);
                 bar.set_message(in_words(rate, seconds_left, state.failures));
+            }
+            Output::Lines(lines) => {
+                let (done, total, words) = (state.done, self.total, in_words(rate, seconds_left, state.failures));
+                lines.set(format!("{done} of {total} cases{words}"));
             }
             Output::Json => {
                 let (done, failures) = (state.done, state.failures);
@@ -168,14 +179,88 @@ fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> St
 
 /// Such as `, 2 min 10 s left`.
 fn time_left(seconds: f64) -> String {
-    let seconds = seconds.ceil();
+    format!(", {} left", in_time(seconds.ceil()))
+}
+
+/// Such as `2 min 10 s`.
+fn in_time(seconds: f64) -> String {
+    let seconds = seconds.floor();
     let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds % 3600.0 / 60.0).floor());
     match seconds {
-        3600.0.. => format!(", {hours} h {minutes} min left"),
-        60.0.. => format!(", {minutes} min {} s left", seconds % 60.0),
-        _ => format!(", {seconds} s left"),
+        3600.0.. => format!("{hours} h {minutes} min"),
+        60.0.. => format!("{minutes} min {} s", seconds % 60.0),
+        _ => format!("{seconds} s"),
     }
 }
+
+/// Lines of progress on stderr, from a thread of their own: the work may have nothing to tell for long.
+struct Lines {
+    told: Arc<(Mutex<Told>, Condvar)>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+/// What the thread of [`Lines`] knows.
+#[derive(Default)]
+struct Told {
+    /// What is done, in words.
+    done: String,
+    ended: bool,
+}
+
+impl Lines {
+    /// Times in s between lines: what is over soon has none, and what takes long one a minute.
+    const PAUSES_S: [f64; 4] = [10.0, 20.0, 40.0, 60.0];
+
+    fn begin() -> Self {
+        Self::with(Self::PAUSES_S.map(Duration::from_secs_f64), say)
+    }
+
+    /// Lines after `pauses`, the last of which is repeated, that `write` takes.
+    fn with<const N: usize>(pauses: [Duration; N], write: impl Fn(String) + Send + 'static) -> Self {
+        let told = Arc::new((Mutex::new(Told::default()), Condvar::new()));
+        let (begun, shared) = (Instant::now(), Arc::clone(&told));
+        let tell = move || {
+            let (told, ended) = &*shared;
+            let mut due = begun;
+            for number in 0.. {
+                due += pauses[usize::min(number, N - 1)];
+                let told = told.lock().expect(UNBROKEN);
+                let wait = due.saturating_duration_since(Instant::now());
+                let (told, _) = ended.wait_timeout_while(told, wait, |told| !told.ended).expect(UNBROKEN);
+                if told.ended {
+                    return;
+                }
+                write(format!("after {}: {}", in_time(begun.elapsed().as_secs_f64()), told.done));
+            }
+        };
+        // Without a thread there are no lines, and results all the same.
+        let thread = thread::Builder::new().spawn(tell).ok();
+        Self { told, thread: Mutex::new(thread) }
+    }
+
+    fn set(&self, done: String) {
+        self.told.0.lock().expect(UNBROKEN).done = done;
+    }
+
+    /// No line follows.
+    fn end(&self) {
+        let (told, ended) = &*self.told;
+        told.lock().expect(UNBROKEN).ended = true;
+        ended.notify_all();
+        if let Some(thread) = self.thread.lock().expect(UNBROKEN).take() {
+            // A line that cannot be written is none that the work depends on.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+const UNBROKEN: &str = "nothing panics while holding what is told";
 
 /// The progress of one long simulation: nothing at first, then a bar on a terminal.
 pub struct PassProgress {
@@ -184,25 +269,46 @@ pub struct PassProgress {
     what: &'static str,
     /// The share that was done when it began.
     earlier: f64,
+    /// When something was last shown.
+    shown: Instant,
     bar: Option<ProgressBar>,
+    lines: Option<Lines>,
 }
 
 impl PassProgress {
     /// A simulation that ends sooner shows no bar.
     const PATIENCE: Duration = Duration::from_secs(2);
+    /// Shortest time between two changes of what is shown: a pass tells of each of its steps.
+    const PAUSE: Duration = Duration::from_millis(50);
     /// Parts of the bar.
     const PARTS: f64 = 1000.0;
 
     /// Starts with the share that an `earlier` run has done of `what`.
     pub fn begin(what: &'static str, earlier: f64) -> Self {
-        Self { begun: Instant::now(), what, earlier, bar: None }
+        let lines = ProgressBar::new(1).is_hidden().then(Lines::begin);
+        let now = Instant::now();
+        let progress = Self { begun: now, what, earlier, shown: now, bar: None, lines };
+        progress.set_line(earlier, String::new());
+        progress
+    }
+
+    fn set_line(&self, share: f64, left: String) {
+        if let Some(lines) = &self.lines {
+            lines.set(format!("{:.0} % of {}{left}", 100.0 * share, self.what));
+        }
     }
 
     /// Shows what share of it, from 0 to 1, is done.
     pub fn tell(&mut self, share: f64) {
         let passed = self.begun.elapsed();
-        if passed < Self::PATIENCE {
+        if passed < Self::PATIENCE || self.shown.elapsed() < Self::PAUSE {
             return;
+        }
+        self.shown = Instant::now();
+        let rate = (share - self.earlier) / passed.as_secs_f64();
+        let left = if rate > 0.0 { time_left((1.0 - share) / rate) } else { String::new() };
+        if self.lines.is_some() {
+            return self.set_line(share, left);
         }
         let bar = self.bar.get_or_insert_with(|| {
             let bar = ProgressBar::new(Self::PARTS as u64).with_style(pass_style(self.what));
@@ -210,8 +316,7 @@ impl PassProgress {
             bar
         });
         bar.set_position((Self::PARTS * share) as u64);
-        let rate = (share - self.earlier) / passed.as_secs_f64();
-        bar.set_message(if rate > 0.0 { time_left((1.0 - share) / rate) } else { String::new() });
+        bar.set_message(left);
     }
 
     /// Ends the bar.
@@ -319,6 +424,25 @@ mod tests {
         let json = visible(&serde_json::to_string(path).expect("JSON"));
         assert_eq!(json, r#""a\u009b2J\u202e\udb40\udc01ä\u001b""#);
         assert_eq!(serde_json::from_str::<String>(&json).expect("JSON"), path);
+    }
+
+    #[test]
+    fn lines_come_now_and_then_until_the_end() {
+        let (sender, lines) = std::sync::mpsc::channel();
+        let pauses = [Duration::from_millis(20), Duration::from_millis(1)];
+        let told = Lines::with(pauses, move |line| sender.send(line).expect("the test listens"));
+        told.set("3 of 4 cases".to_owned());
+        for _ in 0..3 {
+            assert_eq!(lines.recv(), Ok("after 0 s: 3 of 4 cases".to_owned()));
+        }
+        told.end();
+        while lines.try_recv().is_ok() {}
+        assert!(lines.recv().is_err(), "no line follows the end");
+        // What is over soon has none.
+        let (sender, lines) = std::sync::mpsc::channel();
+        let patience = [Duration::from_secs(3600)];
+        drop(Lines::with(patience, move |line| sender.send(line).expect("the test listens")));
+        assert!(lines.recv().is_err());
     }
 
     #[test]

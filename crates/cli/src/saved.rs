@@ -21,6 +21,7 @@ use crate::vtk_files::vtk_name;
 
 /// Names of the files.
 pub const CASE: &str = "case.json";
+pub const CHECK: &str = "check.json";
 pub const METRICS: &str = "metrics.json";
 pub const HISTORY: &str = "history.csv";
 pub const PROFILE: &str = "profile.csv";

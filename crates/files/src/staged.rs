@@ -97,13 +97,13 @@ pub fn read_document<'t>(
     let mut document = Document::parse_with(text, name, options)?;
     if let Some(file) = document.control_points_file() {
         let file = relative_to(path, file);
-        let points = read_control_points(&read_input(&file)?, &file.to_string_lossy())?;
+        let points = read_control_points(&read_table(&file)?, &file.to_string_lossy())?;
         document.set_control_points(points);
     }
     Ok(document)
 }
 
-/// Reads a table of measured forces.
+/// Reads a table of measured forces or control points.
 ///
 /// # Errors
 /// If it cannot be read, is too long, or is not text.
@@ -115,7 +115,11 @@ pub fn read_table(path: &Path) -> Result<String, FileError> {
 /// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in Latin-1.
 fn as_table(bytes: Vec<u8>) -> io::Result<String> {
     let utf_16 = |unit: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        let (pairs, rest) = bytes[2..].as_chunks::<2>();
+        if !rest.is_empty() {
+            return Err(io::Error::other("it is UTF-16 text that ends within a character: save the table again"));
+        }
+        let units: Vec<u16> = pairs.iter().map(|pair| unit(*pair)).collect();
         String::from_utf16(&units).map_err(|_| io::Error::other("it begins as UTF-16 text and is not"))
     };
     match bytes.get(..2) {

@@ -1,9 +1,11 @@
 //! Derives the equations of motion, whole or as the kernels of the solver, in a form for people or for other programs.
 
+use std::io::{self, Write};
+
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::languages::{self, SourceFile};
-use bristle_codegen::back::print::{self, Form};
+use bristle_codegen::back::print::{self, Form, Walkthrough};
 use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::kernel::Kernel;
@@ -15,6 +17,11 @@ pub use bristle_codegen::model::chain::Motion;
 
 /// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
+
+/// Pages of LaTeX that the whole equations take, over the cube of the number of segments: measured at 25 segments, with 45 lines
+/// a page.
+const PAGES_PER_CUBE: f64 = 0.043;
+const PLANAR_PAGES_PER_CUBE: f64 = 0.0053;
 
 /// The equations to derive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +59,21 @@ impl Equations {
             Self::Kernels => "Kernels of the solver".into(),
             Self::PlanarKernels => "Kernels of the solver for motion in the plane of rotation".into(),
         }
+    }
+
+    /// About how many pages they take in a `format` that writes them out for people; none for the others, and for kernels.
+    ///
+    /// The whole equations are sums over the masses and over pairs of the segments inside each, so that their length grows with
+    /// the cube of the number of segments. The estimate is that of LaTeX.
+    #[must_use]
+    pub fn pages(self, format: DeriveFormat) -> Option<usize> {
+        let Self::Whole { segments, motion } = self else { return None };
+        let share = match motion {
+            Motion::Spatial => PAGES_PER_CUBE,
+            Motion::Planar => PLANAR_PAGES_PER_CUBE,
+        };
+        let is_read = matches!(format, DeriveFormat::Math | DeriveFormat::Latex | DeriveFormat::Markdown);
+        is_read.then(|| (share * (segments as f64).powi(3)).ceil() as usize)
     }
 
     /// Derives them.
@@ -122,12 +144,39 @@ impl DeriveFormat {
 }
 
 /// Equations in some form.
-#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Derived {
     /// One text.
-    Text(String),
+    Text(Document),
     /// Several files that belong together.
     Files(Vec<SourceFile>),
+}
+
+/// A text that is made as it is written: those for people can be much longer than what they are made from.
+pub struct Document(Content);
+
+enum Content {
+    Text(String),
+    Page { form: Form, equations: Equations, kernels: Vec<Kernel>, again: String },
+    Walkthrough { walkthrough: Box<Walkthrough>, again: String },
+}
+
+impl Document {
+    /// Writes the text.
+    ///
+    /// # Errors
+    /// If `out` cannot be written to.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        match &self.0 {
+            Content::Text(text) => out.write_all(text.as_bytes()),
+            Content::Page { form, equations: Equations::Whole { segments, motion }, kernels, again } => {
+                print::equations(out, *form, *segments, *motion, kernels, again)
+            }
+            Content::Page { form, equations, kernels, again } => {
+                print::kernels(out, *form, &equations.title(), kernels, again)
+            }
+            Content::Walkthrough { walkthrough, again } => walkthrough.write(out, again),
+        }
+    }
 }
 
 /// Why the equations cannot be shown.
@@ -160,17 +209,17 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     let origin = Origin { title: &title, maker: MAKER, again: &again };
     let computing = || equations.derived(Purpose::Computing);
     Ok(match format {
-        DeriveFormat::Math => Derived::Text(written_for_people(equations, Form::Text, &again)?),
-        DeriveFormat::Latex => Derived::Text(written_for_people(equations, Form::Latex, &again)?),
-        DeriveFormat::Markdown => Derived::Text(written_for_people(equations, Form::Markdown, &again)?),
-        DeriveFormat::Json => Derived::Text(to_json(&computing()?, GENERATOR)?),
+        DeriveFormat::Math => for_people(equations, Form::Text, again.clone())?,
+        DeriveFormat::Latex => for_people(equations, Form::Latex, again.clone())?,
+        DeriveFormat::Markdown => for_people(equations, Form::Markdown, again.clone())?,
+        DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
         DeriveFormat::Rust => {
             let source = emit(&computing()?, origin)?;
             // The import goes below the header, which ends at the first empty line.
-            Derived::Text(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
+            text(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
         }
-        DeriveFormat::Numpy => Derived::Text(languages::numpy::emit(&computing()?, origin)?),
-        DeriveFormat::Sympy => Derived::Text(languages::sympy::emit(&equations.derived(Purpose::Reading)?, origin)?),
+        DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
+        DeriveFormat::Sympy => text(languages::sympy::emit(&equations.derived(Purpose::Reading)?, origin)?),
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
         DeriveFormat::Matlab => {
             let mut files = languages::matlab::emit(&computing()?, origin)?;
@@ -182,16 +231,17 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     })
 }
 
-fn written_for_people(equations: Equations, form: Form, again: &str) -> Result<String, DeriveError> {
-    Ok(match equations {
-        Equations::Kernels | Equations::PlanarKernels => {
-            print::kernels(form, &equations.title(), &equations.derived(Purpose::Reading)?, again)
+fn text(text: String) -> Derived {
+    Derived::Text(Document(Content::Text(text)))
+}
+
+fn for_people(equations: Equations, form: Form, again: String) -> Result<Derived, DimensionError> {
+    Ok(Derived::Text(Document(match equations {
+        Equations::Whole { segments, motion } if form == Form::Markdown => {
+            Content::Walkthrough { walkthrough: Box::new(Walkthrough::new(segments, motion)?), again }
         }
-        Equations::Whole { segments, motion } if form == Form::Markdown => print::walkthrough(segments, motion, again)?,
-        Equations::Whole { segments, motion } => {
-            print::equations(form, segments, motion, &equations.derived(Purpose::Reading)?, again)
-        }
-    })
+        _ => Content::Page { form, equations, kernels: equations.derived(Purpose::Reading)?, again },
+    })))
 }
 
 /// A MATLAB function that integrates one pass with the whole equations, MODEL "One contact".
@@ -199,13 +249,13 @@ fn one_pass(segments: usize, motion: Motion) -> SourceFile {
     let [start, clamp, nodes, loads] = match motion {
         Motion::Planar => [
             "  start = [tool.start_angle * ones(n, 1); tool.rate * ones(n, 1); 0];",
-            "  radial = [cos(beta); sin(beta)];\n  across = [-sin(beta); cos(beta)];",
+            "  radial = [cos(beta); sin(beta)];\n  across = [-sin(beta); cos(beta)];\n  clamp.angular_velocity = tool.rate;",
             "  heights = clamp.position(2) + chain.h * cumsum(sin(q));",
             "  Q = chain.h * cos(q) .* outer;",
         ],
         Motion::Spatial => [
             "  start = [repmat([pi/2; tool.start_angle], n, 1); repmat([0; tool.rate], n, 1); 0];",
-            "  radial = [cos(beta); sin(beta); 0];\n  across = [-sin(beta); cos(beta); 0];",
+            "  radial = [cos(beta); sin(beta); 0];\n  across = [-sin(beta); cos(beta); 0];\n  clamp.angular_velocity = [0; 0; tool.rate];",
             "  phi = q(1:2:end);\n  theta = q(2:2:end);\n  heights = clamp.position(2) + chain.h * cumsum(sin(phi) .* sin(theta));",
             "  Q = chain.h * reshape([cos(phi) .* sin(theta) .* outer, sin(phi) .* cos(theta) .* outer]', [], 1);",
         ],

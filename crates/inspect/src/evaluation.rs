@@ -144,6 +144,7 @@ pub fn symbol_values(
         (whole.clamp.acceleration, clamp.acceleration),
         (whole.clamp.direction, clamp.direction),
         (whole.clamp.direction_rate, clamp.direction_rate),
+        (whole.clamp.angular_velocity, clamp.angular_velocity),
     ];
     for (symbols, components) in vectors {
         for (symbol, component) in symbols.into_iter().zip(components) {

@@ -88,7 +88,7 @@ function slope = state_slope(t, y, tool, chain)
   [q, v, clamp] = unpack(t, y, tool);
   [Q, normal_force] = contact(t, y, tool, chain);
   gravity = zeros(@AXES@, 1);
-  arguments = {q, v, clamp.position, clamp.velocity, clamp.acceleration, clamp.direction, clamp.direction_rate, gravity, ...
+  arguments = {q, v, clamp.position, clamp.velocity, clamp.acceleration, clamp.direction, clamp.angular_velocity, gravity, ...
     chain.h, chain.m, chain.J, chain.c, chain.d, chain.kappa};
   accelerations = @PREFIX@mass_matrix(arguments{:}) \ (@PREFIX@force(arguments{:}) + Q);
   slope = [v; accelerations; normal_force];
@@ -101,7 +101,6 @@ function [q, v, clamp] = unpack(t, y, tool)
   beta = tool.start_angle + tool.rate * t;
 @CLAMP@
   clamp.direction = radial;
-  clamp.direction_rate = tool.rate * across;
   clamp.position = tool.body_radius * radial;
   clamp.velocity = tool.body_radius * tool.rate * across;
   clamp.acceleration = -tool.body_radius * tool.rate^2 * radial;

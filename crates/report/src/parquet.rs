@@ -27,7 +27,7 @@ pub fn write_runs_parquet(
     results: &[CaseResult],
     settings: &str,
 ) -> io::Result<()> {
-    write_table(out, &run_columns(study), run_rows(study, results), ("study.json", settings))
+    write_table(out, &run_columns(study, results), run_rows(study, results), ("study.json", settings))
 }
 
 /// Writes `history.parquet`, with the columns and rows of [`write_history`](bristle_study::results::write_history); `settings` is the text of

@@ -3,15 +3,17 @@
 use bristle::brush::{BrushResult, Stretch};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
+use bristle::model::record::Prominence;
 use bristle::model::settings::Settings;
 use bristle_study::assumptions::Assumptions;
+use bristle_study::check::Change;
 use bristle_study::differences::{Difference, tool_differences};
 use bristle_study::slices::spread;
 use bristle_study::stability::is_unstable;
 use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
 use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
 use bristle_study::text::number::{labels, short};
-use bristle_study::text::quantity::{Quantity, Readable};
+use bristle_study::text::quantity::{Quantity, Readable, shown_metrics};
 use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
 use bristle_text::columns;
 
@@ -168,6 +170,21 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
     if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text(width)) }
 }
 
+/// The metrics of a result, and those of the same `again`, with more precision.
+#[must_use]
+pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
+    let results =
+        [metrics, checked].map(|metrics| Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() }));
+    let mut rows = vec![["checked", "before", again, "change"].map(str::to_owned).to_vec()];
+    for (column, quantity) in shown_metrics(Prominence::Headline, &results).zip(Quantity::headlines(&results)) {
+        let change = Change::of(column, metrics, checked).relative_change;
+        let readable = Readable::new(quantity, &results);
+        let change = format!("{:.4} %", 100.0 * change);
+        rows.push(vec![readable.heading(""), readable.text(0), readable.text(1), change]);
+    }
+    aligned(&rows).join("\n") + "\n"
+}
+
 /// A brush compared with one filament alone, in lines of less than 80 columns.
 #[must_use]
 pub fn brush_table(result: &BrushResult) -> String {
@@ -175,20 +192,25 @@ pub fn brush_table(result: &BrushResult) -> String {
         .map(|metrics| Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() }));
     let results = [brush, alone];
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
-    for quantity in Quantity::headlines(&results) {
+    // What a brush does not have is zero in its metrics, and left out where the first column says so.
+    for quantity in Quantity::headlines(&results[..1]) {
         let readable = Readable::new(quantity, &results);
         rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
     }
-    let BrushResult { columns: across, rows: count, stretch, interaction_factor, .. } = result;
+    let BrushResult { columns: across, rows: count, stretch, interaction_factor, step_error, residuals, .. } = result;
     let Stretch { first, last, scatter, drift, change_with_more_columns } = stretch;
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-    let mut text = format!("{across} columns in {count} {}; {first} to {last} count\n", plural(*count, "row"));
+    let (columns, rows_in_words) = (plural(*across, "column"), plural(*count, "row"));
+    let mut text = format!("{across} {columns} in {count} {rows_in_words}; {first} to {last} count\n");
     text.push_str(&aligned(&rows).join("\n"));
     text.push_str(&format!(
-        "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n",
+        "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n  \
+         steps: error {step_error:.1e}, energy to {:.1e}, momentum to {:.1e}\n",
         percent(*scatter),
         percent(*drift),
         percent(*change_with_more_columns),
+        residuals.energy,
+        residuals.momentum,
     ));
     text
 }

@@ -4,12 +4,15 @@
 use std::num::NonZeroUsize;
 
 use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
-use bristle::model::record::{Display, Prominence, Scope};
+use bristle::model::metrics::Metrics;
+use bristle::model::record::{Column, Display, Prominence, Record, Scope};
+use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::study::{Study, thread_count};
+use crate::study::{CaseResult, Study, thread_count};
+use crate::text::layout::warning;
 
 /// Why a study of brushes is not begun.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -62,6 +65,15 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
     }
 }
 
+/// The metrics of a contact that a brush does not have. How a lone filament answers a tilt of its clamp says little about one that others
+/// push and hold; and a brush has a balance of its own.
+pub const NOT_OF_BRUSHES: &[&str] = &["lateral_amplification", "laterally_unstable", "energy_residual"];
+
+/// The metrics of a contact that results have: those of brushes, or of single filaments.
+pub fn metric_columns(of_brushes: bool) -> impl Iterator<Item = &'static Column<Metrics>> {
+    Metrics::COLUMNS.iter().filter(move |column| !of_brushes || !NOT_OF_BRUSHES.contains(&column.key))
+}
+
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.
 const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> Display {
     Display { prominence: Prominence::Headline, file_name, unit, scope, ..Display::DETAIL }
@@ -97,6 +109,22 @@ bristle::record! {
             "", "", "change of the impulse with 25 % more columns",
             "estimate of how much the mean p_n would change, over the mean"
         ],
+        step_error: f64 = [
+            "", "", "error of the steps",
+            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it"
+        ],
+        energy_residual: f64 = [
+            "", "", "residual of the energy",
+            "energy that is lacking in the balance of the brush, over that which was put in and taken"
+        ],
+        momentum_residual: f64 = [
+            "", "", "residual of the momentum",
+            "momentum that is lacking in the balance of the brush, over that of the filaments and the impulse of the workpiece on them"
+        ],
+        overlap_at_start_m: f64 = [
+            "", "m", "overlap of filaments before they move",
+            "largest depth; they are pushed apart, which is not part of the process"
+        ],
         krylov_vectors: usize =
             ["", "", "vectors of the linear solutions", "iterations of the generalised minimal residual method"],
     }
@@ -118,9 +146,73 @@ impl Interaction {
             impulse_scatter: scatter,
             impulse_drift: drift,
             impulse_change_with_more_columns: change_with_more_columns,
+            step_error: result.step_error,
+            energy_residual: result.residuals.energy,
+            momentum_residual: result.residuals.momentum,
+            overlap_at_start_m: result.overlap_m,
             krylov_vectors: result.statistics.effort.krylov_vectors,
         }
     }
+}
+
+/// The warnings about one brush, for a terminal 80 columns wide.
+#[must_use]
+pub fn brush_warnings(settings: &Settings, interaction: &Interaction) -> Vec<String> {
+    let tolerance = settings.brush_or_default().tolerance;
+    let Interaction { step_error, overlap_at_start_m: overlap, .. } = *interaction;
+    let mut warnings = Vec::new();
+    if is_coarse(settings, interaction) {
+        warnings.push(warning(&format!(
+            "the steps are too long: with them, p_n of one filament by itself is off by {step_error:.1e}, more than `brush.tolerance` = \
+             {tolerance:e}. Forces of the brush may be off by as much or more."
+        )));
+    }
+    if overlap > 0.0 {
+        warnings.push(warning(&format!(
+            "filaments overlap by up to {:.2} µm before they move, because of their tilts or shapes, and are pushed apart. Filaments \
+             farther apart, or smaller tilts (`brush.lateral_tilt_std_rad`), avoid that.",
+            1e6 * overlap
+        )));
+    }
+    warnings
+}
+
+/// Whether the steps of a brush miss its tolerance.
+fn is_coarse(settings: &Settings, interaction: &Interaction) -> bool {
+    interaction.step_error > settings.brush_or_default().tolerance
+}
+
+/// The warnings about the brushes of a study, for a terminal 80 columns wide.
+#[must_use]
+pub fn study_warnings(study: &Study, results: &[CaseResult]) -> Vec<String> {
+    let interactions = || {
+        let of_case = |(case, result): (usize, &CaseResult)| Some((case, result.as_ref().ok()?.brush.clone()?));
+        results.iter().enumerate().filter_map(of_case)
+    };
+    let largest = |of: &dyn Fn(&Interaction) -> f64, is_one: &dyn Fn(usize, &Interaction) -> bool| {
+        let cases: Vec<(usize, f64)> =
+            interactions().filter(|(case, each)| is_one(*case, each)).map(|(case, each)| (case, of(&each))).collect();
+        // Of equal ones the first.
+        let worst = cases.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1)).copied();
+        worst.map(|(case, value)| (cases.len(), case + 1, value))
+    };
+    let coarse = largest(&|each| each.step_error, &|case, each| is_coarse(&study.settings(case), each));
+    let overlapping = largest(&|each| each.overlap_at_start_m, &|_, each| each.overlap_at_start_m > 0.0);
+    let total = results.len();
+    let coarse = coarse.map(|(count, row, error)| {
+        warning(&format!(
+            "in {count} of {total} brushes the steps are too long for `brush.tolerance`: p_n of one filament by itself is off by up to \
+             {error:.1e} (row {row} of runs.csv)."
+        ))
+    });
+    let overlapping = overlapping.map(|(count, row, overlap)| {
+        warning(&format!(
+            "in {count} of {total} brushes filaments overlap before they move, by up to {:.2} µm (row {row} of runs.csv), and are pushed \
+             apart.",
+            1e6 * overlap
+        ))
+    });
+    coarse.into_iter().chain(overlapping).collect()
 }
 
 /// The mean impulse of each turn of a brush, in N s. A single pass is one turn.

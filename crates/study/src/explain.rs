@@ -43,6 +43,7 @@ pub fn all_keys(width: usize) -> String {
 /// # Errors
 /// If there is no such key.
 pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
+    let key = key.trim();
     let schema = file_schema();
     if let Some(section) = sections(&schema).iter().find(|section| *section == key) {
         let meaning = schema["properties"][section]["description"].as_str().unwrap_or_default();
@@ -82,8 +83,7 @@ fn keys_of(schema: &Value, section: &str, width: usize) -> String {
         let name = Parameter::find(&path).map_or_else(
             || {
                 let meaning = one_line(description(schema, &path));
-                let clause = meaning.split(['.', ':', ';', ',']).next().unwrap_or_default();
-                in_a_sentence(clause)
+                in_a_sentence(first_clause(&meaning))
             },
             |parameter| parameter.name.to_owned(),
         );
@@ -99,6 +99,20 @@ fn property<'s>(schema: &'s Value, path: &str) -> &'s Value {
 
 fn description<'s>(schema: &'s Value, path: &str) -> &'s str {
     property(schema, path)["description"].as_str().unwrap_or_default()
+}
+
+/// A text up to its first mark outside of brackets.
+fn first_clause(text: &str) -> &str {
+    let mut depth = 0_usize;
+    let end = text.find(|letter| {
+        match letter {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth == 0 && ['.', ':', ';', ','].contains(&letter)
+    });
+    &text[..end.unwrap_or(text.len())]
 }
 
 /// A clause as it stands within a sentence: its first letter is small, unless the word is an abbreviation.

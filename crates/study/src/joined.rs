@@ -432,7 +432,14 @@ mod tests {
             let text = format!("{HEAD}[study]\nrotational_speed_rpm = [600, 900]\npenetration_depth_m = [1e-3]\n");
             named(name, &text, 0)
         });
-        let point = |speed| Measurement { speed, penetration_depth_m: 1e-3, force_n: 1.0, std_n: None, tool: None };
+        let point = |speed| Measurement {
+            speed,
+            second_speed_rpm: None,
+            penetration_depth_m: 1e-3,
+            force_n: 1.0,
+            std_n: None,
+            tool: None,
+        };
         studies[0].measured = vec![point(Speed::Rotational(600.0))];
         studies[1].measured = vec![point(Speed::Velocity(10.0))];
         let measured = join(&studies).expect("they share values").measured;

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to `metrics`; where they touch each other,
-//! `brush` has what interaction changes. `check` has the first
+//! `brush` has what interaction changes; where the case was checked, `change_when_checked` has what that changed. `check` has the first
 //! 16 digits of the SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged or
 //! belongs to another journal. Numbers are written with digits that read back as the same `f64`: the results of a resumed
 //! study equal those of an uninterrupted one to the bit.
@@ -152,6 +152,9 @@ enum Outcome {
         /// Where the case is a brush.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         brush: Option<Box<Interaction>>,
+        /// Where the case was checked.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        change_when_checked: Option<f64>,
     },
     Failed {
         error: String,
@@ -187,16 +190,22 @@ impl Journal {
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter, brush }) => {
-                Outcome::Simulated {
-                    metrics: Box::new(metrics.clone()),
-                    turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
-                    statistics: *statistics,
-                    chart_changes: statistics.chart_changes,
-                    scatter: scatter.clone().map(Box::new),
-                    brush: brush.clone().map(Box::new),
-                }
-            }
+            Ok(CaseSummary {
+                metrics,
+                turn_contact_normal_impulses_n_s,
+                statistics,
+                scatter,
+                brush,
+                change_when_checked,
+            }) => Outcome::Simulated {
+                metrics: Box::new(metrics.clone()),
+                turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
+                statistics: *statistics,
+                chart_changes: statistics.chart_changes,
+                scatter: scatter.clone().map(Box::new),
+                brush: brush.clone().map(Box::new),
+                change_when_checked: *change_when_checked,
+            },
             Err(error) => Outcome::Failed { error: error.clone() },
         };
         sealed(&self.seed, &Entry { case: case + 1, outcome })
@@ -245,7 +254,11 @@ impl Journal {
             }
             match (self.decode(&line), damaged) {
                 (Some((case, result)), None) => {
-                    take(case, result);
+                    // A case that has to be checked is simulated again. Its later line replaces this one.
+                    let is_complete = result.as_ref().map_or(true, |summary| summary.change_when_checked.is_some());
+                    if is_complete || !study.checks() {
+                        take(case, result);
+                    }
                     contents.intact += length;
                 }
                 (Some(_), Some(line)) => return Err(JournalError::Damaged { line }),
@@ -271,12 +284,14 @@ impl Journal {
                 chart_changes,
                 scatter,
                 brush,
+                change_when_checked,
             } => Ok(CaseSummary {
                 metrics: *metrics,
                 turn_contact_normal_impulses_n_s,
                 statistics: Statistics { chart_changes, ..statistics },
                 scatter: scatter.map(|scatter| *scatter),
                 brush: brush.map(|brush| *brush),
+                change_when_checked,
             }),
             Outcome::Failed { error } => Err(error),
         };

@@ -5,6 +5,7 @@
 //! 1. [`document`], [`schema`], [`control_points`], [`input_error`]: an input file, read and checked;
 //! 2. [`study`]: the grid of cases, and the scheduler that simulates them in lanes and threads;
 //! 3. [`brush`]: what a case with filaments that touch has beyond its metrics; [`uncertainty`]: sampled tools of a case, and the band of their forces;
+//!    [`check`]: the change of a result that is computed more precisely;
 //! 4. [`journal`]: results as they arrive, from which a stopped study resumes; [`checkpoint`]: the state of a stopped brush;
 //! 5. [`results`], [`joined`], [`measured`]: saved results read back, several of them as one study, and measured forces to compare with them;
 //! 6. [`slices`], [`differences`], [`limited_work`], [`stability`], [`touch`], [`advice`]: what a study shows, warns about and advises.
@@ -14,6 +15,8 @@
 pub mod advice;
 pub mod assumptions;
 pub mod brush;
+mod cells;
+pub mod check;
 pub mod checkpoint;
 pub mod control_points;
 pub mod differences;

@@ -34,6 +34,11 @@ impl<'t> Assignment<'t> {
         Some(Self { section, key, key_span: 0..path.len(), value, value_span: value_start..option.len() })
     }
 
+    /// Whether it has a key and a value.
+    pub fn is_whole(&self) -> bool {
+        !self.key.is_empty() && !self.value.trim().is_empty()
+    }
+
     /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a study.
     pub fn tool(&self) -> Option<[&'t str; 2]> {
         let rest = self.key.strip_prefix(TOOLS)?.strip_prefix('.').filter(|_| self.section == STUDY)?;

@@ -6,7 +6,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter, Usual};
 use bristle::model::settings::Settings;
 use bristle::workpiece::Part;
 
-use crate::study::Study;
+use crate::study::{Study, Sweep};
 use crate::text::layout::warning;
 use crate::text::number::short;
 
@@ -144,7 +144,21 @@ pub fn unusual_in_study(study: &Study) -> Vec<Unusual> {
         }
         unusual
     };
-    found.into_iter().map(with_cases).collect()
+    let repeated = study.sweeps().iter().filter_map(repeated);
+    repeated.chain(found.into_iter().map(with_cases)).collect()
+}
+
+/// What is unusual about a sweep with equal values.
+fn repeated(sweep: &Sweep) -> Option<Unusual> {
+    let mut values = sweep.values().to_vec();
+    values.sort_by(f64::total_cmp);
+    let twice = values.windows(2).find(|pair| pair[0] == pair[1])?[0];
+    let statement = format!(
+        "`{}` is swept with {} more than once: equal cases are simulated again. A likely slip: a value typed twice.",
+        sweep.path(),
+        sweep.setting().text(twice)
+    );
+    Some(Unusual { path: sweep.path(), statement })
 }
 
 /// The warnings about unusual settings, each for a terminal 80 columns wide.

@@ -8,9 +8,10 @@ use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::model::filament::bending_stiffness;
 use bristle::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
-use bristle::simulation::{FilamentSystem, integral, integrate, simulate_with_history};
+use bristle::simulation::{FilamentSystem, integral, integrate, simulate, simulate_with_history};
 use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
+use serde::Deserialize;
 
 use super::chains::{crossing, extrapolated, force_at, order, paper_case, trajectory_rows, unit_chain, worse};
 use super::contact::imbalance;
@@ -24,7 +25,7 @@ pub const GROUP: Group = Group {
     title: "Edges and curves",
     purpose: "Nodes meet faces, and the centreline meets edges at the point nearest to the centre of their arc. The first two cases \
         check such a contact on a beam with `E I = ρ A = l_f = 1` that has come to rest over an edge; the others are passes.",
-    trials: &[over_edge, release, curves, passes, energy],
+    trials: &[over_edge, release, curves, passes, profiles, energy],
 };
 
 /// Radius of the edges of the unit beam, their stiffness, and the distance from the clamp at which they touch it.
@@ -65,6 +66,7 @@ impl ClampMotion for Drawn {
             acceleration: [0.0; 3],
             direction: [1.0, 0.0, 0.0],
             direction_rate: [0.0; 3],
+            angular_velocity: [0.0; 3],
         }
     }
 }
@@ -414,6 +416,75 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             .to_owned(),
         checks,
         figures,
+    })
+}
+
+/// A pass by another code.
+#[derive(Deserialize)]
+struct Reference {
+    name: String,
+    filament: Segments,
+    workpiece: WorkpieceSettings,
+    brushing_velocity_m_s: f64,
+    penetration_depth_m: f64,
+    friction_coefficient: f64,
+    contact_normal_impulse_n_s: f64,
+    contact_impulse_x_n_s: f64,
+    contact_impulse_y_n_s: f64,
+    edge_contact_normal_impulse_n_s: f64,
+    friction_work_j: f64,
+    peak_contact_normal_force_n: f64,
+}
+
+#[derive(Deserialize)]
+struct Segments {
+    segments: usize,
+}
+
+#[derive(Deserialize)]
+struct References {
+    cases: Vec<Reference>,
+}
+
+fn profiles(extent: Extent) -> Result<Trial, Failure> {
+    const PROFILES: &str = include_str!("../../../tests/data/reference_profiles.json");
+    let References { cases } = serde_json::from_str(PROFILES).map_err(|error| Failure::Reference(error.to_string()))?;
+    let mut checks = Vec::new();
+    for case in cases.iter().filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0) {
+        let mut settings = paper_case(case.filament.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;
+        settings.contact.friction_coefficient = case.friction_coefficient;
+        settings.workpiece = case.workpiece.clone();
+        settings.solver.relative_tolerance = 1e-9;
+        let metrics = simulate(&settings)?.metrics;
+        let subject = format!(
+            "{}, {} m/s, {} mm, µ = {}",
+            case.name,
+            case.brushing_velocity_m_s,
+            1e3 * case.penetration_depth_m,
+            case.friction_coefficient
+        );
+        let mut check = |quantity, expected, computed| {
+            let (source, tolerance) = (sources::CVODES_PROFILES, tolerances::PROFILES);
+            checks.push(Check::value(subject.clone(), quantity, expected, source, computed, tolerance));
+        };
+        check("p_n in N s", case.contact_normal_impulse_n_s, metrics.contact_normal_impulse_n_s);
+        check("∫ F_x dt in N s", case.contact_impulse_x_n_s, metrics.contact_impulse_x_n_s);
+        check("∫ F_y dt in N s", case.contact_impulse_y_n_s, metrics.contact_impulse_y_n_s);
+        check("friction work in J", case.friction_work_j, metrics.friction_work_j);
+        check("max F_n in N", case.peak_contact_normal_force_n, metrics.peak_contact_normal_force_n);
+        let difference = metrics.edge_contact_normal_impulse_n_s - case.edge_contact_normal_impulse_n_s;
+        let (quantity, error) = ("error of ∫ F_n dt on edges, over p_n", difference / case.contact_normal_impulse_n_s);
+        let (source, tolerance) = (sources::CVODES_PROFILES, tolerances::PROFILE_EDGES);
+        checks.push(Check::value(subject, quantity, 0.0, source, error, tolerance));
+    }
+    Ok(Trial {
+        title: "Passes over chamfers, circles and splines with friction by CasADi and CVODES",
+        text: "Filaments of six to eight segments pass chamfers, a cylinder that is a face, one that is an edge, a bore, and splines: a bump \
+            that nodes meet, and corners that are edges. The other code searches the nearest point of a spline, of SciPy, among sampled \
+            points, and integrates its pieces one by one, with CVODES at 1e-10. Bristle runs at a tolerance of 1e-9."
+            .to_owned(),
+        checks,
+        figures: vec![],
     })
 }
 

@@ -69,6 +69,8 @@ sources! {
     CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
     CVODES_EDGES = "CasADi, CVODES, edges": "derivations/trajectories/edge_leaving_cvodes.csv and edge_entering_cvodes.csv, by \
         derivations/reference_edges.py";
+    CVODES_PROFILES = "CasADi, CVODES, profiles": "tests/data/reference_profiles.json, by derivations/reference_profiles.py";
+    CVODES_SPACE = "CasADi, CVODES, space": "tests/data/reference_space.json, by derivations/reference_space.py";
     CVODES_ROWS = "CasADi, CVODES, rows": "tests/data/reference_row.json and derivations/trajectories/row_three_cvodes.csv, by \
         derivations/reference_row.py";
     MUJOCO_ROW = "MuJoCo, row": "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo 4.0";

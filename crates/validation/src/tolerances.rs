@@ -112,6 +112,8 @@ tolerances! {
     HELD_BY_FILAMENT = Relative 2e-4, "held by a filament": "The contact is resolved by parts of 25 µm, and touches between nodes, so that \
         an error of order n⁻² depends on where.";
     ROW = Relative 1e-3, "row": "At a tolerance of 1e-5. Steps are fixed and not cut at impacts, of which each filament has several.";
+    SPACE = Absolute 1e-3, "in space": "At a tolerance of 1e-5. Steps are fixed and not cut at impacts.";
+    SPACE_PAIR = Absolute 1e-2, "in space, pair": "The filaments touch for some 20 µs at a time, in steps that impacts do not cut.";
     ROW_OF_HERTZ = Relative 5e-3, "row, Hertz's stiffness": "Filaments bounce off each other so often that the reference itself is known \
         to 1e-6 only, and short steps do not resolve each impact.";
     BOUNCES = Relative 2e-2, "bounces": "With Hertz's stiffness the impulses of two of the six filaments depend on each bounce: MuJoCo's \
@@ -123,7 +125,8 @@ tolerances! {
     ROW_PRESSES = Absolute 5e-2, "row, presses": "Impacts between filaments last some 20 µs, and steps 1 µs: what is off by a tenth \
         of a step shows.";
     ROW_ENERGY = Absolute 1e-4, "energy of a row": "At a tolerance of 1e-5 or less. Steps are not cut at impacts.";
-    ROW_SLOPE = Between [0.3, 1.6] 0.0, "slope of a row": "The step is proportional to the tolerance to the power of ⅔. Impacts \
+    ROW_SLOPE = Between [0.3, 2.2] 0.0, "slope of a row": "A step is halved where it lacks more energy than a share of the tolerance, and what it lacks falls \
+         with its third power: up to 2 from the tolerance to the power of ⅔, to which the first step is proportional. Impacts \
         begin within steps, so that a method of order 2 loses up to one order.";
     ROW_MOMENTUM = Absolute 1e-4, "momentum of a row": "The moment of the workpiece is integrated in fixed steps that are not cut at \
         impacts; vibrations remain at the end, e⁻¹⁰ of those before.";
@@ -140,6 +143,9 @@ tolerances! {
     EDGE_TIP = Absolute 1e-7, "edge, tip": "The error of CVODES at 1e-10: 2e-10 m of l_f or of s_n,max, and as much in the start of \
         each contact.";
     EDGE_FORCE = Absolute 3e-6, "edge, force": "The error of CVODES is 1e-5 N of 12 N.";
+    PROFILES = Relative 2e-5, "profiles": "The error of CVODES is at most 2e-6.";
+    PROFILE_EDGES = Absolute 5e-5, "profiles, edges": "The share of an edge depends on when a tip slides from a face onto it, which is \
+        located to the tolerance in its path.";
     CVODES_TIP = Absolute 1e-8, "CVODES, tip": "The error of CVODES is 4e-11 m, which is 5e-9 of s_n,max.";
     CVODES_FORCE = Absolute 2e-8, "CVODES, force": "The error of CVODES is 1e-7 N of 6 N.";
     CVODES_METRICS = Relative 3e-9, "CVODES, metrics": "The error of CVODES is 1e-9 in the contact time.";

@@ -17,7 +17,7 @@ pub(super) struct Row {
 }
 
 /// The families of symbols: the name without segment and axis, and the meaning. The unit is that of the symbol.
-const FAMILIES: [(&str, &str); 35] = [
+const FAMILIES: [(&str, &str); 36] = [
     ("phi", "polar angle of a segment from `+z`"),
     ("theta", "azimuth of a segment about `z`"),
     ("phi_x", "polar angle of a segment in the second chart, from `+x`"),
@@ -33,6 +33,7 @@ const FAMILIES: [(&str, &str); 35] = [
     ("root_acceleration", "acceleration of the root"),
     ("clamp_direction", "unit vector along which the filament is clamped"),
     ("clamp_direction_rate", "rate of the clamp direction"),
+    ("angular_velocity", "angular velocity of the brush body"),
     ("relaxed_direction", "clamp direction turned about `z` by the relaxed angle of the clamp joint"),
     ("relaxed_direction_rate", "rate of that vector"),
     ("base_position", "inner end of a segment"),

@@ -4,6 +4,8 @@
 //! products and are written in closed form. Other expressions can be deep and share much: what is used more than once, or
 //! nested too deeply, gets a name, so that the printer never recurses far.
 
+use std::io::{self, Write};
+
 use crate::back::print::page::Page;
 use crate::back::print::printer::Printer;
 use crate::back::print::wording::PLANE;
@@ -18,15 +20,25 @@ mod walkthrough;
 mod wording;
 
 pub use crate::back::print::page::Form;
-pub use crate::back::print::walkthrough::walkthrough;
+pub use crate::back::print::walkthrough::Walkthrough;
 pub use crate::back::print::wording::title;
 
 /// The equations of `motion` of a chain of `segments` segments.
 ///
 /// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading. `again` is the command that
 /// makes the page.
-pub fn equations(form: Form, segments: usize, motion: Motion, kernels: &[Kernel], again: &str) -> String {
-    let mut page = Page::new(form, &title(segments, motion), again);
+///
+/// # Errors
+/// If `out` cannot be written to.
+pub fn equations(
+    out: &mut dyn Write,
+    form: Form,
+    segments: usize,
+    motion: Motion,
+    kernels: &[Kernel],
+    again: &str,
+) -> io::Result<()> {
+    let mut page = Page::new(out, form, &title(segments, motion), again);
     let coordinates = match motion {
         Motion::Spatial => "φ1, θ1, …, φn, θn",
         Motion::Planar => "θ1, …, θn",
@@ -42,9 +54,8 @@ pub fn equations(form: Form, segments: usize, motion: Motion, kernels: &[Kernel]
     for kernel in kernels {
         page.prose(&kernel.summary);
         let printer = Printer::closed(&kernel.graph, &kernel.output_nodes(), motion, page.notation());
-        let mut definitions = printer.named_definitions();
-        definitions.extend(kernel.outputs.iter().flat_map(|output| printer.output(output)));
-        page.definitions(&definitions);
+        let outputs = kernel.outputs.iter().flat_map(|output| printer.output(output));
+        page.definitions(printer.named_definitions().chain(outputs));
     }
     page.finish()
 }
@@ -52,8 +63,11 @@ pub fn equations(form: Form, segments: usize, motion: Motion, kernels: &[Kernel]
 /// Any kernels, with a name for each intermediate that is shared or deep.
 ///
 /// `again` is the command that makes the page.
-pub fn kernels(form: Form, title: &str, kernels: &[Kernel], again: &str) -> String {
-    let mut page = Page::new(form, title, again);
+///
+/// # Errors
+/// If `out` cannot be written to.
+pub fn kernels(out: &mut dyn Write, form: Form, title: &str, kernels: &[Kernel], again: &str) -> io::Result<()> {
+    let mut page = Page::new(out, form, title, again);
     page.prose(
         "Each kernel is a list of definitions: `t1`, `t2`, … are its intermediates, the others its results.\n\
          Results that are zero, and those that symmetry repeats, are left out.",
@@ -69,11 +83,11 @@ pub fn kernels(form: Form, title: &str, kernels: &[Kernel], again: &str) -> Stri
                 page.item(&format!("`{name}` is given as part of `{}`: {}", input.name, input.doc));
             }
         }
-        page.definitions(&printer.named_definitions());
+        page.definitions(printer.named_definitions());
         for output in &kernel.outputs {
             let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
             page.item(&format!("`{}`: {}{unit}", output.name, output.doc));
-            page.definitions(&printer.output(output));
+            page.definitions(printer.output(output));
         }
     }
     page.finish()
@@ -160,7 +174,9 @@ mod tests {
     }
 
     fn kernels_page(form: Form, kernels: &[Kernel]) -> String {
-        super::kernels(form, "A graph", kernels, "bristle")
+        let mut page = Vec::new();
+        super::kernels(&mut page, form, "A graph", kernels, "bristle").expect("memory can be written to");
+        String::from_utf8(page).expect("a page is text")
     }
 
     #[test]

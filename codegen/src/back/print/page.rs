@@ -2,6 +2,8 @@
 //!
 //! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken literally.
 
+use std::io::{self, Write};
+
 use crate::back::latex::{self, Latex};
 use crate::back::print::legend::Row;
 use crate::ir::notation::{Notation, Text};
@@ -35,14 +37,17 @@ const MARKDOWN_LINES: usize = 10;
 /// Columns between symbol and meaning of a legend in text.
 const LEGEND_INDENT: usize = 20;
 
-pub(super) struct Page {
+/// A page that goes to `out` as it is written, so that it never is in memory as a whole.
+pub(super) struct Page<'w> {
     form: Form,
-    text: String,
+    out: &'w mut dyn Write,
+    /// The first error of `out`; nothing is written after it.
+    result: io::Result<()>,
 }
 
-impl Page {
+impl<'w> Page<'w> {
     /// An empty page; `again` is the command that makes it.
-    pub fn new(form: Form, title: &str, again: &str) -> Self {
+    pub fn new(out: &'w mut dyn Write, form: Form, title: &str, again: &str) -> Self {
         let again: String = again.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
         let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
         let text = match form {
@@ -70,7 +75,15 @@ impl Page {
                 markdown_words(title)
             ),
         };
-        Self { form, text }
+        let mut page = Self { form, out, result: Ok(()) };
+        page.write(&text);
+        page
+    }
+
+    fn write(&mut self, text: &str) {
+        if self.result.is_ok() {
+            self.result = self.out.write_all(text.as_bytes());
+        }
     }
 
     pub fn notation(&self) -> &'static dyn Notation {
@@ -81,28 +94,29 @@ impl Page {
     }
 
     pub fn heading(&mut self, title: &str) {
-        self.text.push_str(&match self.form {
+        let text = match self.form {
             // Its first paragraph follows without an empty line.
             Form::Text => format!("\n{title}"),
             Form::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
             Form::Markdown => format!("\n## {}\n", markdown_words(title)),
-        });
+        };
+        self.write(&text);
     }
 
     /// A paragraph.
     pub fn prose(&mut self, sentences: &str) {
-        self.text.push('\n');
-        self.text.push_str(&self.sentences(sentences));
-        self.text.push('\n');
+        let text = format!("\n{}\n", self.sentences(sentences));
+        self.write(&text);
     }
 
     /// A line above the definitions that it introduces.
     pub fn item(&mut self, sentence: &str) {
         let sentence = self.sentences(sentence);
-        self.text.push_str(&match self.form {
+        let text = match self.form {
             Form::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
             Form::Latex | Form::Markdown => format!("\n{sentence}\n"),
-        });
+        };
+        self.write(&text);
     }
 
     fn sentences(&self, text: &str) -> String {
@@ -148,22 +162,20 @@ impl Page {
         }
     }
 
-    /// Formulas one below the other, aligned at their equality signs.
-    pub fn definitions(&mut self, definitions: &[Definition]) {
+    /// Formulas one below the other, aligned at their equality signs. Each is asked for once those before it are written.
+    pub fn definitions(&mut self, definitions: impl IntoIterator<Item = Definition>) {
         if self.form == Form::Text {
             for Definition { head, body } in definitions {
                 let head = format!("  {head} = ");
                 let indent = head.chars().count();
-                let lines = lines(&Text, body, TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4));
-                self.text.push_str(&head);
-                self.text.push_str(&lines.join(&format!("\n{}", " ".repeat(indent))));
-                self.text.push('\n');
+                let lines = lines(&Text, &body, TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4));
+                self.write(&format!("{head}{}\n", lines.join(&format!("\n{}", " ".repeat(indent)))));
             }
             return;
         }
         let mut display: Vec<String> = Vec::new();
         for Definition { head, body } in definitions {
-            let lines = lines(&Latex, body, FORMULA_WIDTH);
+            let lines = lines(&Latex, &body, FORMULA_WIDTH);
             let continued = lines.iter().skip(1).map(|line| format!("&\\quad {line}"));
             display.push(format!("{head} &= {}", lines[0]));
             display.extend(continued);
@@ -181,7 +193,7 @@ impl Page {
     }
 
     fn display(&mut self, lines: &[String]) {
-        self.text.push_str(&match self.form {
+        let text = match self.form {
             Form::Text => unreachable!("text has no displays"),
             // An empty group keeps a bracket at the start of a line from being an option of the line break.
             Form::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
@@ -189,7 +201,8 @@ impl Page {
             Form::Markdown => {
                 format!("\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n", in_markdown(&lines.join(" \\cr\n")))
             }
-        });
+        };
+        self.write(&text);
     }
 
     /// The symbols with their meaning and unit.
@@ -235,14 +248,18 @@ impl Page {
                 }
             }
         }
-        self.text.push_str(&text);
+        self.write(&text);
     }
 
-    pub fn finish(mut self) -> String {
+    /// Ends the page.
+    ///
+    /// # Errors
+    /// The first one of writing it.
+    pub fn finish(mut self) -> io::Result<()> {
         if self.form == Form::Latex {
-            self.text.push_str("\n\\end{document}\n");
+            self.write("\n\\end{document}\n");
         }
-        self.text
+        self.result
     }
 }
 

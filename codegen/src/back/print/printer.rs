@@ -134,16 +134,16 @@ impl<'a> Printer<'a> {
     }
 
     /// The definitions of the named intermediates.
-    pub fn named_definitions(&self) -> Vec<Definition> {
-        let definition = |&id: &NodeId| Definition {
+    pub fn named_definitions(&self) -> impl Iterator<Item = Definition> {
+        let definition = move |&id: &NodeId| Definition {
             head: self.writer.name(id).to_owned(),
             body: self.writer.operation(id).within(0),
         };
-        self.defined.iter().map(definition).collect()
+        self.defined.iter().map(definition)
     }
 
     /// A definition for each element, without zeros and without repetitions by symmetry.
-    pub fn output(&self, output: &Output) -> Vec<Definition> {
+    pub fn output(&self, output: &Output) -> impl Iterator<Item = Definition> {
         let symbol = match output.name.as_str() {
             "mass_matrix" => "M",
             "force" => "f",
@@ -169,13 +169,10 @@ impl<'a> Printer<'a> {
                 .map(|(row, column, node)| (head(&[row, column]), node))
                 .collect(),
         };
+        let filled: Vec<_> = elements.into_iter().filter(|(_, node)| !self.graph.is_zero(*node)).collect();
+        let nothing = filled.is_empty().then(|| Definition { head: self.notation.symbol(symbol), body: "0".into() });
         let define = |(head, node)| Definition { head, body: self.writer.expression(node).text };
-        let filled = elements.iter().filter(|(_, node)| !self.graph.is_zero(*node)).cloned();
-        let definitions: Vec<Definition> = filled.map(define).collect();
-        if definitions.is_empty() {
-            return vec![Definition { head: self.notation.symbol(symbol), body: "0".into() }];
-        }
-        definitions
+        nothing.into_iter().chain(filled.into_iter().map(define))
     }
 }
 

@@ -1,12 +1,13 @@
 //! From the energies to the equations of motion, step by step. The formulas are derived as the page is written.
 
+use std::io::{self, Write};
+
 use crate::back::print::legend;
-use crate::back::print::page::{Definition, Form, Page};
+use crate::back::print::page::{Form, Page};
 use crate::back::print::printer::{Printer, coordinate};
 use crate::back::print::wording::{PLANE, title};
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
-use crate::ir::notation::Notation;
 use crate::ir::unit::Unit;
 use crate::model::chain::{self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
 use crate::model::lagrange::whole_equations;
@@ -41,11 +42,10 @@ impl Step {
         output_nodes(&self.outputs)
     }
 
-    fn definitions(&self, notation: &dyn Notation) -> Vec<Definition> {
-        let printer = Printer::closed(&self.graph, &self.nodes(), self.motion, notation);
-        let mut definitions = printer.named_definitions();
-        definitions.extend(self.outputs.iter().flat_map(|output| printer.output(output)));
-        definitions
+    fn write(&self, page: &mut Page<'_>) {
+        let printer = Printer::closed(&self.graph, &self.nodes(), self.motion, page.notation());
+        let outputs = self.outputs.iter().flat_map(|output| printer.output(output));
+        page.definitions(printer.named_definitions().chain(outputs));
     }
 }
 
@@ -83,7 +83,12 @@ fn stated() -> Step {
     let kinetic = chain::kinetic_energy(g, &body, velocity, inner_rate);
     let gravity = chain::gravity_energy(g, &body, pull, position, inner);
     let spring = chain::spring_energy(g, hinge.stiffness, inner, unbent);
-    let dissipation = chain::dissipation(g, hinge.damping, (inner, inner_rate), (outer, outer_rate));
+    let dissipation = {
+        let turning = chain::angular_velocity(g);
+        let inner_in_body = chain::rate_in_body(g, turning, inner, inner_rate);
+        let outer_in_body = chain::rate_in_body(g, turning, outer, outer_rate);
+        chain::dissipation(g, hinge.damping, Some((inner, inner_in_body)), (outer, outer_in_body))
+    };
     let outputs = vec![
         Output::scalar("kinetic", "", Unit::JOULE, kinetic),
         Output::scalar("gravity", "", Unit::JOULE, gravity),
@@ -93,128 +98,170 @@ fn stated() -> Step {
     Step { motion: Motion::Spatial, graph, outputs }
 }
 
-/// The derivation of the equations of `motion` of a chain of `segments` segments from the energies, for readers.
-///
-/// `again` is the command that makes the page.
-///
-/// # Errors
-/// If a term of the derivation makes no physical sense.
-///
-/// # Panics
-/// If `segments` is zero.
-pub fn walkthrough(segments: usize, motion: Motion, again: &str) -> Result<String, DimensionError> {
-    let mut whole = whole_equations(segments, motion);
-    let parts = whole.parts();
-    let (frames, stated) = (frames(motion), stated());
-    let centres = centre_velocities(segments, motion)?;
-    let collected = |name: &str, nodes: &[NodeId]| {
-        let outputs = vec![Output::vector(name, "", STIFFNESS, nodes.to_vec())];
-        Step::collected(motion, &whole.graph, &whole.parameters, outputs)
-    };
-    let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
-    let momenta = Step::collected(
-        motion,
-        &whole.graph,
-        &whole.parameters,
-        vec![Output::vector("p", "", angular_momentum, parts.momenta.clone())],
-    )?;
-    let inertial = collected("f_inertial", &parts.inertial)?;
-    let spring = collected("f_spring", &parts.spring)?;
-    let gravity = collected("f_gravity", &parts.gravity)?;
-    let damping = collected("f_damping", &parts.damping)?;
-    let kernels: [Kernel; NAMES.len()] =
-        whole_kernels(segments, motion, Purpose::Reading)?.try_into().expect("one kernel for each name");
-    let [mass_matrix, force, energies] = kernels.map(|Kernel { graph, outputs, .. }| Step { motion, graph, outputs });
+/// The derivation of the equations of a chain from the energies, for readers.
+pub struct Walkthrough {
+    segments: usize,
+    motion: Motion,
+    coordinates: Vec<String>,
+    frames: Step,
+    centres: Step,
+    stated: Step,
+    energies: Step,
+    momenta: Step,
+    mass_matrix: Step,
+    inertial: Step,
+    spring: Step,
+    gravity: Step,
+    damping: Step,
+    force: Step,
+}
 
-    let mut page = Page::new(Form::Markdown, &format!("{}, step by step", title(segments, motion)), again);
-    page.prose(
-        "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
+impl Walkthrough {
+    /// Derives the equations of `motion` of a chain of `segments` segments.
+    ///
+    /// # Errors
+    /// If a term of the derivation makes no physical sense.
+    ///
+    /// # Panics
+    /// If `segments` is zero.
+    pub fn new(segments: usize, motion: Motion) -> Result<Self, DimensionError> {
+        let mut whole = whole_equations(segments, motion);
+        let parts = whole.parts();
+        let (frames, stated) = (frames(motion), stated());
+        let centres = centre_velocities(segments, motion)?;
+        let collected = |name: &str, nodes: &[NodeId]| {
+            let outputs = vec![Output::vector(name, "", STIFFNESS, nodes.to_vec())];
+            Step::collected(motion, &whole.graph, &whole.parameters, outputs)
+        };
+        let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
+        let momenta = Step::collected(
+            motion,
+            &whole.graph,
+            &whole.parameters,
+            vec![Output::vector("p", "", angular_momentum, parts.momenta.clone())],
+        )?;
+        let inertial = collected("f_inertial", &parts.inertial)?;
+        let spring = collected("f_spring", &parts.spring)?;
+        let gravity = collected("f_gravity", &parts.gravity)?;
+        let damping = collected("f_damping", &parts.damping)?;
+        let kernels: [Kernel; NAMES.len()] =
+            whole_kernels(segments, motion, Purpose::Reading)?.try_into().expect("one kernel for each name");
+        let [mass_matrix, force, energies] =
+            kernels.map(|Kernel { graph, outputs, .. }| Step { motion, graph, outputs });
+
+        let coordinates = (0..whole.force.len()).map(|i| coordinate(motion, i)).collect();
+        Ok(Self {
+            segments,
+            motion,
+            coordinates,
+            frames,
+            centres,
+            stated,
+            energies,
+            momenta,
+            mass_matrix,
+            inertial,
+            spring,
+            gravity,
+            damping,
+            force,
+        })
+    }
+
+    /// Writes it as Markdown. `again` is the command that makes the page.
+    ///
+    /// # Errors
+    /// If `out` cannot be written to.
+    pub fn write(&self, out: &mut dyn Write, again: &str) -> io::Result<()> {
+        let Self { segments, motion, .. } = *self;
+        let mut page = Page::new(out, Form::Markdown, &format!("{}, step by step", title(segments, motion)), again);
+        page.prose(
+            "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",
-    );
-    page.heading("Symbols and units");
-    let steps = [&frames, &stated, &centres, &energies, &momenta, &mass_matrix, &force];
-    page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
+        );
+        page.heading("Symbols and units");
+        let steps =
+            [&self.frames, &self.stated, &self.centres, &self.energies, &self.momenta, &self.mass_matrix, &self.force];
+        page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
 
-    page.heading("Frames and coordinates");
-    let coordinates: Vec<String> = (0..whole.force.len()).map(|i| coordinate(motion, i)).collect();
-    let angles = match motion {
-        Motion::Spatial => "The coordinates are the polar angle from `+z` and the azimuth about `z` of each segment",
-        Motion::Planar => {
-            "The filament stays in the plane of rotation, where the polar angle from `+z` is `φ = π/2`. The coordinates are \
+        page.heading("Frames and coordinates");
+        let angles = match motion {
+            Motion::Spatial => {
+                "The coordinates are the polar angle from `+z` and the azimuth about `z` of each segment"
+            }
+            Motion::Planar => {
+                "The filament stays in the plane of rotation, where the polar angle from `+z` is `φ = π/2`. The coordinates are \
              the azimuths about `z` of the segments"
-        }
-    };
-    page.prose(&format!(
+            }
+        };
+        page.prose(&format!(
         "The inertial frame has its origin on the tool axis and `z` along it. {angles}: `q = ({})`. They are absolute: \
          segment `k` points along `e_k` whatever the others do. This vector and its rate are",
-        coordinates.join(", ")
+        self.coordinates.join(", ")
     ));
-    step(&mut page, &frames);
+        self.frames.write(&mut page);
 
-    page.heading("Velocities of the centres");
-    page.prose(
-        "Segment `k` starts where the one before it ends. Its centre is half a length further on: \
+        page.heading("Velocities of the centres");
+        page.prose(
+            "Segment `k` starts where the one before it ends. Its centre is half a length further on: \
          `ċ_k = ṙ_0 + h (ė_1 + … + ė_l) + ½ h ė_k` with `l = k − 1`. In components:",
-    );
-    step(&mut page, &centres);
+        );
+        self.centres.write(&mut page);
 
-    page.heading("Energies");
-    page.prose(
+        page.heading("Energies");
+        page.prose(
         "These are the energies of a segment with the inner end `x` and the direction `e`, and of a joint between `e` and `e'`. \
-         The angular velocities in `D` are `e × ė`. The spring is relaxed where `e'` is `e` turned about `z` by the relaxed \
-         angle `κ`: `ē'` is `e'` turned back by it. At the clamp joint `e_0` takes the place of `e`.",
+         The angular velocities in `D` are those that are seen from the body, which turns at `Ω`: `e × (ė − Ω × e)`. The spring is relaxed where `e'` is `e` turned about `z` by the relaxed \
+         angle `κ`: `ē'` is `e'` turned back by it. At the clamp joint `e_0` takes the place of `e`, \
+         and its angular velocity in the body is zero.",
     );
-    step(&mut page, &stated);
-    if motion == Motion::Planar {
-        page.prose(PLANE);
-    }
-    let joints = match motion {
-        Motion::Spatial => "`u1`, `u2`, … belong to the joints, from the clamp outwards.",
-        Motion::Planar => "`u1` belongs to the clamp joint.",
-    };
-    page.prose(&format!(
+        self.stated.write(&mut page);
+        if motion == Motion::Planar {
+            page.prose(PLANE);
+        }
+        let joints = match motion {
+            Motion::Spatial => "`u1`, `u2`, … belong to the joints, from the clamp outwards.",
+            Motion::Planar => "`u1` belongs to the clamp joint.",
+        };
+        page.prose(&format!(
         "Summed over the chain, with the directions and velocities from above inserted, expanded and collected by the \
          constants, they are as follows. {joints}"
     ));
-    step(&mut page, &energies);
+        self.energies.write(&mut page);
 
-    page.heading("Lagrange's equations");
-    page.prose(
-        "With `L = E_kin − E_spring − E_grav` each coordinate has the equation \
+        page.heading("Lagrange's equations");
+        page.prose(
+            "With `L = E_kin − E_spring − E_grav` each coordinate has the equation \
          `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, where `Q` contains the forces of contact and friction. Only the \
          kinetic energy depends on the rates, through the momenta `p = ∂E_kin/∂q̇`:",
-    );
-    step(&mut page, &momenta);
+        );
+        self.momenta.write(&mut page);
 
-    page.heading("Mass matrix");
-    page.prose(
-        "The momenta are linear in the rates. Their coefficients, `M = ∂p/∂q̇`, are the factors of `q̈` in `dp/dt`. \
+        page.heading("Mass matrix");
+        page.prose(
+            "The momenta are linear in the rates. Their coefficients, `M = ∂p/∂q̇`, are the factors of `q̈` in `dp/dt`. \
          `M` is symmetric: entries below the diagonal are left out, and so are those that are zero.",
-    );
-    step(&mut page, &mass_matrix);
+        );
+        self.mass_matrix.write(&mut page);
 
-    page.heading("Generalised force");
-    page.prose(
-        "The remaining terms of Lagrange's equations form the right-hand side: \
+        page.heading("Generalised force");
+        page.prose(
+            "The remaining terms of Lagrange's equations form the right-hand side: \
          `f = f_inertial + f_spring + f_gravity + f_damping`.",
-    );
-    let rest = [
-        ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &inertial),
-        ("Springs, `−∂E_spring/∂q`:", &spring),
-        ("Gravity, `−∂E_grav/∂q`:", &gravity),
-        ("Dampers, `−∂D/∂q̇`:", &damping),
-        ("Their sum, collected by the constants:", &force),
-    ];
-    for (sentence, part) in rest {
-        page.prose(sentence);
-        step(&mut page, part);
+        );
+        let rest = [
+            ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &self.inertial),
+            ("Springs, `−∂E_spring/∂q`:", &self.spring),
+            ("Gravity, `−∂E_grav/∂q`:", &self.gravity),
+            ("Dampers, `−∂D/∂q̇`:", &self.damping),
+            ("Their sum, collected by the constants:", &self.force),
+        ];
+        for (sentence, part) in rest {
+            page.prose(sentence);
+            part.write(&mut page);
+        }
+        page.finish()
     }
-    Ok(page.finish())
-}
-
-fn step(page: &mut Page, step: &Step) {
-    let definitions = step.definitions(page.notation());
-    page.definitions(&definitions);
 }
 
 /// `ċ_k` of each segment.
@@ -249,7 +296,10 @@ mod tests {
         let common = ["\\dot e_{k,x} &= ", "E_{\\mathrm{kin}} &= ", "f_{\\mathrm{spring},\\theta_{1}} &= "];
         let spatial = ["\\dot c_{1,z} &= ", "p_{\\varphi_{1}} &= "];
         for motion in [Motion::Spatial, Motion::Planar] {
-            let page = walkthrough(1, motion, "command").expect("the derivation is sound");
+            let mut page = Vec::new();
+            let walkthrough = Walkthrough::new(1, motion).expect("the derivation is sound");
+            walkthrough.write(&mut page, "command").expect("memory can be written to");
+            let page = String::from_utf8(page).expect("a page is text");
             for part in common {
                 assert!(page.contains(part), "{motion:?}: {part}");
             }

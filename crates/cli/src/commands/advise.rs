@@ -24,6 +24,7 @@ use crate::terminal::{print, show, width};
 /// first whose whole uncertainty is within the limit. With --max-force or --target-force there are also settings between simulated
 /// cases, at which interpolation expects that force. They are marked with ≈; --verify simulates them.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {
     /// Directory with the results of a study
     #[arg(value_name = "DIR")]

@@ -9,14 +9,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
+use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
-use bristle_report::tables::brush_table;
+use bristle_report::tables::{brush_table, check_table};
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::Interaction;
+use bristle_study::brush::{Interaction, brush_warnings};
+use bristle_study::check::{FINER_BRUSH, check_text, finer_steps};
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
@@ -30,7 +32,7 @@ use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
-use crate::saved::{BRUSH, BRUSH_PAGE, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
+use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
@@ -51,14 +53,17 @@ const FRAMES: u64 = 120;
 /// the metrics of each filament; column 0 meets the workpiece first. history.csv has the forces of the sector over time, and contacts.csv
 /// where and how strongly filaments press on each other. brush.html is a page with the sector in motion, and DIR/figures has figures.
 /// [study] is ignored: `bristle study` simulates a brush for each of its cases. A simulation of more than 2 s shows its progress on a
-/// terminal.
+/// terminal, and one of more than 10 s elsewhere, in a line now and then.
 ///
 /// The simulation can be stopped at any moment, by Ctrl-C or by a crash. The same command goes on from DIR/checkpoint.bin, where
 /// the state is written every 10 s and on Ctrl-C. The results are the same to the bit. A state of other settings or another build of
 /// Bristle is refused; --restart discards it.
 ///
+/// --check simulates the brush again in steps of half the length and prints by how much each metric changes.
+///
 /// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct BrushArgs {
     #[command(flatten)]
     input: InputArgs,
@@ -89,6 +94,9 @@ pub struct BrushArgs {
     /// Time between two checkpoints, in s
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
     checkpoint_every: u64,
+    /// Simulate again in steps of half the length, and say what that changes, also in DIR/check.json
+    #[arg(long)]
+    check: bool,
 }
 
 impl BrushArgs {
@@ -122,7 +130,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     let unusual = unusual(&settings);
     arguments.input.warn_of(&unusual)?;
     prepare_directory(&arguments.out)?;
-    let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT]].concat();
+    let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT, CHECK]].concat();
     let _occupied = occupy(
         &arguments.out,
         &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
@@ -130,16 +138,23 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     if arguments.vtk {
         prepare_directory(&arguments.out.join(VTK))?;
     }
-    match simulate(arguments, &settings)? {
+    let stop = stop_on_interrupt();
+    match simulate(arguments, &settings, &stop)? {
         Some((result, checkpoint)) => {
+            let metrics = result.tool.clone();
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
             let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+            let warnings = brush_warnings(&settings, &Interaction::of(&result));
             let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
             checkpoint.remove()?;
             show(table)?;
+            warnings.iter().for_each(say);
             if !assumptions.list.is_empty() {
                 show(format_args!("\n{}", assumptions.text(width())))?;
+            }
+            if arguments.check && !check(arguments, &settings, &metrics, &stop)? {
+                return Ok(INTERRUPTED.into());
             }
             Ok(ExitCode::SUCCESS)
         }
@@ -151,6 +166,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
 fn simulate<'a>(
     arguments: &BrushArgs,
     settings: &'a Settings,
+    stop: &AtomicBool,
 ) -> Result<Option<(BrushResult, CheckpointFile<'a>)>, CliError> {
     let options = arguments.options();
     let pause = Duration::from_secs(arguments.checkpoint_every);
@@ -165,9 +181,9 @@ fn simulate<'a>(
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
         say(format_args!("{done} % of the brush are in `{path}`, the simulation goes on from there"));
     }
-    let stop = stop_on_interrupt();
     let mut progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
     let mut columns = run.columns();
+    let mut is_kept = true;
     let outcome = loop {
         match run.advance() {
             Ok(true) => {}
@@ -177,7 +193,8 @@ fn simulate<'a>(
         if run.columns() != columns {
             progress.end();
             let now = run.columns();
-            say(format_args!("{columns} columns have no steady stretch: simulating {now} columns from the beginning"));
+            let without = if columns == 1 { "1 column has".to_owned() } else { format!("{columns} columns have") };
+            say(format_args!("{without} no steady stretch: simulating {now} columns from the beginning"));
             columns = now;
             progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
         }
@@ -190,7 +207,21 @@ fn simulate<'a>(
             ));
             return Ok(None);
         }
-        checkpoint.keep(|| run.checkpoint())?;
+        match checkpoint.keep(|| run.checkpoint()) {
+            Ok(false) => {}
+            Ok(true) => is_kept = true,
+            // Of those that follow each other the first is enough.
+            Err(error) if is_kept => {
+                is_kept = false;
+                progress.end();
+                say(format_args!(
+                    "warning: {error}\nhelp: the simulation goes on and tries again when the next checkpoint is due; make room, so that it \
+                     can be resumed if it is stopped"
+                ));
+                progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
+            }
+            Err(_) => {}
+        }
     };
     progress.end();
     match outcome {
@@ -201,6 +232,25 @@ fn simulate<'a>(
             Err(error)
         }
     }
+}
+
+/// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns false if Ctrl-C has stopped it.
+fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &AtomicBool) -> Result<bool, CliError> {
+    let mut run =
+        BrushRun::new(settings, finer_steps(arguments.options())).map_err(|error| arguments.refused(error))?;
+    let mut progress = PassProgress::begin("the check", 0.0);
+    while run.advance().map_err(|error| CliError::BrushFailed(Box::new(error)))? {
+        progress.tell(run.done());
+        if stop.load(Ordering::Relaxed) {
+            say_at_the_end("stopped: the results are complete, but have not been checked");
+            return Ok(false);
+        }
+    }
+    progress.end();
+    let checked = run.finish().map_err(|error| CliError::after(&arguments.input.file, error))?.tool;
+    say_written(&StagedFile::text(&arguments.out, CHECK, &check_text(FINER_BRUSH, metrics, &checked))?.commit()?);
+    show(format_args!("\n{}", check_table(FINER_BRUSH, metrics, &checked)))?;
+    Ok(true)
 }
 
 /// What is done, in per cent.
@@ -260,6 +310,8 @@ fn write_results(
     for name in OF_CONTACT {
         remove(&arguments.out.join(name))?;
     }
+    // Of an earlier result.
+    remove(&arguments.out.join(CHECK))?;
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), figures)?)?;
     Ok(brush_table(&result))

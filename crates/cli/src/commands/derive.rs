@@ -1,6 +1,7 @@
 //! `bristle derive`.
 
 use std::ffi::OsStr;
+use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,7 +10,7 @@ use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
-use crate::terminal::{print, say_written};
+use crate::terminal::{print_by, say, say_written};
 use crate::values::parse_count;
 
 /// Show the equations of motion of a filament
@@ -17,13 +18,14 @@ use crate::values::parse_count;
 /// Shows either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
 /// With --planar, the filament moves in the plane of rotation, and each segment has one coordinate instead of two.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct DeriveArgs {
     #[command(flatten)]
     equations: EquationsArgs,
     /// For motion in the plane of rotation; with --kernels only those for it and for its lateral variation, instead of all
     #[arg(long)]
     planar: bool,
-    /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments
+    /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments, see the note before them
     #[arg(long, value_enum, default_value_t = Format::Math)]
     format: Format,
     /// File to write instead of stdout; for c and matlab, the directory of their files, which they require
@@ -92,14 +94,29 @@ impl From<Format> for DeriveFormat {
     }
 }
 
+/// Longer equations are for nobody to read. Those of 17 segments in space have as many.
+const MOST_PAGES: usize = 200;
+
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    match (derive(arguments.into(), arguments.format.into())?, arguments.out.as_deref()) {
-        (Derived::Text(text), None) => print(&text)?,
+    let (equations, format) = (Equations::from(arguments), DeriveFormat::from(arguments.format));
+    if let Some(pages) = equations.pages(format).filter(|pages| *pages > MOST_PAGES) {
+        say(format_args!(
+            "note: written out, these equations take some {pages} pages, which nobody reads, and grow with the cube of the number of \
+             segments\n\
+             help: derive fewer segments to read them; rust, json, c, matlab and numpy state them in short, with named intermediates"
+        ));
+    }
+    match (derive(equations, format)?, arguments.out.as_deref()) {
+        (Derived::Text(text), None) => print_by(|| {
+            let mut out = BufWriter::new(io::stdout().lock());
+            text.write(&mut out)?;
+            out.flush()
+        })?,
         (Derived::Text(text), Some(path)) => {
             let name = path.file_name().and_then(OsStr::to_str);
             let _occupied = occupy(directory_of(path), &[("", &|leftover| Some(leftover) == name)])?;
-            let file = StagedFile::write(path.to_owned(), |out| out.write_all(text.as_bytes()))?;
+            let file = StagedFile::write(path.to_owned(), |out| text.write(out))?;
             say_written(&file.commit()?);
         }
         (Derived::Files(files), out) => {

@@ -53,5 +53,5 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
         let path = arguments.study.out.join(JOURNAL);
         return Err(CliError::Incomplete { path, missing: total - done, total });
     }
-    run_whole(&arguments.study, false)
+    run_whole(&arguments.study, false, false)
 }

@@ -15,6 +15,7 @@ use crate::pictures::{FigureArgs, draw_saved, say_drawn};
 /// the tool force with measured forces. The figures of one contact show force and tip deflection over time, and the impulse
 /// of each turn if there are several. Each figure is drawn as SVG and PNG, with the same bytes as by the command that made the results.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct PlotArgs {
     /// Directory with results
     #[arg(value_name = "DIR")]

@@ -4,14 +4,17 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Shape};
 use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
-use bristle_report::tables::contact_table;
+use bristle_report::tables::{check_table, contact_table};
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
 use bristle_study::assumptions::Assumptions;
+use bristle_study::check::{FINER_PASS, check_text, finer};
 use bristle_study::limited_work::case_work_warning;
 use bristle_study::plausibility::unusual;
 use bristle_study::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
@@ -25,7 +28,7 @@ use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
-use crate::saved::{CASE, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
+use crate::saved::{CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
 use crate::terminal::{say, say_written, show, width};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
@@ -49,10 +52,13 @@ const ALONE: &str = "this filament is alone; `bristle brush` simulates those of 
 /// unstable, a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says
 /// how to simulate turn after turn.
 ///
+/// --check simulates the contact again at a tenth of the tolerance and prints by how much each metric changes.
+///
 /// --vtk writes the nodes of the filament for ParaView: open DIR/vtk/contact.pvd. It lists the workpiece and one file for
 /// each of 200 equally spaced times in s, or N with --vtk=N, including the first and the last instant. Positions are in m.
 /// Each node has its arc length, velocity, contact force, gap to the workpiece, and joint angle.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct SimulateArgs {
     #[command(flatten)]
     input: InputArgs,
@@ -74,6 +80,9 @@ pub struct SimulateArgs {
         value_parser = clap::value_parser!(u64).range(2..=MAX_SHAPES as u64),
     )]
     vtk: Option<u64>,
+    /// Simulate again at a tenth of the tolerance, and say what that changes, also in DIR/check.json
+    #[arg(long)]
+    check: bool,
 }
 
 /// Runs the command.
@@ -87,7 +96,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         say(note(ALONE));
     }
     prepare_directory(&arguments.out)?;
-    let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE];
+    let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE, CHECK];
     let _occupied = occupy(
         &arguments.out,
         &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
@@ -145,6 +154,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     for name in OF_BRUSH {
         remove(&arguments.out.join(name))?;
     }
+    // Of an earlier result.
+    remove(&arguments.out.join(CHECK))?;
     if !cfg!(feature = "parquet") {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
@@ -157,5 +168,19 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
     case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
     shown?;
+    if arguments.check {
+        let checked = check(&contact.settings)?;
+        let text = check_text(FINER_PASS, &simulation.metrics, &checked);
+        say_written(&StagedFile::text(&arguments.out, CHECK, &text)?.commit()?);
+        show(format_args!("\n{}", check_table(FINER_PASS, &simulation.metrics, &checked)))?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The metrics of the pass at a tenth of its tolerance.
+fn check(settings: &Settings) -> Result<Metrics, CliError> {
+    let mut progress = PassProgress::begin("the check", 0.0);
+    let simulation = Pass::new(&finer(settings)).simulate_telling(Sampling::default(), |share| progress.tell(share));
+    progress.end();
+    Ok(simulation?.metrics)
 }

@@ -16,12 +16,12 @@ use bristle_report::page::{Recorder, page};
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::{study_tables, tools_table};
 use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::check_brushes;
+use bristle_study::brush::{check_brushes, study_warnings};
 use bristle_study::limited_work::study_work_warning;
 use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
 use bristle_study::results::Origin;
 use bristle_study::stability::study_warning;
-use bristle_study::study::{CaseResult, Shard, Study, complete_shard, complete_study_sampled};
+use bristle_study::study::{CaseResult, Resources, Shard, Study, complete_shard, complete_study_sampled};
 use bristle_study::text::number::counted;
 use bristle_study::touch::study_touch_warning;
 use bristle_study::turns::study_turns_warnings;
@@ -107,17 +107,31 @@ const LONGEST_FAILURE: usize = 400;
 /// resumed counts the cases that were already in the journal, and files lists the
 /// files written.
 ///
+/// With --check each case is simulated again: a pass at a tenth of the tolerance,
+/// a brush in steps of half the length. The column change_when_checked of
+/// DIR/runs.csv has the largest relative change of the metrics in the tables.
+/// Cases in the journal that were not checked are simulated again, too.
+///
 /// With --shard I/N only the cases of shard I of N are simulated, and DIR has a
 /// journal only. `bristle merge` makes results of the directories of all shards,
 /// which may come from different machines.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
+#[command(allow_negative_numbers = true)]
 pub struct StudyCommandArgs {
     #[command(flatten)]
     study: StudyArgs,
     /// Simulate shard I of N only, for `bristle merge`
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Simulate each case again with more precision
+    #[arg(long)]
+    check: bool,
+}
+
+/// The study, whose cases are simulated again if it is to `check` them.
+fn checked_if(study: Study, check: bool) -> Study {
+    if check { study.checked() } else { study }
 }
 
 /// The input of a study, and where its results go.
@@ -163,15 +177,15 @@ impl StudyArgs {
 /// Runs the command.
 pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
     match arguments.shard {
-        Some(shard) => run_shard(&arguments.study, shard),
-        None => run_whole(&arguments.study, arguments.study.restart),
+        Some(shard) => run_shard(&arguments.study, shard, arguments.check),
+        None => run_whole(&arguments.study, arguments.study.restart, arguments.check),
     }
 }
 
 /// Simulates the cases of a shard, which are then in the journal.
-fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> {
+fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
-    let study = text.document()?.study()?;
+    let study = checked_if(text.document()?.study()?, check);
     arguments.check(&study)?;
     prepare_directory(&arguments.out)?;
     let _occupied = occupy(&arguments.out, &[("", &|name| name == JOURNAL)])?;
@@ -213,11 +227,11 @@ fn run_shard(arguments: &StudyArgs, shard: Shard) -> Result<ExitCode, CliError> 
 }
 
 /// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
-pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliError> {
+pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<ExitCode, CliError> {
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
-    let study = document.study()?;
+    let study = checked_if(document.study()?, check);
     arguments.check(&study)?;
     let measured = match document.measured() {
         Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,
@@ -261,9 +275,15 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool) -> Result<ExitCode, CliEr
     for (case, message) in failures.iter().take(MAX_FAILURES_SHOWN) {
         say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
     }
+    if study.checks() {
+        let changes: Vec<f64> = results.iter().flatten().filter_map(|summary| summary.change_when_checked).collect();
+        let largest = 100.0 * changes.iter().copied().fold(0.0, f64::max);
+        say(format_args!("{} of {total} cases checked: no metric changed by more than {largest:.2} %", changes.len()));
+    }
     study_work_warning(&results).iter().for_each(say);
     study_touch_warning(&study, &results).iter().for_each(say);
     study_warning(&study, &results).iter().for_each(say);
+    study_warnings(&study, &results).iter().for_each(say);
     study_turns_warnings(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
@@ -322,8 +342,9 @@ fn simulate_cases(
         }
         flow
     };
-    let (threads, sampling) = (arguments.threads(), recorder.sampling());
-    let simulated = complete_study_sampled(study, threads, &mut results, &Stop::default(), sampling, record, done);
+    let resources = Resources { threads: arguments.threads(), memory: arguments.memory.limit() };
+    let sampling = recorder.sampling();
+    let simulated = complete_study_sampled(study, resources, &mut results, &Stop::default(), sampling, record, done);
     let seconds = progress.end();
     journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
     simulated.map_err(CliError::Threads)?;

@@ -167,6 +167,8 @@ fn bad_limits_are_refused() {
         ("--max-ratio=-0.1", "from 0 to 1"),
         ("--max-force 0", "positive number"),
         ("--target-force=-200", "positive number"),
+        ("--target-force -1", "positive number"),
+        ("--max-velocity -5", "in m/s"),
         ("--max-rpm fast", "positive number"),
         ("--max-depth NaN", "positive number"),
         ("--max-power inf", "positive number"),

@@ -10,7 +10,7 @@ use std::time::Duration;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::BrushSettings;
-use bristle_study::brush::Interaction;
+use bristle_study::brush::{Interaction, NOT_OF_BRUSHES};
 use bristle_study::results::keys;
 use serde_json::{Map, Value};
 use tempfile::TempDir;
@@ -129,7 +129,22 @@ fn a_brush_is_written_and_drawn() {
 
     let metrics = workspace.metrics();
     let has = |key: &&str| metrics.contains_key(*key);
-    assert!(keys::<Metrics>().iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
+    let of_contact = keys::<Metrics>();
+    let (lacking, common): (Vec<&str>, Vec<&str>) =
+        of_contact.into_iter().partition(|key| NOT_OF_BRUSHES.contains(key));
+    assert!(common.iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
+    // What a brush does not have is nowhere.
+    let lacking: Vec<&str> = lacking.into_iter().filter(|key| !keys::<Interaction>().contains(key)).collect();
+    for file in ["metrics.json", "filaments.csv", "brush.html"] {
+        let text = workspace.read(file);
+        assert!(
+            lacking.iter().all(|key| !text.contains(&format!("\"{key}\"")) && !text.contains(&format!(",{key},"))),
+            "{file}"
+        );
+    }
+    assert!(!said.contains("amplification"), "{said}");
+    assert!(metrics["step_error"].as_f64().is_some_and(|error| error < 1e-3), "{metrics:?}");
+    assert!(metrics["energy_residual"].as_f64().is_some_and(|residual| residual < 1e-2), "{metrics:?}");
     let filaments = workspace.rows("filaments.csv");
     assert_eq!(filaments.len(), 8);
     let impulses = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s"));
@@ -154,6 +169,23 @@ fn a_brush_is_written_and_drawn() {
     assert_eq!(collection.matches("<DataSet ").count(), 2 * frames);
     assert!(workspace.result("vtk/workpiece.vtp").exists());
     assert!(!workspace.result("checkpoint.bin").exists());
+}
+
+/// No file can grow beyond a block: the state is written in vain, the results too, but the simulation comes to its end.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_does_not_end_a_brush() {
+    let workspace = Workspace::new(FILE);
+    let script = "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_bristle")]).current_dir(workspace.path());
+    let output = command.output().expect("there is a shell");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.matches("warning: cannot write `out/checkpoint.bin`: File too large").count(), 1, "{said}");
+    assert!(
+        said.contains("the simulation goes on") && said.contains("error: cannot write `out/metrics.json`"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -39,7 +39,7 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 35] = [
+const RESULTS: [&str; 36] = [
     "contact_angle_rad",
     "nominal_contact_length_m",
     "nominal_contact_time_s",
@@ -68,6 +68,7 @@ const RESULTS: [&str; 35] = [
     "laterally_unstable",
     "turns",
     "unsteady_turns",
+    "energy_residual",
     "steps",
     "unresolved_steps",
     "rejected_steps",

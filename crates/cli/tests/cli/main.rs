@@ -4,6 +4,7 @@ mod program;
 
 mod advise;
 mod brush;
+mod check;
 mod commands;
 mod first;
 mod formats;

@@ -46,10 +46,10 @@ fn every_reader_shows_every_metric() {
     let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     let all = keys(Metrics::COLUMNS);
-    assert_eq!(all.len(), 28);
+    assert_eq!(all.len(), 29);
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
-    let columns = run_columns(&study);
+    let columns = run_columns(&study, &[]);
     assert_eq!(columns[4..4 + all.len()], all);
 
     // metrics.json.
@@ -88,7 +88,7 @@ fn every_reader_shows_every_metric() {
     let study = study.expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     let optional = |column: &&Column<Metrics>| column.display.optional;
-    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 5);
+    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 6);
     assert_eq!(shown(&study, &results), (13, 7));
 }
 

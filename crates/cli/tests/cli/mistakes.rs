@@ -139,6 +139,19 @@ const UNUSUAL: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
+/// An option of the call, and what the message says.
+const OPTIONS: &[(&str, &[&str])] = &[
+    ("--set brush={}", &["unknown key `brush`", "as in --set brush.", "or the section in the file"]),
+    ("--set =1", &["an option needs a key and a value", "as in --set process.rotational_speed_rpm=1200"]),
+    ("--set filament.length_m=", &["an option needs a key and a value"]),
+    ("--set filament.=1", &["an option needs a key and a value"]),
+    ("--set process.gravity_m_s2=[0,0,0,-9.8]", &["`process.gravity_m_s2` is [0,0,0,-9.8]", "a list of 3 numbers"]),
+    ("--set process.gravity_m_s2=[0,-9.8,0,'x']", &["`process.gravity_m_s2` is [0,-9.8,0,'x']", "a list of 3 numbers"]),
+    ("--set workpiece.normal=[0,1,0,0]", &["`workpiece.normal` is [0,1,0,0]", "a list of 3 numbers"]),
+    ("--figure-width 30mm", &["have no room for text of 9.0 pt", "help: state at least --figure-width 75mm"]),
+    ("--samples -1", &["must be a whole number"]),
+];
+
 /// What `bristle simulate` says about a file, and its exit status.
 fn told(text: &str, options: &str) -> (String, Option<i32>) {
     let directory = TempDir::new().expect("a temporary directory");
@@ -169,6 +182,51 @@ fn the_message_names_the_mistake() {
         let at = if wrong.is_empty() { section } else { wrong.lines().last().expect("a line") };
         assert!(message.contains(&place(&file, at)), "{wrong}: no place in\n{message}");
     }
+}
+
+#[test]
+fn the_message_names_the_mistake_in_an_option() {
+    for (option, parts) in OPTIONS {
+        let (message, status) = told(FILE, &format!(" {option}"));
+        assert_eq!(status, Some(2), "{option}\n{message}");
+        assert!(message.starts_with("error: ") && !message.contains("did you mean"), "{option}\n{message}");
+        for part in *parts {
+            assert!(message.contains(part), "{option}: no `{part}` in\n{message}");
+        }
+    }
+}
+
+#[test]
+fn keys_that_are_nearly_right_are_explained() {
+    let explained = |key: &str| {
+        let directory = TempDir::new().expect("a temporary directory");
+        let output = bristle(directory.path(), "explain").arg(key).output().expect("the program starts");
+        [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"))
+    };
+    for key in ["", " "] {
+        let [_, message] = explained(key);
+        assert!(message.contains("help: `bristle explain` lists all keys"), "{message}");
+    }
+    // A space that nobody sees is no other key.
+    assert_eq!(explained("filament.length_m "), explained("filament.length_m"));
+    // A comma within brackets ended the meaning.
+    let directory = TempDir::new().expect("a temporary directory");
+    let output = bristle(directory.path(), "explain").output().expect("the program starts");
+    let all = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(all.contains("its control points [x, y]"), "{all}");
+    let count = |bracket: char| all.matches(bracket).count();
+    assert!(count('[') == count(']') && count('(') == count(')'), "{all}");
+}
+
+#[test]
+fn equal_values_of_a_sweep_are_told() {
+    let directory = TempDir::new().expect("a temporary directory");
+    let sweeps = "[study]\npenetration_depth_m = [1e-3, 2e-3, 1.0e-3]\n[solver]\nrelative_tolerance = 1e-3\n";
+    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
+    let output = bristle(directory.path(), "study case.toml --out results").output().expect("the program starts");
+    let message = String::from_utf8(output.stderr).expect("UTF-8").replace("\n         ", " ");
+    assert!(message.contains("`process.penetration_depth_m` is swept with 1 mm more than once"), "{message}");
+    bristle(directory.path(), "study case.toml --out strict --strict").assert().code(2);
 }
 
 #[test]

@@ -64,8 +64,8 @@ pub enum FormatError {
     Font,
     /// The text is too large for the figure.
     #[error(
-        "figures {width_mm:.1} mm wide have no room for text of {points:.1} pt\n   = help: state at most --font-size {most:.1}pt, \
-         or at least --figure-width {least_mm:.0}mm"
+        "figures {width_mm:.1} mm wide have no room for text of {points:.1} pt\n   = help: state {}",
+        room(*.most, *.least_mm)
     )]
     NoRoom {
         /// The width in mm.
@@ -83,6 +83,17 @@ pub enum FormatError {
          --figures svg; a viewer or LaTeX draws the SVG figures in any font that it has"
     )]
     Bitmap(String),
+}
+
+/// What makes room for text, of what figures can have: smaller text, or a larger width in mm.
+fn room(most: f64, least_mm: f64) -> String {
+    let font = (most >= FONT_SIZES[0]).then(|| format!("at most --font-size {most:.1}pt"));
+    let width = (least_mm <= WIDTHS_MM[1]).then(|| format!("at least --figure-width {least_mm:.0}mm"));
+    match (font, width) {
+        (Some(font), Some(width)) => format!("{font}, or {width}"),
+        (Some(one), None) | (None, Some(one)) => one,
+        (None, None) => "a smaller --font-size and a larger --figure-width".to_owned(),
+    }
 }
 
 /// The size of a figure and its font.
@@ -255,6 +266,31 @@ mod tests {
         let Err(FormatError::NoRoom { most, least_mm, .. }) = format(84.0, 12.0) else { panic!("text of 12 pt fits") };
         assert!(format(84.0, most).is_ok() && format(least_mm, 12.0).is_ok(), "{most} {least_mm}");
         assert!(format(84.0, most + 0.1).is_err() && format(least_mm - 1.0, 12.0).is_err(), "{most} {least_mm}");
+    }
+
+    /// It advised a font of 3.6 pt, which is refused.
+    #[test]
+    fn advice_is_what_figures_can_have() {
+        let widths = [WIDTHS_MM[0], 60.0, 84.0, 200.0, WIDTHS_MM[1]];
+        let sizes = [FONT_SIZES[0], 9.0, 12.0, FONT_SIZES[1]];
+        for (width, points) in widths.into_iter().flat_map(|width| sizes.map(|points| (width, points))) {
+            let Err(error) = Format::new(Some(width), Some(points), None) else { continue };
+            let help = error.to_string();
+            let value = |option: &str| {
+                let (_, rest) = help.split_once(option)?;
+                rest.split([',', '\n']).next()
+            };
+            let (font, figure) = (value("--font-size "), value("--figure-width "));
+            assert!(font.is_some() || figure.is_some(), "{help}");
+            for advised in font.into_iter() {
+                let points = parse_font_size(advised).expect(advised);
+                assert!(Format::new(Some(width), Some(points), None).is_ok(), "{help}");
+            }
+            for advised in figure.into_iter() {
+                let width = parse_width(advised).expect(advised);
+                assert!(Format::new(Some(width), Some(points), None).is_ok(), "{help}");
+            }
+        }
     }
 
     #[test]

@@ -659,6 +659,7 @@ mod tests {
         ];
         let point = |velocity: f64, depth: f64| Measurement {
             speed: Speed::Velocity(velocity),
+            second_speed_rpm: None,
             penetration_depth_m: depth,
             force_n: -1.0,
             std_n: Some(0.0),
@@ -695,6 +696,7 @@ mod tests {
         let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let point = |index: u32| Measurement {
             speed: Speed::Velocity(5.0 + f64::from(index) * 1e-3),
+            second_speed_rpm: None,
             penetration_depth_m: 1e-3 * f64::from(1 + index % 3),
             force_n: 20.0 * f64::from(index).sin(),
             std_n: Some(1.0),

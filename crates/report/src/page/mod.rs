@@ -15,7 +15,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::advice::headline;
 use bristle_study::assumptions::{Assumption, Assumptions};
-use bristle_study::brush::Interaction;
+use bristle_study::brush::{Interaction, metric_columns};
 use bristle_study::measured::Comparison;
 use bristle_study::plausibility::Unusual;
 use bristle_study::study::{CaseResult, CaseSummary, Study};
@@ -224,7 +224,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let mut metrics: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(study.has_brush()).collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =

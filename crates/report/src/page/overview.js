@@ -93,9 +93,9 @@ function findRanges(quantities) {
   }
 }
 
-/** Whether a case is known to be laterally unstable. */
+/** Whether a case is known to be laterally unstable. Of brushes that is not known. */
 function isUnstable(study, index) {
-  return study.quantities.find(({ key }) => key === UNSTABLE).values[index] === 1;
+  return study.quantities.find(({ key }) => key === UNSTABLE)?.values[index] === 1;
 }
 
 /** A value of an axis with its unit, or a name. */

@@ -75,6 +75,7 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         laterally_unstable: case % 7 == 0,
         turns: 1,
         unsteady_turns: false,
+        energy_residual: number(case),
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {
@@ -96,7 +97,14 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         .map(|case| {
             let turn_contact_normal_impulses_n_s = vec![number(case)];
             let (metrics, scatter) = (metrics(case), Some(scatter(case)));
-            Ok(CaseSummary { metrics, turn_contact_normal_impulses_n_s, statistics, scatter, brush: None })
+            Ok(CaseSummary {
+                metrics,
+                turn_contact_normal_impulses_n_s,
+                statistics,
+                scatter,
+                brush: None,
+                change_when_checked: None,
+            })
         })
         .collect()
 }
@@ -253,8 +261,14 @@ fn the_uncertainty_is_that_of_the_number_of_filaments() {
 fn measured_points_are_on_the_page_with_their_places() {
     let study = grid(3, 2);
     let results = made_up(6);
-    let point =
-        |speed, penetration_depth_m, std_n| Measurement { speed, penetration_depth_m, force_n: 1.0, std_n, tool: None };
+    let point = |speed, penetration_depth_m, std_n| Measurement {
+        speed,
+        second_speed_rpm: None,
+        penetration_depth_m,
+        force_n: 1.0,
+        std_n,
+        tool: None,
+    };
     let measured = [point(Speed::Velocity(12.0), 1.5e-3, Some(2.0)), point(Speed::Velocity(99.0), 1e-3, None)];
     let comparisons = compare(&study, &results, &measured);
     let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &comparisons));

@@ -92,11 +92,55 @@ pub struct Advice {
     /// Advice on edges, if a filament touches one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<EdgeAdvice>,
+    /// The cases that were repeated more precisely, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checked: Option<Checked>,
     #[serde(skip)]
     forces: Readable,
     /// What the drive and the workpiece feel.
     #[serde(skip)]
     machine: Vec<Readable>,
+}
+
+/// The cases that were repeated more precisely: passes at a tenth of the tolerance, brushes in steps of half the length.
+#[derive(Clone, Debug, Serialize)]
+pub struct Checked {
+    /// Their rows in `runs.csv`, counted below the heading.
+    pub rows: Vec<usize>,
+    /// The largest relative change of a headline metric.
+    pub largest_change: f64,
+    /// The row of the case in which that was.
+    pub row: usize,
+    /// The number of all cases.
+    #[serde(skip)]
+    total: usize,
+}
+
+impl Checked {
+    fn of(results: &[CaseResult]) -> Option<Self> {
+        let change =
+            |(case, result): (usize, &CaseResult)| Some((case + 1, result.as_ref().ok()?.change_when_checked?));
+        let changes: Vec<(usize, f64)> = results.iter().enumerate().filter_map(change).collect();
+        let &(row, largest_change) = changes.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let rows = changes.iter().map(|(row, _)| *row).collect();
+        Some(Self { rows, largest_change, row, total: results.len() })
+    }
+
+    /// In a sentence.
+    fn text(&self) -> String {
+        let spans = self.rows.chunk_by(|a, b| a + 1 == *b).map(|span| match span {
+            [row] => row.to_string(),
+            [first, .., last] => format!("{first} to {last}"),
+            [] => String::new(),
+        });
+        let which = match self.rows.len() {
+            count if count == self.total => "All cases were".to_owned(),
+            1 => format!("Of {} cases, that of row {} was", self.total, self.row),
+            _ => format!("Of {} cases, those of rows {} were", self.total, spans.collect::<Vec<_>>().join(", ")),
+        };
+        let (change, row) = (100.0 * self.largest_change, self.row);
+        format!("{which} checked (`study --check`); no metric changed by more than {change:.2} % (row {row}).")
+    }
 }
 
 /// Advice from cases that differ only in velocity and depth.
@@ -282,7 +326,8 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
     let names = study.tools().iter().map(|tool| tool.name.clone());
     let tools_without_case = names.filter(|name| !is_advised(name)).collect();
-    Ok(Advice { limits, tools, tools_without_case, sections, edges, forces, machine })
+    let checked = Checked::of(results);
+    Ok(Advice { limits, tools, tools_without_case, sections, edges, checked, forces, machine })
 }
 
 /// The best case of each named tool, ranked as the cases of a section are.
@@ -662,6 +707,10 @@ impl Advice {
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
              and strikes elsewhere.",
         );
+        if let Some(checked) = &self.checked {
+            legend.push(' ');
+            legend.push_str(&checked.text());
+        }
         wrap(width, &mut text, "", &legend);
         text
     }

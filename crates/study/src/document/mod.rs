@@ -12,6 +12,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use crate::control_points::MOST_CONTROL_POINTS;
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
 use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS};
@@ -189,7 +190,7 @@ impl<'t> Document<'t> {
             let start = self.source.start_of_option(number);
             let option = &self.source.options[number];
             let there = |span: &Range<usize>| start + span.start..start + span.end;
-            let Some(assignment) = Assignment::of(option) else {
+            let Some(assignment) = Assignment::of(option).filter(|assignment| assignment.is_whole()) else {
                 let problem = Problem::Unreadable { message: "an option needs a key and a value".to_owned() };
                 let advice = "as in --set process.rotational_speed_rpm=1200";
                 return Err(self.error(problem, there(&(0..option.len())), advice));
@@ -198,7 +199,11 @@ impl<'t> Document<'t> {
             if section.is_empty() {
                 let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
                 let problem = Problem::UnknownKey { key: (*key).to_owned(), expected };
-                return Err(self.error(problem, there(key_span), &setting_meant(key)));
+                let advice = PARAMETERS.iter().find(|parameter| parameter.section() == *key).map_or_else(
+                    || setting_meant(key),
+                    |first| format!("state a key of [{key}], as in --set {}=…, or the section in the file", first.path),
+                );
+                return Err(self.error(problem, there(key_span), &advice));
             }
             let value = assignment.parsed().map_err(|error| {
                 let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
@@ -494,6 +499,7 @@ impl<'t> Document<'t> {
             let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
             missing.unwrap_or_else(|| self.unreadable(&table, &error))
         })?;
+        self.check_lengths(&table, &settings)?;
         if self.control_points_file.is_some() {
             settings.workpiece.control_points_m.clone_from(&self.control_points);
         }
@@ -509,6 +515,40 @@ impl<'t> Document<'t> {
             }
         })?;
         Ok(Built { settings, table, followed })
+    }
+
+    /// Checks that no element of a vector was left out when the `settings` were read: serde takes as many as it needs.
+    fn check_lengths(&self, table: &DeTable<'_>, settings: &Settings) -> Result<(), InputError> {
+        let count = settings.workpiece.control_points_m.len();
+        if count > MOST_CONTROL_POINTS {
+            let value = format!("{count} points");
+            let allowed = format!("a list of at most {MOST_CONTROL_POINTS} points");
+            return Err(self.violated(table, Violation { path: CONTROL_POINTS, value, allowed }));
+        }
+        let read = serde_json::to_value(settings).expect("settings are JSON");
+        for (section, entries) in table {
+            let Some(entries) = entries.get_ref().as_table() else { continue };
+            for (key, value) in entries {
+                let path = format!("{}.{}", section.get_ref(), key.get_ref());
+                self.check_length(&path, value, &read[section.get_ref().as_ref()][key.get_ref().as_ref()])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a list of the tree has as many elements as were `read`, and so have the lists in it.
+    fn check_length(
+        &self,
+        path: &str,
+        value: &Spanned<DeValue<'_>>,
+        read: &serde_json::Value,
+    ) -> Result<(), InputError> {
+        let (DeValue::Array(stated), Some(read)) = (value.get_ref(), read.as_array()) else { return Ok(()) };
+        if stated.len() != read.len() {
+            let allowed = format!("a list of {} numbers", read.len());
+            return Err(self.not_allowed(path.to_owned(), value, allowed));
+        }
+        stated.iter().zip(read).try_for_each(|(stated, read)| self.check_length(path, stated, read))
     }
 
     /// Takes the settings that state others in their own way out of the tree, and puts a value that passes the checks in the place of
@@ -887,7 +927,7 @@ fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Stri
     names
         .map(|name| (strsim::jaro_winkler(written, name), name))
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
-        .filter(|(similarity, _)| *similarity >= CLOSE)
+        .filter(|(similarity, name)| *similarity >= CLOSE && *name != written)
         .map_or_else(String::new, |(_, name)| format!("did you mean `{name}`?"))
 }
 
@@ -896,7 +936,12 @@ fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Stri
 pub(crate) fn setting_meant(written: &str) -> String {
     /// By how much more similar a key of another section must be.
     const OWN_SECTION: f64 = 0.1;
+    let whole = written;
     let (section, written) = written.rsplit_once('.').unwrap_or(("", written));
+    // Some settings have no symbol.
+    if written.trim().is_empty() {
+        return String::new();
+    }
     // The name of a section is not a misspelling: the quotes around a dotted path are missing.
     if is_section(written) {
         return format!("a dotted path needs quotes, as in \"{written}.…\"");
@@ -915,6 +960,6 @@ pub(crate) fn setting_meant(written: &str) -> String {
     let close = PARAMETERS.iter().filter_map(|parameter| Some((similarity(parameter)?, parameter)));
     // Of equally similar ones the first.
     let meant = close.rev().max_by(|(left, _), (right, _)| left.total_cmp(right));
-    let Some((_, meant)) = meant else { return String::new() };
+    let Some((_, meant)) = meant.filter(|(_, meant)| meant.path != whole) else { return String::new() };
     format!("did you mean `{}`?{}", meant.path, other_unit(&lower, meant.key()))
 }

@@ -1,6 +1,6 @@
 //! Hints at measured points that a study cannot be compared with, most of them by their unit.
 
-use super::{Measurement, Quantity, compared_slices, points_of, weights};
+use super::{Measurement, Quantity, Speed, compared_slices, points_of, weights};
 use crate::plausibility::Unusual;
 use crate::slices::{Side, Slice};
 use crate::study::Study;
@@ -9,11 +9,16 @@ use crate::text::number::short;
 /// By which factor values are far outside of a study.
 const FAR: f64 = 10.0;
 
-/// What is unusual about measured points in view of a study: speeds or depths far outside of it, or no point within.
+/// Relative difference from which on two speeds of one point contradict each other: one of them is often rounded.
+const ROUNDED: f64 = 0.05;
+
+/// What is unusual about measured points in view of a study: two speeds that do not belong together, speeds or depths far outside
+/// of it, or no point within.
 #[must_use]
 pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let slices = compared_slices(study, measured);
     let Some(slice) = slices.first() else { return Vec::new() };
+    let speeds_contradict = contradiction(study, &slices, measured);
     let depths: Vec<f64> = measured.iter().map(|point| point.penetration_depth_m).collect();
     let speeds: Vec<f64> = measured.iter().map(|point| slice.at_speed(study, point.speed)).collect();
     let speed = measured[0].speed.quantity();
@@ -34,9 +39,42 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
             range(&slice.x),
             range(&slice.y)
         );
-        return vec![Unusual { path: "measured.file", statement }];
+        return speeds_contradict.into_iter().chain([Unusual { path: "measured.file", statement }]).collect();
     }
-    far
+    speeds_contradict.into_iter().chain(far).collect()
+}
+
+/// What is unusual about points with a rotational speed that none of the tools that they may belong to has at their velocity.
+fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> Option<Unusual> {
+    let speed_of = |slice: &Slice, velocity: f64| {
+        let mut settings = study.settings(slice.case(0, 0));
+        settings.process.brushing_velocity_m_s = velocity;
+        settings.rotational_speed_rpm()
+    };
+    let contradicts = |slice: &Slice, point: &Measurement| match (point.speed, point.second_speed_rpm) {
+        (Speed::Velocity(velocity), Some(speed)) => {
+            let own = speed_of(slice, velocity);
+            ((speed - own).abs() > ROUNDED * own).then_some((velocity, speed, own))
+        }
+        _ => None,
+    };
+    let mut contradicting = measured.iter().filter_map(|point| {
+        let of_point = |slice: &&Slice| points_of(study, slice, std::slice::from_ref(point)).next().is_some();
+        let all: Option<Vec<_>> = slices.iter().filter(of_point).map(|slice| contradicts(slice, point)).collect();
+        all?.first().copied()
+    });
+    let (velocity, speed, own) = contradicting.next()?;
+    let statement = format!(
+        "{} of {} measured points have a velocity and a rotational speed that contradict each other, the first {} m/s and {} rpm; the \
+         tool of the study turns at {} rpm then. The velocities are compared. Correct the table or the radius of the tool, or name the \
+         right column alone, as in columns.rotational_speed_rpm = \"rotational_speed_rpm\".",
+        1 + contradicting.count(),
+        measured.len(),
+        short(velocity),
+        short(speed),
+        short(own)
+    );
+    Some(Unusual { path: "measured.file", statement })
 }
 
 /// What is unusual about a quantity whose `values` are far outside of the values of a side; `factor` leads from the unit of the
@@ -80,7 +118,6 @@ fn range(side: &Side) -> String {
 mod tests {
     use super::*;
     use crate::document::Document;
-    use crate::measured::Speed;
 
     #[test]
     fn points_far_outside_of_a_study_are_told_with_their_unit() {
@@ -90,6 +127,7 @@ mod tests {
         let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
         let point = |speed, penetration_depth_m| Measurement {
             speed,
+            second_speed_rpm: None,
             penetration_depth_m,
             force_n: 1.0,
             std_n: None,
@@ -108,6 +146,13 @@ mod tests {
         assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");
         let revolutions = told(&[point(Speed::Rotational(12.0), 1e-3)]);
         assert!(revolutions[0].contains("first with 12 rpm") && revolutions[0].contains("unit = \"1/s\""));
+        // At 15 m/s a tip radius of 0.18 m turns at 796 rpm.
+        let both = |speed| Measurement { second_speed_rpm: Some(speed), ..point(Speed::Velocity(15.0), 1.5e-3) };
+        assert_eq!(told(&[both(796.0), both(800.0)]), [""; 0]);
+        let contradicting = told(&[both(800.0), both(1023.0)]);
+        assert!(contradicting.len() == 1, "{contradicting:?}");
+        assert!(contradicting[0].starts_with("1 of 2 measured points have a velocity and a rotational speed that"));
+        assert!(contradicting[0].contains("the first 15 m/s and 1023 rpm; the tool of the study turns at 79"));
         let outside = told(&[point(Speed::Velocity(30.0), 1e-3)]);
         assert!(outside[0].starts_with("None of the 1 measured points") && outside[0].contains("v_b = 10 to 20 m/s"));
     }

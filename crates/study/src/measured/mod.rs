@@ -16,8 +16,9 @@ use crate::study::{CaseResult, CaseSummary, Setting, Study};
 use crate::text::layout::{aligned, wrap};
 use crate::text::number::short;
 
+pub use crate::cells::{DECIMALS, SEPARATORS};
 pub use hints::unusual_points;
-pub use table::{ColumnName, DECIMALS, Format, Quantity, SEPARATORS, measured_text, read_measured};
+pub use table::{ColumnName, Format, Quantity, measured_text, read_measured};
 
 /// The largest number of slices that are compared.
 const MAX_SLICES: usize = 1000;
@@ -61,6 +62,8 @@ impl Speed {
 pub struct Measurement {
     /// The speed of the tool.
     pub speed: Speed,
+    /// The rotational speed in rpm that the table states beside the velocity, which is what counts.
+    pub second_speed_rpm: Option<f64>,
     /// Penetration depth `a_e` in m.
     pub penetration_depth_m: f64,
     /// Tool contact normal force `F_n,w` in N.
@@ -453,7 +456,7 @@ mod tests {
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
         let speed = Speed::Velocity(velocity);
-        Measurement { speed, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
+        Measurement { speed, second_speed_rpm: None, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use bristle_text::shortened;
 
 use super::{Measurement, Speed, same};
+use crate::cells::{self, has_decimal_comma, not_a_number, number};
 use crate::results::{DataError, Source, Table};
 use crate::study::{Study, TOOL};
 
@@ -125,7 +126,7 @@ pub struct ColumnName {
 /// How a table is written, as far as the input file states it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Format {
-    /// What separates the cells of a row: one of [`SEPARATORS`].
+    /// What separates the cells of a row: one of [`SEPARATORS`](crate::cells::SEPARATORS).
     pub separator: Option<char>,
     /// A point or a comma.
     pub decimal: Option<char>,
@@ -136,11 +137,6 @@ pub struct Format {
     /// The names of the tools that the study compares.
     pub tools: Vec<String>,
 }
-
-/// What may separate cells, in the order in which they are tried.
-pub const SEPARATORS: [char; 3] = [',', ';', '\t'];
-/// What may separate decimals.
-pub const DECIMALS: [char; 2] = ['.', ','];
 
 impl Format {
     /// The form in which results keep the measured forces of a study.
@@ -181,19 +177,19 @@ impl Format {
         [speed, Quantity::Depth, Quantity::Force].into_iter().chain(std).collect()
     }
 
-    /// The separator of a table: the one stated, the first that gives all columns needed, or else the most frequent in the heading.
+    /// The separator of a table: the one stated, or else by its headings.
     fn separator_of(&self, source: &Source<'_>) -> char {
-        if let Some(separator) = self.separator {
-            return separator;
-        }
-        let has_all = |separator: &char| {
-            let headings = source.headings(*separator);
-            self.quantities(&headings).iter().all(|&quantity| headings.iter().any(|h| h == self.heading(quantity)))
+        let has_all = |headings: &[String]| {
+            self.quantities(headings).iter().all(|&quantity| headings.iter().any(|h| h == self.heading(quantity)))
         };
-        let first_line = source.text.lines().next().unwrap_or_default();
-        let count = |separator: &char| first_line.matches(*separator).count();
-        let most = SEPARATORS.into_iter().rev().max_by_key(count);
-        SEPARATORS.into_iter().find(has_all).or(most).unwrap_or(SEPARATORS[0])
+        self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
+    }
+
+    /// The column of rotational speeds of a table whose velocities are read.
+    fn second_speed(&self, table: &Table<'_>, source: &Source<'_>, columns: &[Column]) -> Option<Column> {
+        let has_velocity = columns.iter().any(|column| column.quantity == Quantity::Velocity);
+        // Nobody has asked for it: whatever is wrong with it does not matter.
+        has_velocity.then(|| column(Quantity::RotationalSpeed, table, source, self).ok()).flatten()
     }
 }
 
@@ -217,14 +213,29 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
     let columns = columns(&table, &source, format)?;
     let has_comma = match format.decimal {
         Some(decimal) => decimal == ',',
-        None => recognise_comma(&table, &columns, separator)?,
+        None => {
+            let positions: Vec<usize> = columns.iter().map(|column| column.position).collect();
+            has_decimal_comma(&table, &positions, separator)?
+        }
     };
+    let second_speed = format.second_speed(&table, &source, &columns);
     let tool = format.tool_column(&table)?;
     let mut points: Vec<Measurement> = Vec::new();
     let mut places = Places::default();
     for row in table.rows() {
         let speed = Speed::Velocity(0.0);
-        let mut point = Measurement { speed, penetration_depth_m: 0.0, force_n: 0.0, std_n: None, tool: None };
+        let mut point = Measurement {
+            speed,
+            second_speed_rpm: None,
+            penetration_depth_m: 0.0,
+            force_n: 0.0,
+            std_n: None,
+            tool: None,
+        };
+        if let Some(Column { position, factor, .. }) = second_speed {
+            point.second_speed_rpm =
+                number(row.get(position).unwrap_or_default(), has_comma).map(|speed| speed * factor);
+        }
         if let Some(column) = tool {
             let name = row.get(column).unwrap_or_default().trim();
             point.tool = format.tools.iter().position(|own| own == name);
@@ -241,8 +252,7 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
             }
             let wrong = |problem: String| Err(table.wrong(row, position, problem));
             let Some(number) = number(cell, has_comma).map(|number| number * factor) else {
-                let decimal = if has_comma { " with a decimal comma" } else { "" };
-                return wrong(format!("`{}` is not a finite number{decimal}", shortened(cell)));
+                return wrong(not_a_number(cell, has_comma));
             };
             let (least, in_words) = quantity.least();
             if !(least..=LARGEST).contains(&number) {
@@ -276,30 +286,33 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
 
 /// The columns to read, in the order of their quantities.
 fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Vec<Column>, DataError> {
-    let column = |quantity: Quantity| {
-        let heading = format.heading(quantity);
-        let position = table.columns(&[heading])?[0];
-        let unknown = |unit: &str| {
-            let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
-            let problem = format!("the unit `{}` is none of {units}", shortened(unit));
-            Err(source.error(1, Some(heading.to_owned()), problem, ADVICE))
-        };
-        // The key itself states its unit.
-        let unit = match format.named(quantity) {
-            Some(ColumnName { unit: Some(unit), .. }) => Some(unit.as_str()),
-            Some(_) if heading != quantity.key() => unit_in(heading),
-            _ => None,
-        };
-        let factor = match unit {
-            Some(unit) => match quantity.factor(unit) {
-                Some(factor) => factor,
-                None => return unknown(unit),
-            },
-            None => 1.0,
-        };
-        Ok(Column { quantity, position, factor })
+    let quantities = format.quantities(&table.headings());
+    quantities.into_iter().map(|quantity| column(quantity, table, source, format)).collect()
+}
+
+/// The column of a quantity.
+fn column(quantity: Quantity, table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Column, DataError> {
+    let heading = format.heading(quantity);
+    let position = table.columns(&[heading])?[0];
+    let unknown = |unit: &str| {
+        let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
+        let problem = format!("the unit `{}` is none of {units}", shortened(unit));
+        Err(source.error(1, Some(heading.to_owned()), problem, ADVICE))
     };
-    format.quantities(&table.headings()).into_iter().map(column).collect()
+    // The key itself states its unit.
+    let unit = match format.named(quantity) {
+        Some(ColumnName { unit: Some(unit), .. }) => Some(unit.as_str()),
+        Some(_) if heading != quantity.key() => unit_in(heading),
+        _ => None,
+    };
+    let factor = match unit {
+        Some(unit) => match quantity.factor(unit) {
+            Some(factor) => factor,
+            None => return unknown(unit),
+        },
+        None => 1.0,
+    };
+    Ok(Column { quantity, position, factor })
 }
 
 /// The unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
@@ -310,49 +323,6 @@ fn unit_in(heading: &str) -> Option<&str> {
     });
     let after = || [" / ", " in "].into_iter().find_map(|word| heading.split_once(word)).map(|(_, unit)| unit);
     bracketed.or_else(after).map(str::trim)
-}
-
-/// A finite number as it stands in a cell.
-fn number(cell: &str, has_comma: bool) -> Option<f64> {
-    let number = match has_comma {
-        true if cell.contains('.') => return None,
-        true => cell.replacen(',', ".", 1).parse(),
-        false => cell.parse(),
-    };
-    number.ok().filter(|number: &f64| number.is_finite())
-}
-
-/// Whether numbers have a decimal comma: some have a comma, and none has a point.
-///
-/// # Errors
-/// If the commas may separate thousands instead.
-fn recognise_comma(table: &Table<'_>, columns: &[Column], separator: char) -> Result<bool, DataError> {
-    let cells = || {
-        let cells = table.rows().iter().flat_map(|row| columns.iter().map(move |column| (row, column.position)));
-        cells.map(|(row, position)| (row, position, row.get(position).unwrap_or_default()))
-    };
-    if cells().any(|(.., cell)| cell.contains('.')) {
-        return Ok(false);
-    }
-    let mut with_comma = cells().filter(|(.., cell)| cell.contains(','));
-    let Some((row, position, first)) = with_comma.next() else { return Ok(false) };
-    // Commas that separate cells as well are quoted, and such tables come from where a comma separates thousands.
-    if separator == ',' && has_thousands(first) && with_comma.all(|(.., cell)| has_thousands(cell)) {
-        let problem = format!("the comma of `{}` may separate decimals or thousands", shortened(first));
-        return Err(table.wrong(row, position, problem));
-    }
-    Ok(true)
-}
-
-/// Whether the commas of a number may separate thousands.
-fn has_thousands(cell: &str) -> bool {
-    let mut groups = cell.split(',');
-    let first = groups.next().unwrap_or_default().trim_start_matches(['+', '-']);
-    let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    (1..=3).contains(&first.len())
-        && is_number(first)
-        && !first.starts_with('0')
-        && groups.all(|group| group.len() == 3 && is_number(group))
 }
 
 /// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the names of the `tools` of the study. All have
@@ -366,7 +336,7 @@ pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let written = "memory takes what is written to it";
     writer.write_record(heading).expect(written);
-    for &Measurement { speed, penetration_depth_m, force_n, std_n, tool } in points {
+    for &Measurement { speed, penetration_depth_m, force_n, std_n, tool, .. } in points {
         let number = |number: f64| format!("{number:?}");
         let std = std.map(|_| std_n.map_or_else(String::new, number));
         let numbers = [speed.value(), penetration_depth_m, force_n].map(number).into_iter().chain(std);
@@ -420,7 +390,7 @@ mod tests {
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
         let speed = Speed::Velocity(velocity);
-        Measurement { speed, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
+        Measurement { speed, second_speed_rpm: None, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
     }
 
     /// A format with columns, each by its heading and its unit if one is stated.
@@ -463,6 +433,7 @@ mod tests {
         use Quantity::{Depth, Force, RotationalSpeed, Std, Velocity};
         let rotational = |speed: f64, penetration_depth_m, force_n, std_n| Measurement {
             speed: Speed::Rotational(speed),
+            second_speed_rpm: None,
             penetration_depth_m,
             force_n,
             std_n,
@@ -515,6 +486,20 @@ mod tests {
         );
         let stated = Format { decimal: Some(','), ..Format::default() };
         assert_eq!(read_measured(&thousands, "forces.csv", &stated), Ok(vec![point(10.0, 1.0, 1.234, 0.0)]));
+        // With semicolons between cells, it is the point that may be that of thousands.
+        let thousands = format!("{semicolons}10;1;1.000;0\n20;1;1.250;0\n");
+        let message = refusal(&thousands, &Format::default());
+        assert!(message.starts_with("forces.csv:2, column force_n: the point of `1.000` may separate"), "{message}");
+        assert!(message.contains("decimal = \",\""), "{message}");
+        let point_stated = Format { decimal: Some('.'), ..Format::default() };
+        let decimals = vec![point(10.0, 1.0, 1.0, 0.0), point(20.0, 1.0, 1.25, 0.0)];
+        assert_eq!(read_measured(&thousands, "forces.csv", &point_stated), Ok(decimals.clone()));
+        let message = refusal(&thousands, &stated);
+        assert!(message.contains("`1.000` is not a finite number with a decimal comma"), "{message}");
+        // Any number that cannot have thousands settles it, and so do commas between cells.
+        let settled = read(&format!("{semicolons}10;1;1.000;0\n20;1;1.25;0\n"));
+        assert_eq!(settled, Ok(decimals.clone()));
+        assert_eq!(read(&format!("{HEADING}10,1,1.000,0\n20,1,1.250,0\n")), Ok(decimals));
         let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &Format::default());
         assert!(mixed.contains("`10,5` is not a finite number\n"), "{mixed}");
         let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &stated);
@@ -596,6 +581,9 @@ mod tests {
         let text = "\u{feff}force_n, std_n, date, penetration_depth_m, brushing_velocity_m_s\r\n1.5,0,now,2e-3,5\r\n";
         assert_eq!(read(text), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
         let both = text.replace("date", "rotational_speed_rpm").replace("now", "300");
-        assert_eq!(read(&both), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
+        let both = read(&both).expect("a table");
+        assert_eq!(both, [Measurement { second_speed_rpm: Some(300.0), ..point(5.0, 2e-3, 1.5, 0.0) }]);
+        // The velocity is what counts, and what is kept.
+        assert_eq!(read(&measured_text(&both, &[])), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
     }
 }

@@ -5,11 +5,12 @@ use std::io::{self, Write};
 use bristle::brush::{BrushResult, BrushStatistics, FilamentResult, PairResult, ToolSample};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use serde::Serialize;
+use serde::ser::Error;
+use serde::{Serialize, Serializer};
 
 use super::data::{AGAIN, DataError, Source};
-use super::tables::{Cell, cells, keys, read_records, write_records};
-use crate::brush::{Interaction, turn_impulses};
+use super::tables::{Cell, cells, cells_of, keys, keys_of, read_records, write_records};
+use crate::brush::{Interaction, metric_columns, turn_impulses};
 
 bristle::record! {
     /// The first columns of `filaments.csv`.
@@ -150,6 +151,16 @@ impl From<Pair> for PairResult {
     }
 }
 
+/// The metrics that a brush has.
+struct OfBrush<'a>(&'a Metrics);
+
+impl Serialize for OfBrush<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let all = serde_json::to_value(self.0).map_err(S::Error::custom)?;
+        serializer.collect_map(metric_columns(true).map(|column| (column.key, &all[column.key])))
+    }
+}
+
 /// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`], then the work, then the impulses of all turns.
 pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &BrushResult) -> io::Result<()> {
     #[derive(Serialize)]
@@ -157,7 +168,7 @@ pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &Br
         brushing_velocity_m_s: f64,
         rotational_speed_rpm: f64,
         #[serde(flatten)]
-        metrics: &'a Metrics,
+        metrics: OfBrush<'a>,
         #[serde(flatten)]
         interaction: Interaction,
         steps: usize,
@@ -170,7 +181,7 @@ pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &Br
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics,
+        metrics: OfBrush(metrics),
         interaction,
         steps,
         halved_steps,
@@ -192,10 +203,11 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Place>(), keys::<Metrics>(), keys::<Rest>()].concat())?;
+    writer.write_record([keys::<Place>(), keys_of(metric_columns(true)), keys::<Rest>()].concat())?;
     for filament in filaments {
         let (place, rest) = (Place::from(filament), Rest::from(filament));
-        let row = [cells(Some(&place)), cells(Some(&filament.metrics)), cells(Some(&rest))].concat();
+        let row =
+            [cells(Some(&place)), cells_of(metric_columns(true), Some(&filament.metrics)), cells(Some(&rest))].concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
     writer.flush()
@@ -209,7 +221,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let places = table.columns(&keys::<Place>())?;
-    let metrics = table.columns(&keys::<Metrics>())?;
+    let metrics = table.columns(&keys_of(metric_columns(true)))?;
     let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
         let place = table.read::<Place>(row, &places)?;
@@ -220,7 +232,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
             root_angle_rad: rest.root_angle_rad,
             root_z_m: rest.root_z_m,
             is_counted: rest.is_counted,
-            metrics: table.read::<Metrics>(row, &metrics)?,
+            metrics: table.read_columns(row, &metrics, metric_columns(true))?,
             press_impulse_n_s: rest.press_impulse_n_s,
         })
     };

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bristle::model::record::Record;
+use bristle::model::record::{Column, Record};
 use bristle_text::{shortened, shown, shown_path};
 use serde::Deserialize;
 use thiserror::Error;
@@ -195,7 +195,17 @@ impl Table<'_> {
 
     /// Reads a structure from the cells at `columns`.
     pub(super) fn read<T: Record>(&self, row: &csv::StringRecord, columns: &[usize]) -> Result<T, DataError> {
-        parse(|position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
+        self.read_columns(row, columns, T::COLUMNS.iter())
+    }
+
+    /// Reads some columns of a structure from the cells at `columns`. The others have their defaults.
+    pub(super) fn read_columns<T: Record>(
+        &self,
+        row: &csv::StringRecord,
+        columns: &[usize],
+        of: impl Iterator<Item = &'static Column<T>>,
+    ) -> Result<T, DataError> {
+        parse(of, |position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
             let column = columns[position];
             let cell = row.get(column).unwrap_or_default();
             self.wrong(row, column, format!("`{}` is not a valid number for this column", shortened(cell)))
@@ -204,9 +214,12 @@ impl Table<'_> {
 }
 
 /// A record from the texts of its columns by position, or the position of a wrong one.
-fn parse<'t, R: Record>(cell: impl Fn(usize) -> &'t str) -> Result<R, usize> {
+fn parse<'t, R: Record>(
+    columns: impl Iterator<Item = &'static Column<R>>,
+    cell: impl Fn(usize) -> &'t str,
+) -> Result<R, usize> {
     let mut record = R::default();
-    for (position, column) in R::COLUMNS.iter().enumerate() {
+    for (position, column) in columns.enumerate() {
         let text = cell(position);
         let value = match column.whole {
             true => text.parse::<usize>().ok().map(|count| count as f64),

@@ -13,9 +13,9 @@ use bristle::simulation::{ProfileCell, Sample, Shape, Simulation};
 use bristle_text::shortened;
 use serde::{Deserialize, Serialize};
 
-use super::data::{AGAIN, DataError, Source};
+use super::data::{AGAIN, DataError, Source, Table};
 use super::saved::SavedStudy;
-use crate::brush::Interaction;
+use crate::brush::{Interaction, metric_columns};
 use crate::digest::digest;
 use crate::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, VELOCITY};
 use crate::uncertainty::ForceScatter;
@@ -30,6 +30,9 @@ pub const FIXED_COLUMNS: [(&str, &str); 4] = [
 
 /// The key of the contact normal impulses of all turns. In a table they are one text, with spaces between them.
 const TURN_IMPULSES: &str = "turn_contact_normal_impulses_n_s";
+
+/// The key of the largest change of a headline metric when the case was repeated more precisely.
+const CHANGE: &str = "change_when_checked";
 
 /// Status of a case that did not fail.
 pub const OK: &str = "ok";
@@ -68,17 +71,27 @@ impl Cell {
 /// The keys of a record's columns.
 #[must_use]
 pub fn keys<R: Record>() -> Vec<&'static str> {
-    R::COLUMNS.iter().map(|column| column.key).collect()
+    keys_of(R::COLUMNS.iter())
+}
+
+/// The names of some columns.
+pub(super) fn keys_of<R: 'static>(columns: impl Iterator<Item = &'static Column<R>>) -> Vec<&'static str> {
+    columns.map(|column| column.key).collect()
 }
 
 /// The cells of a record; empty cells if there is none.
 #[must_use]
 pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
+    cells_of(R::COLUMNS.iter(), record)
+}
+
+/// The cells of some columns of a record; empty cells if there is none.
+pub(super) fn cells_of<R: 'static>(columns: impl Iterator<Item = &'static Column<R>>, record: Option<&R>) -> Vec<Cell> {
     let cell = |column: &Column<R>| {
         let value = record.map(|record| column.get(record));
         if column.whole { Cell::Count(value.map(|count| count as usize)) } else { Cell::Real(value) }
     };
-    R::COLUMNS.iter().map(cell).collect()
+    columns.map(cell).collect()
 }
 
 /// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
@@ -86,10 +99,10 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
 /// A case that failed has empty metrics and statistics, and the error's text as its status. If filaments scatter in some
 /// case, the distribution of the tool force comes between the metrics and the statistics, and so does what interaction changes if the
 /// cases are brushes. If some case has several turns, the
-/// impulses of all turns come before the status.
+/// impulses of all turns come before the status, and so does what a check changed if some case was checked.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(run_columns(study))?;
+    writer.write_record(run_columns(study, results))?;
     for row in run_rows(study, results) {
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
@@ -106,24 +119,31 @@ fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
 
 /// Names of the columns of a study's table.
 #[must_use]
-pub fn run_columns(study: &Study) -> Vec<&'static str> {
+pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     let names = setting_columns(study).into_iter().map(|(name, _)| name);
     let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
     let brush = if study.has_brush() { keys::<Interaction>() } else { Vec::new() };
-    let figures = [keys::<Metrics>(), scatter, brush, keys::<Statistics>()].into_iter().flatten();
+    let figures =
+        [keys_of(metric_columns(study.has_brush())), scatter, brush, keys::<Statistics>()].into_iter().flatten();
     let turns = study.takes_turns().then_some(TURN_IMPULSES);
-    names.chain(figures).chain(turns).chain(["status"]).collect()
+    names.chain(figures).chain(turns).chain(are_checked(results).then_some(CHANGE)).chain(["status"]).collect()
+}
+
+/// Whether some case was checked.
+fn are_checked(results: &[CaseResult]) -> bool {
+    results.iter().flatten().any(|summary| summary.change_when_checked.is_some())
 }
 
 /// The rows of a study's table, for the columns [`run_columns`].
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
+    let are_checked = are_checked(results);
     results.iter().enumerate().map(move |(case, result)| {
         let mut row: Vec<Cell> =
             columns.iter().map(|(_, setting)| Cell::setting(setting, study.value(setting, case))).collect();
         let summary = result.as_ref().ok();
-        row.extend(cells::<Metrics>(summary.map(|summary| &summary.metrics)));
+        row.extend(cells_of(metric_columns(has_brush), summary.map(|summary| &summary.metrics)));
         if scatters {
             row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
         }
@@ -135,6 +155,9 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
             let impulses = summary.map_or(&[][..], |summary| &summary.turn_contact_normal_impulses_n_s);
             let impulses: Vec<String> = impulses.iter().map(|impulse| format!("{impulse:?}")).collect();
             row.push(Cell::Text(impulses.join(" ")));
+        }
+        if are_checked {
+            row.push(Cell::Real(summary.and_then(|summary| summary.change_when_checked)));
         }
         row.push(Cell::Text(result.as_ref().err().map_or(OK, String::as_str).to_owned()));
         row
@@ -178,6 +201,17 @@ pub fn read_turn_impulses(text: &str, name: &str) -> Result<Vec<f64>, DataError>
     let source = Source { name, text };
     let Turns { turn_contact_normal_impulses_n_s } = serde_json::from_str(text).map_err(|error| source.json(&error))?;
     Ok(turn_contact_normal_impulses_n_s)
+}
+
+/// The change of a case that was checked.
+fn read_change(table: &Table<'_>, row: &csv::StringRecord, column: usize) -> Result<Option<f64>, DataError> {
+    match row.get(column).unwrap_or_default() {
+        "" => Ok(None),
+        text => match text.parse() {
+            Ok(change) if (0.0..=2.0).contains(&change) => Ok(Some(change)),
+            _ => Err(table.wrong(row, column, format!("`{}` is no relative change", shortened(text)))),
+        },
+    }
 }
 
 /// The impulses of `count` turns from the text of their cell.
@@ -247,11 +281,14 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
         let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
         settings.push((position, sweep.setting(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
-    let metrics = table.columns(&keys::<Metrics>())?;
+    let of_metrics = || metric_columns(study.has_brush());
+    let metrics = table.columns(&keys_of(of_metrics()))?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
     let brush = if study.has_brush() { Some(table.columns(&keys::<Interaction>())?) } else { None };
     let statistics = table.columns(&keys::<Statistics>())?;
     let turns = if study.takes_turns() { Some(table.column(TURN_IMPULSES)?) } else { None };
+    let is_checked = table.headings().iter().any(|heading| heading == CHANGE);
+    let change = if is_checked { Some(table.column(CHANGE)?) } else { None };
     let status = table.column("status")?;
     if table.rows().len() != study.case_count() {
         let problem = format!("{} rows, but study.json has {} cases", table.rows().len(), study.case_count());
@@ -269,7 +306,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
         }
         results.push(match row.get(status) {
             Some(OK) => {
-                let metrics = table.read::<Metrics>(row, &metrics)?;
+                let metrics = table.read_columns(row, &metrics, of_metrics())?;
                 Ok(CaseSummary {
                     turn_contact_normal_impulses_n_s: match turns {
                         Some(column) => read_turns(row.get(column).unwrap_or_default(), metrics.turns)
@@ -285,6 +322,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
                         _ => None,
                     },
                     brush: brush.as_ref().map(|columns| table.read::<Interaction>(row, columns)).transpose()?,
+                    change_when_checked: change.map_or(Ok(None), |column| read_change(&table, row, column))?,
                 })
             }
             message => Err(message.unwrap_or_default().to_owned()),

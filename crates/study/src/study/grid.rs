@@ -93,9 +93,23 @@ pub struct Study {
     sweeps: Vec<Sweep>,
     case_count: usize,
     unusual: Vec<Unusual>,
+    checks: bool,
 }
 
 impl Study {
+    /// The same study, in which each case is repeated more precisely ([`check`](crate::check)). A case that was not is then one without a
+    /// result.
+    #[must_use]
+    pub fn checked(self) -> Self {
+        Self { checks: true, ..self }
+    }
+
+    /// Whether each case is repeated more precisely.
+    #[must_use]
+    pub fn checks(&self) -> bool {
+        self.checks
+    }
+
     /// Makes a study of all combinations of the swept values, and checks each case.
     ///
     /// The velocity changes fastest, then the depth, then the other sweeps. The first of these changes slowest.
@@ -140,7 +154,7 @@ impl Study {
                 .filter(|&count| count <= MAX_CASES)
                 .ok_or(StudyError::TooManyCases)?;
         }
-        let mut study = Self { tools, sweeps, case_count, unusual: Vec::new() };
+        let mut study = Self { tools, sweeps, case_count, unusual: Vec::new(), checks: false };
         if study.has_brush() && !study.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH) {
             let [with, without] =
                 [true, false].map(|is_brush| study.tools.iter().find(|tool| tool.settings.brush.is_some() == is_brush));

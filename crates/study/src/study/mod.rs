@@ -11,8 +11,8 @@ mod tool;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Waiting, complete_study, complete_study_sampled, run_study, simulate_cases, thread_count,
-    waiting_cases, without_result,
+    CaseResult, CaseSummary, Resources, Waiting, complete_study, complete_study_sampled, run_study, simulate_cases,
+    thread_count, waiting_cases, without_result,
 };
 pub use setting::{Setting, TOOL, equation};
 pub use shard::{Shard, complete_shard};

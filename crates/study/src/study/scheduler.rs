@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::brush::{BrushError, BrushRun, RunOptions};
+use bristle::brush::{BrushError, BrushRun, RunOptions, check_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
@@ -20,7 +20,23 @@ use tracing::{debug, info, warn};
 
 use super::grid::Study;
 use crate::brush::{Interaction, statistics, turn_impulses};
+use crate::check::{finer, finer_steps, largest_change};
 use crate::uncertainty::{ForceScatter, Scatter};
+
+/// What a study may use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Resources {
+    /// Number of threads; `None` for as many as cores.
+    pub threads: Option<NonZeroUsize>,
+    /// Bytes of memory for brushes; `None` if there is no limit.
+    pub memory: Option<u64>,
+}
+
+impl From<Option<NonZeroUsize>> for Resources {
+    fn from(threads: Option<NonZeroUsize>) -> Self {
+        Self { threads, memory: None }
+    }
+}
 
 /// The part of a simulated case that is kept.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +51,8 @@ pub struct CaseSummary {
     pub scatter: Option<ForceScatter>,
     /// What a brush has beyond its metrics. `None` if the case is one filament alone.
     pub brush: Option<Interaction>,
+    /// The largest relative change of the headline metrics when the case was repeated more precisely. `None` if it was not.
+    pub change_when_checked: Option<f64>,
 }
 
 /// A case's summary, or the text of the error that ended it.
@@ -96,7 +114,7 @@ pub fn complete_study(
 /// As for [`complete_study`].
 pub fn complete_study_sampled(
     study: &Study,
-    threads: Option<NonZeroUsize>,
+    resources: impl Into<Resources>,
     results: &mut [Option<CaseResult>],
     stop: &Stop,
     sampling: Sampling,
@@ -105,7 +123,7 @@ pub fn complete_study_sampled(
 ) -> io::Result<()> {
     let cases = without_result(study, results);
     let results = Mutex::new(results);
-    simulate_cases(study, &cases, threads, stop, sampling, on_pass, keeping(&results, on_case_done))
+    simulate_cases(study, &cases, resources, stop, sampling, on_pass, keeping(&results, on_case_done))
 }
 
 /// The cases that have no result yet, counted from 0.
@@ -140,14 +158,18 @@ pub(super) fn keeping(
 pub fn simulate_cases(
     study: &Study,
     cases: &[usize],
-    threads: Option<NonZeroUsize>,
+    resources: impl Into<Resources>,
     stop: &Stop,
     sampling: Sampling,
     on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
 ) -> io::Result<()> {
+    let Resources { threads, memory } = resources.into();
     if study.has_brush() {
-        return complete_brushes(study, cases, threads, on_case_done, |settings| simulate_case(settings, stop));
+        let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
+        return complete_brushes(study, cases, threads, on_case_done, |settings| {
+            simulate_case(settings, study.checks(), spare, stop)
+        });
     }
     complete_cases(study, cases, threads, on_case_done, |take, done| {
         let take = |kind| {
@@ -203,24 +225,43 @@ fn work(settings: &Settings) -> f64 {
         * settings.brush.as_ref().and_then(|brush| brush.rows).unwrap_or(1) as f64
 }
 
-/// Simulates the brush of one case. `None` if it was asked to stop.
-fn simulate_case(settings: &Settings, stop: &Stop) -> Option<CaseResult> {
-    let simulated = BrushRun::new(settings, RunOptions::default()).and_then(|run| {
-        let mut run = run.until(stop);
+/// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are
+/// simulated at once.
+fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
+    let mut needs: Vec<u64> = cases.iter().filter_map(|&case| check_brush(&study.settings(case), None).ok()).collect();
+    needs.sort_unstable();
+    let at_once = thread_count(threads).min(needs.len()).max(1);
+    let needed = needs.iter().rev().take(at_once).fold(0, |sum: u64, needed| sum.saturating_add(*needed));
+    memory.saturating_sub(needed) / at_once as u64
+}
+
+/// Simulates the brush of one case, which may come to need `spare` bytes of memory more, and again if it `checks` it. `None` if it was
+/// asked to stop.
+fn simulate_case(settings: &Settings, checks: bool, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
+    let simulate = |options: RunOptions| {
+        let needed = check_brush(settings, None)?;
+        let memory = spare.map(|spare| needed.saturating_add(spare));
+        let mut run = BrushRun::new(settings, RunOptions { memory, ..options })?.until(stop);
         while run.advance()? {}
         run.finish()
-    });
-    Some(match simulated {
+    };
+    let result = match simulate(RunOptions::default()) {
         Err(BrushError::Stopped) => return None,
-        Err(error) => Err(error.to_string()),
-        Ok(result) => Ok(CaseSummary {
-            turn_contact_normal_impulses_n_s: turn_impulses(&result),
-            statistics: statistics(&result.statistics),
-            scatter: None,
-            brush: Some(Interaction::of(&result)),
-            metrics: result.tool,
-        }),
-    })
+        Err(error) => return Some(Err(error.to_string())),
+        Ok(result) => result,
+    };
+    let checked = match checks.then(|| simulate(finer_steps(RunOptions::default()))) {
+        Some(Err(BrushError::Stopped)) => return None,
+        checked => checked.and_then(Result::ok),
+    };
+    Some(Ok(CaseSummary {
+        turn_contact_normal_impulses_n_s: turn_impulses(&result),
+        statistics: statistics(&result.statistics),
+        scatter: None,
+        brush: Some(Interaction::of(&result)),
+        change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
+        metrics: result.tool,
+    }))
 }
 
 /// [`simulate_cases`] for a study of brushes. Each thread simulates one case at a time, those with the most work first, until `simulate`
@@ -292,14 +333,16 @@ struct Queue {
     begun: BTreeMap<usize, BegunCase>,
     /// Case and run of each pass being simulated, by the number of its job.
     running: BTreeMap<usize, (usize, Run)>,
-    /// The number of passes of sampled tools that have been given out.
-    tools: usize,
+    /// The number of passes that have been given out beyond those of the cases themselves.
+    further: usize,
 }
 
 /// The role of a pass in its case.
 #[derive(Clone, Copy)]
 enum Run {
     Nominal,
+    /// The same at a tenth of the tolerance.
+    Finer,
     /// The pass of a sampled tool.
     Tool(usize),
 }
@@ -313,23 +356,26 @@ struct BegunCase {
     /// Passes without a result yet.
     left: usize,
     nominal: Option<CaseResult>,
+    finer: Option<Metrics>,
     scatter: Option<Scatter>,
     /// Impulses of the sampled tools.
     impulses: Vec<Option<f64>>,
 }
 
 impl BegunCase {
-    fn new(settings: Settings) -> Self {
+    fn new(settings: Settings, checks: bool) -> Self {
         let scatter = Scatter::of(&settings);
         let tools = scatter.as_ref().map_or(0, Scatter::count);
         let reaches = |tool: &usize| scatter.as_ref().is_some_and(|scatter| scatter.settings(*tool).is_some());
         let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
+        runs.extend(checks.then_some(Run::Finer));
         runs.push(Run::Nominal);
         // A tool that does not reach the workpiece has no impulse.
         Self {
             start: Instant::now(),
             left: runs.len(),
             nominal: None,
+            finer: None,
             impulses: vec![Some(0.0); tools],
             settings,
             runs,
@@ -339,6 +385,7 @@ impl BegunCase {
 
     fn settings(&self, run: Run) -> Settings {
         let sampled = match (run, &self.scatter) {
+            (Run::Finer, _) => Some(finer(&self.settings)),
             (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
             _ => None,
         };
@@ -357,10 +404,12 @@ impl BegunCase {
                             statistics: simulation.statistics,
                             scatter: None,
                             brush: None,
+                            change_when_checked: None,
                         })
                         .map_err(|error| error.to_string()),
                 );
             }
+            Run::Finer => self.finer = result.ok().map(|simulation| simulation.metrics),
             Run::Tool(tool) => {
                 self.impulses[tool] = result.ok().map(|simulation| simulation.metrics.contact_normal_impulse_n_s);
             }
@@ -377,6 +426,7 @@ impl BegunCase {
     fn conclude(self) -> CaseResult {
         let mut summary = self.nominal.expect("the nominal pass is one of those that are done")?;
         summary.scatter = self.scatter.and_then(|scatter| scatter.reduce(&self.impulses));
+        summary.change_when_checked = self.finer.map(|finer| largest_change(&summary.metrics, &finer));
         Ok(summary)
     }
 }
@@ -391,7 +441,7 @@ impl Queue {
             }
             self.waiting.pop();
             self.current = Some((next, case));
-            self.begun.insert(case, BegunCase::new(study.settings(case)));
+            self.begun.insert(case, BegunCase::new(study.settings(case), study.checks()));
         }
         let (of_current, case) = self.current?;
         // Sampled tools are of the same kind as the nominal one: scatter neither adds nor removes dampers or friction.
@@ -403,12 +453,12 @@ impl Queue {
         if begun.runs.is_empty() {
             self.current = None;
         }
-        // The numbers of sampled tools follow those of all cases.
+        // The numbers of further passes follow those of all cases.
         let number = match run {
             Run::Nominal => case,
-            Run::Tool(_) => study.case_count() + self.tools,
+            Run::Finer | Run::Tool(_) => study.case_count() + self.further,
         };
-        self.tools += usize::from(matches!(run, Run::Tool(_)));
+        self.further += usize::from(number != case);
         self.running.insert(number, (case, run));
         Some(Job::new(number, &begun.settings(run)))
     }
@@ -441,7 +491,7 @@ pub(super) fn complete_cases<E: Display>(
     info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
     let start = Instant::now();
 
-    let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), tools: 0 };
+    let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), further: 0 };
     let queue = Mutex::new(queue);
     let queued = || queue.lock().expect("nothing panics with the queue in hand");
     let take = |kind: Option<Kind>| queued().give_out(study, kind);

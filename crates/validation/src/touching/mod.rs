@@ -16,6 +16,7 @@ pub const GROUP: Group = Group {
         pairs::cantilevers,
         pairs::over_filament,
         rows::cvodes,
+        rows::space,
         rows::mujoco,
         rows::balance,
         rows::momentum,

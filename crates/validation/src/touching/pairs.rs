@@ -48,6 +48,7 @@ impl ClampMotion for Approaching {
             acceleration: scale(change, self.way),
             direction: self.direction,
             direction_rate: [0.0; 3],
+            angular_velocity: [0.0; 3],
         }
     }
 }

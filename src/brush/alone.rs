@@ -1,0 +1,116 @@
+//! The filaments of a brush each alone: what interaction is measured against, and what the time step is measured by.
+
+use super::arrangement::{Arrangement, Root};
+use super::error::BrushError;
+use super::run::Plan;
+use super::sector::Sector;
+use super::team::Team;
+use crate::model::metrics::{ContactRecord, Metrics};
+use crate::model::settings::{Settings, Turns};
+use crate::simulation::{IntegrationError, Job, Kind, Pass, Simulation, SimulationError, Stop, simulate_side_by_side};
+use crate::workpiece;
+
+impl From<SimulationError> for BrushError {
+    /// That of a filament alone.
+    fn from(error: SimulationError) -> Self {
+        match error {
+            SimulationError::Integration(IntegrationError::Stopped) => Self::Stopped,
+            error => Self::Alone(error),
+        }
+    }
+}
+
+/// The pass of a filament with settings of its `own` on the machine that `settings` state, as in a brush: body and workpiece stay where
+/// they are. None if it does not reach the workpiece.
+fn pass_of(settings: &Settings, own: &Settings, stop: &Stop) -> Option<Pass> {
+    let mut own = Settings { brush: None, ..own.clone() };
+    let [nominal, here] = [settings, &own].map(Settings::tool_radius_m);
+    let reach = |radius| workpiece::reach(&settings.workpiece, radius);
+    own.process.brushing_velocity_m_s = settings.angular_velocity_rad_s() * here;
+    own.process.penetration_depth_m += reach(here) - reach(nominal);
+    (own.process.penetration_depth_m > 0.0).then(|| Pass::new(&own).until(stop))
+}
+
+/// The mean metrics of filaments with the settings `own`, each alone: their turns, tilts and constants are those in the brush.
+///
+/// # Errors
+/// If one of them cannot be simulated.
+pub fn metrics(settings: &Settings, own: &[Settings], stop: &Stop, team: &Team) -> Result<Metrics, BrushError> {
+    /// Filaments that a thread takes at once: enough to fill the lanes for most of the time.
+    const AT_ONCE: usize = 64;
+    type Each = Result<Metrics, SimulationError>;
+    let nominal = Pass::new(settings);
+    let mut results: Vec<Option<Each>> = vec![None; own.len()];
+    team.run(own.chunks(AT_ONCE).zip(results.chunks_mut(AT_ONCE)), |(own, results)| {
+        let mut waiting = Vec::new();
+        for (number, own) in own.iter().enumerate() {
+            match pass_of(settings, own, stop) {
+                Some(pass) => waiting.push(Job { number, pass }),
+                None => {
+                    results[number] = Some(Ok(nominal.metrics(&ContactRecord { turn: 1, ..ContactRecord::default() })))
+                }
+            }
+        }
+        let is_next = |kind: Option<Kind>, job: &Job| kind.is_none_or(|kind| job.pass.kind() == kind);
+        let take = |kind| waiting.pop_if(|job| is_next(kind, job));
+        simulate_side_by_side(take, |number, result| {
+            results[number] = Some(result.map(|simulation| simulation.metrics));
+        });
+    });
+    let all = results.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
+    Metrics::combined(&all).ok_or(BrushError::NoFilament)
+}
+
+/// The largest relative difference of an impulse of a turn, if `plan` simulates the filament of `pass` by itself, from that of
+/// `expected`. Infinite if that is not possible.
+pub fn step_error(plan: &Plan<'_>, length: f64, expected: &Simulation) -> f64 {
+    let impulses = &expected.turn_contact_normal_impulses_n_s;
+    let scale = impulses.iter().fold(0.0, |largest: f64, impulse| largest.max(*impulse));
+    let Some(found) = turn_impulses(plan, length, impulses.len()) else { return f64::INFINITY };
+    let difference = |(found, expected): (&f64, &f64)| {
+        let scale = if *expected > 0.0 { *expected } else { scale };
+        // Where only one of both touches, all of it is wrong.
+        let whole = if scale > 0.0 { scale } else { *found };
+        if found == expected { 0.0 } else { (found - expected).abs() / whole }
+    };
+    found.iter().zip(impulses).map(difference).fold(0.0, f64::max)
+}
+
+/// The power in W that one filament by itself takes and gives, on average over the time of its nominal contact, in steps of `length` (s).
+/// Infinite if it touches nothing, or cannot be simulated.
+pub fn power(plan: &Plan<'_>, length: f64) -> f64 {
+    let [entry, exit] = plan.pass.nominal_times();
+    let turnover = follow(plan, length, 1).map_or(0.0, |sector| sector.balance().turnover());
+    let power = turnover / (exit - entry);
+    if power > 0.0 { power } else { f64::INFINITY }
+}
+
+/// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s).
+fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
+    let sector = follow(plan, length, turns)?;
+    let account = &sector.accounts()[0];
+    Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })
+}
+
+/// One filament by itself after its turns, in steps of `length` (s).
+fn follow(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Sector> {
+    let mut sector = plan.sector(&[0]);
+    let pass = plan.pass;
+    let is_single = turns == 1 && pass.turns() == Turns::Count(1);
+    let end = if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };
+    let steps = ((end - plan.begin) / length).ceil() as usize;
+    let most = steps + (pass.turn_time() / length).ceil() as usize;
+    for step in 1..=most {
+        if step > steps && !(is_single && sector.is_touching()) {
+            break;
+        }
+        sector.advance(plan.begin + step as f64 * length, length).ok()?;
+    }
+    Some(sector)
+}
+
+/// The arrangement of one filament.
+pub fn arrangement() -> Arrangement {
+    let root = Root { column: 0, row: 0, angle: 0.0, z: 0.0 };
+    Arrangement { columns: 1, rows: 1, around: 1.0, roots: vec![root], period: None }
+}

@@ -1,0 +1,276 @@
+//! Where in a step a contact closes or opens.
+//!
+//! No event is passed over, because a part of a step is left out only where a bound excludes events:
+//!
+//! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`, so that its derivatives by the fraction `s` of the step
+//!   are at most `5 max |P_{i+1} − P_i|` and `20 max |P_{i+2} − 2 P_{i+1} + P_i|`. A gap changes by no more than [`GAP_RATE`] times the
+//!   way ([`Workpiece::surface`]). The distance of the filament from the centre of an edge changes by no more than the fastest node goes.
+//! - *Bend.* Over a way of less than a quarter of a segment, a gap also deviates from its chord by no more than a parabola with its
+//!   largest second derivative: that of the path, that from the curvature of the surface, and what values and slopes at both ends
+//!   show, twice over. Faces and edges have no features that small (MODEL, "Workpieces other than a plane").
+//! - A contact that is open stays open as long as its penetration is negative, the nearest point is elsewhere, or its damping would pull; one that is
+//!   closed stays closed as long as none of these is so.
+//!
+//! A part for which no bound holds is halved, until its way is below the tolerance of the event's location. What is then not seen
+//! is no deeper than that.
+
+use super::search::root as root_of;
+use super::system::{Filament, Touch};
+use super::trajectory::{Step, at_knots};
+use crate::contact::Approach;
+use crate::equations::linear::{add, dot, scale, sub};
+use crate::integrate::hermite::Knot;
+use crate::tool::ClampMotion;
+use crate::workpiece::Workpiece;
+
+/// The largest change of a gap over the way of a point.
+pub(super) const GAP_RATE: f64 = 2.0;
+/// By how much second derivatives are taken larger than they look.
+const INFLATION: f64 = 2.0;
+/// The share of a segment over which the parabola holds.
+const NEAR: f64 = 0.25;
+/// The largest number of points at which a contact is looked at in one step. A step that needs more is repeated shorter.
+const MAX_POINTS: usize = 1000;
+/// Halvings of a step to rounding.
+const MAX_DEPTH: usize = 60;
+/// The largest number of crossings that turn out not to be the first.
+const MAX_CROSSINGS: usize = 64;
+
+/// A contact's closing or opening inside a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    pub contact: usize,
+    /// Estimated time after the start of the step in s; zero if it lies before.
+    pub after: f64,
+    /// A time after the start at which the contact is past the event, in s.
+    pub past: f64,
+    /// Whether the contact is past the event at the end of the step. Between the ends only the interpolant says so.
+    pub at_end: bool,
+}
+
+/// The step is too long to find a contact's events.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TooLong;
+
+/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
+///
+/// The two thresholds differ by twice `location`, so that a contact that has just switched does not switch back.
+pub(super) fn excess(closed: bool, pressing: f64, location: f64) -> f64 {
+    (if closed { -pressing } else { pressing }) - location
+}
+
+/// Upper bounds on the first and second derivative by the fraction of a step of the length `length` (s), in m, of the path of a node.
+fn path_bounds(start: &Knot<3>, end: &Knot<3>, length: f64) -> [f64; 2] {
+    let (early, late) = (scale(length / 5.0, start.rate), scale(length / 5.0, end.rate));
+    let square = length * length / 20.0;
+    let second = add(start.value, add(scale(2.0, early), scale(square, start.acceleration)));
+    let third = add(sub(end.value, scale(2.0, late)), scale(square, end.acceleration));
+    let points = [start.value, add(start.value, early), second, third, sub(end.value, late), end.value];
+    let largest = |square: f64, vector: [f64; 3]| square.max(dot(vector, vector));
+    let first = points.windows(2).map(|pair| sub(pair[1], pair[0])).fold(0.0, largest);
+    let bends = points.windows(3).map(|three| sub(add(three[0], three[2]), scale(2.0, three[1])));
+    [5.0 * first.sqrt(), 20.0 * bends.fold(0.0, largest).sqrt()]
+}
+
+/// A contact at one instant of a step.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    /// The fraction of the step.
+    s: f64,
+    /// Penetration in m, and its derivative by the fraction.
+    penetration: f64,
+    slope: f64,
+    /// As in [`Approach`].
+    turn: f64,
+    margin: f64,
+    /// `1 + χ δ̇`
+    factor: f64,
+    /// How far the contact is past its event, in m.
+    excess: f64,
+}
+
+/// The search for the events of one contact in a step.
+struct Search<F> {
+    look: F,
+    closed: bool,
+    location: f64,
+    /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of the margin, and on the path's second derivative.
+    way: f64,
+    margin_way: f64,
+    bend: f64,
+    /// Upper bound on the way of the point relative to the workpiece, in m.
+    path: f64,
+    /// The way over which gaps are smooth, in m.
+    near: f64,
+    /// `χ` over the length of the step, in 1/m.
+    damping: f64,
+}
+
+impl<F: Fn(f64) -> Look> Search<F> {
+    /// Upper bound on the second derivative of the penetration between two looks.
+    fn bend_between(&self, a: &Look, b: &Look) -> f64 {
+        let width = b.s - a.s;
+        let chord = (b.penetration - a.penetration) / width;
+        let seen = (b.slope - a.slope).abs().max(2.0 * (chord - a.slope).abs()).max(2.0 * (b.slope - chord).abs());
+        INFLATION * (self.bend + a.turn.abs().max(b.turn.abs()) * self.path * self.path).max(seen / width)
+    }
+
+    /// Whether the contact has no event between two looks at which it is before it.
+    fn is_free(&self, a: &Look, b: &Look) -> bool {
+        let width = b.s - a.s;
+        let bend = self.bend_between(a, b);
+        let is_near = self.path * width <= self.near;
+        // What is missing to the event at both ends, in m; the bounds of its change over the width.
+        let holds = |[a, b]: [f64; 2], way: f64, parabola: bool| {
+            a >= 0.0
+                && b >= 0.0
+                && (a + b >= way * width || (parabola && is_near && a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width))
+        };
+        let sign = if self.closed { 1.0 } else { -1.0 };
+        let slack = 2.0 * self.location;
+        let missing = |value: fn(&Look) -> f64| [a, b].map(|look| sign * value(look) + slack);
+        let by_penetration = holds(missing(|look| look.penetration), self.way, true);
+        let by_margin = holds(missing(|look| look.margin), self.margin_way, false);
+        let by_damping = || {
+            let deepest = a.penetration.abs().max(b.penetration.abs()) + self.way * width;
+            let missing = [a, b].map(|look| sign * look.factor + slack / deepest);
+            holds(missing, self.damping * bend, false)
+        };
+        if self.closed {
+            by_penetration && by_margin && (self.damping == 0.0 || by_damping())
+        } else {
+            by_penetration || by_margin || (self.damping != 0.0 && by_damping())
+        }
+    }
+
+    /// The first two looks found from `from` to `to` of which the second is past the event. At both ends the contact is before it.
+    fn first_past(&self, from: Look, to: Look, points: &mut usize) -> Result<Option<[Look; 2]>, TooLong> {
+        if self.is_free(&from, &to) {
+            return Ok(None);
+        }
+        let mut rights = [to; MAX_DEPTH + 1];
+        let (mut left, mut count) = (from, 1);
+        while count > 0 {
+            let right = rights[count - 1];
+            let width = right.s - left.s;
+            if self.is_free(&left, &right) || self.way * width <= self.location / 2.0 || count > MAX_DEPTH {
+                (left, count) = (right, count - 1);
+                continue;
+            }
+            *points += 1;
+            if *points > MAX_POINTS {
+                return Err(TooLong);
+            }
+            let middle = (self.look)((left.s + right.s) / 2.0);
+            if middle.excess > 0.0 {
+                return Ok(Some([left, middle]));
+            }
+            rights[count] = middle;
+            count += 1;
+        }
+        Ok(None)
+    }
+
+    /// The fractions of the step at the first event and at a time when the contact is past it. `start` and `end` are the contact at both ends.
+    fn first(&self, start: Look, end: Look) -> Result<Option<[f64; 2]>, TooLong> {
+        if start.excess > 0.0 {
+            return Ok(Some([0.0; 2]));
+        }
+        let (mut before, mut found, mut points) = (start, None, 0);
+        let mut to = end;
+        for _ in 0..MAX_CROSSINGS {
+            if to.excess > 0.0 {
+                let crossing = root_of(|s| (self.look)(s).excess, before.s, to.s);
+                found = Some([crossing, to.s]);
+                to = Look { excess: 0.0, ..(self.look)(crossing) };
+            }
+            match self.first_past(before, to, &mut points)? {
+                Some([left, past]) => (before, to) = (left, past),
+                None => return Ok(found),
+            }
+        }
+        Err(TooLong)
+    }
+}
+
+/// How far `contact` has to go to its event at the end of a step at least, in m, and its first event in the step, by the interpolant. Points of
+/// the workpiece go no farther than `drift` (m).
+pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    step: &Step<'_>,
+    contact: usize,
+    location: f64,
+    drift: f64,
+) -> Result<(f64, Option<Crossing>), TooLong> {
+    let (length, closed) = (step.length(), step.closed[contact]);
+    let look = |s: f64, approach: &Approach| Look {
+        s,
+        penetration: approach.penetration,
+        slope: approach.penetration_rate * length,
+        turn: approach.turn,
+        margin: approach.margin,
+        factor: 1.0 + filament.law.damping * approach.penetration_rate,
+        excess: excess(closed, filament.law.pressing(approach), location),
+    };
+    let search = |[path, bend]: [f64; 2], margin_way: f64| Search {
+        look: (),
+        closed,
+        location,
+        way: GAP_RATE * (path + drift),
+        margin_way,
+        bend,
+        path: path + drift,
+        near: NEAR * filament.chain.length,
+        damping: filament.law.damping / length,
+    };
+    let found = if let Some(edge) = contact.checked_sub(step.start_nodes.len()) {
+        let ends = [(step.start_nodes, step.start.time, 0.0), (step.end_nodes, step.end.time, 1.0)];
+        let [start, end] = ends.map(|(knots, time, s)| {
+            let Touch { approach, .. } = filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time);
+            look(s, &approach)
+        });
+        // While it is open, what separates it from its event is at least its gap.
+        let distance = if closed { 0.0 } else { (location - end.penetration).max(0.0) };
+        let knots = step.start_nodes.iter().zip(step.end_nodes);
+        let bounds = knots.fold([0.0_f64; 2], |[way, bend], (start, end)| {
+            let [path, path_bend] = path_bounds(start, end, length);
+            [way.max(path), bend.max(path_bend)]
+        });
+        // The point is not of the material: it goes round the centre as the segment turns, by up to twice the way over its length.
+        let round = filament.workpiece.edges()[edge].radius() + filament.law.radius + bounds[0];
+        let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / filament.chain.length);
+        let at = |s: f64| look(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)).approach);
+        (distance, search(bounds, margin_way).with(at).first(start, end)?)
+    } else {
+        let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
+        let near = |s, knot: &Knot<3>, time| look(s, &filament.approach(knot.value, knot.rate, time));
+        let ends = [near(0.0, start, step.start.time), near(1.0, end, step.end.time)];
+        let distance = match closed {
+            false => location - ends[1].penetration,
+            true if filament.law.damping == 0.0 => ends[1].penetration.min(ends[1].margin) + location,
+            true => 0.0,
+        };
+        let bounds = path_bounds(start, end, length);
+        let at = |s: f64| {
+            let (position, velocity) = step.node(contact, s);
+            look(s, &filament.approach(position, velocity, step.time(s)))
+        };
+        let margin_way = GAP_RATE * (bounds[0] + drift);
+        (distance.max(0.0), search(bounds, margin_way).with(at).first(ends[0], ends[1])?)
+    };
+    let (distance, fractions) = found;
+    let crossing = fractions.map(|[after, past]| Crossing {
+        contact,
+        after: after * length,
+        past: past * length,
+        at_end: past == 1.0,
+    });
+    Ok((distance, crossing))
+}
+
+impl Search<()> {
+    fn with<F: Fn(f64) -> Look>(self, look: F) -> Search<F> {
+        let Self { look: (), closed, location, way, margin_way, bend, path, near, damping } = self;
+        Search { look, closed, location, way, margin_way, bend, path, near, damping }
+    }
+}

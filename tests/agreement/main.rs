@@ -1,0 +1,183 @@
+//! A standing attack on the results: pairs of simulations of random brushes, whose metrics must be the same.
+//!
+//! [`pairs`] lists what makes two simulations the same: a tighter tolerance, an earlier start, another frame, another name for the same
+//! workpiece, a brush of one filament. [`draw`] draws the settings. [`judge`] says what may differ, and why.
+//!
+//! Pairs follow from the seed, the kind and a number alone. Without arguments this is a short run for CI. `--times` makes it longer:
+//!
+//! ```sh
+//! cargo test --release -p bristle --test agreement -- --times 100 --seed 7
+//! cargo test --release -p bristle --test agreement -- brush-of-one --seed 7 --pair 1234    # one pair again
+//! ```
+//!
+//! A failure prints both numbers and an input file, from which everything was left out that the failure does not need.
+
+mod draw;
+mod judge;
+mod pairs;
+mod simulate;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use bristle::model::settings::Settings;
+use fastrand::Rng;
+use rayon::prelude::*;
+
+use judge::{Verdict, judge};
+use pairs::{KINDS, Kind, Pair, Run};
+use simulate::outcomes;
+
+/// Pairs whose passes share vector units.
+const CHUNK: usize = 64;
+/// Pairs of a kind that are shown whole, and simplified if they differ.
+const MOST_SHOWN: usize = 3;
+/// At most this share of pairs, and one, may say nothing: because they are too sensitive, or cannot be simulated.
+const MOST_SENSITIVE: f64 = 0.05;
+
+/// What to try.
+struct Plan {
+    kinds: Vec<String>,
+    seed: u64,
+    /// Multiple of the short run.
+    times: usize,
+    /// The only pair to try.
+    only: Option<usize>,
+}
+
+impl Plan {
+    /// That of the command line. Other arguments are those that `cargo test` passes to all test programs.
+    fn of_arguments() -> Self {
+        let mut plan = Self { kinds: Vec::new(), seed: 1, times: 1, only: None };
+        let mut arguments = std::env::args().skip(1);
+        while let Some(argument) = arguments.next() {
+            let mut number = || {
+                let value = arguments.next().and_then(|value| value.parse().ok());
+                value.unwrap_or_else(|| panic!("{argument} needs a whole number"))
+            };
+            match argument.as_str() {
+                "--seed" => plan.seed = number(),
+                "--times" => plan.times = number() as usize,
+                "--pair" => plan.only = Some(number() as usize),
+                "--test-threads" => drop(number()),
+                kind if !kind.starts_with('-') => plan.kinds.push(kind.to_owned()),
+                _ => {}
+            }
+        }
+        plan
+    }
+}
+
+/// One pair of a kind, and from what it was made.
+struct Trial {
+    number: usize,
+    settings: Settings,
+    /// What else is drawn for the pair.
+    random: Rng,
+    pair: Pair,
+}
+
+impl Trial {
+    fn new(kind: &Kind, seed: u64, number: usize) -> Self {
+        let name = kind.name.bytes().fold(seed, |hash, byte| hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte));
+        let mut random = Rng::with_seed(Rng::with_seed(name).u64(..) ^ number as u64);
+        loop {
+            let mut settings = draw::settings(&mut random);
+            (kind.adapt)(&mut settings, &mut random);
+            if let Some(pair) = possible(kind, &settings, &random) {
+                return Self { number, settings, random, pair };
+            }
+        }
+    }
+
+    /// The same with less in the settings, as long as it still fails.
+    fn simplified(mut self, kind: &Kind) -> Self {
+        for simplify in draw::SIMPLIFICATIONS {
+            let mut settings = self.settings.clone();
+            simplify(&mut settings);
+            if settings == self.settings {
+                continue;
+            }
+            let Some(pair) = possible(kind, &settings, &self.random) else { continue };
+            let results = outcomes(&pair.runs.each_ref());
+            if let Verdict::Differs(_) = judge(&pair, &results) {
+                (self.settings, self.pair) = (settings, pair);
+            }
+        }
+        self
+    }
+}
+
+/// The pair of these settings, if all of its settings are possible.
+fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
+    settings.check().ok()?;
+    let pair = (kind.pair)(settings, &mut random.clone());
+    let are_possible = pair.runs.iter().filter_map(Run::settings).all(|settings| settings.check().is_ok());
+    are_possible.then_some(pair)
+}
+
+fn main() -> ExitCode {
+    let plan = Plan::of_arguments();
+    let wanted = |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
+    let mut failures = 0;
+    for kind in KINDS.iter().filter(wanted) {
+        failures += attack(kind, &plan);
+    }
+    if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Tries the pairs of a kind, prints what was found, and returns the number of failures.
+fn attack(kind: &Kind, plan: &Plan) -> usize {
+    let start = Instant::now();
+    let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
+    let verdicts: Vec<(usize, Verdict)> =
+        numbers.par_chunks(CHUNK).flat_map(|chunk| judged(kind, plan, chunk)).collect();
+    let count = |wanted: fn(&Verdict) -> bool| verdicts.iter().filter(|(_, verdict)| wanted(verdict)).count();
+    let [refused, sensitive, failed] = [
+        count(|verdict| matches!(verdict, Verdict::Refused(_))),
+        count(|verdict| matches!(verdict, Verdict::Sensitive(_))),
+        count(|verdict| matches!(verdict, Verdict::Differs(_))),
+    ];
+    println!(
+        "{:24} {:6} pairs, {failed} differ, {sensitive} too sensitive, {refused} refused, {:.1} s",
+        kind.name,
+        verdicts.len(),
+        start.elapsed().as_secs_f64()
+    );
+    let wrong = verdicts.iter().filter(|(_, verdict)| !matches!(verdict, Verdict::Same));
+    for (position, (number, verdict)) in wrong.enumerate() {
+        println!("  {number}: {verdict}");
+        if position < MOST_SHOWN {
+            show(kind, plan, *number);
+        }
+    }
+    let too_many = plan.only.is_none() && (refused + sensitive) as f64 > 1.0 + MOST_SENSITIVE * verdicts.len() as f64;
+    if too_many {
+        println!("  {}: too many pairs say nothing", kind.name);
+    }
+    failed + usize::from(too_many)
+}
+
+/// The verdicts on some pairs of a kind.
+fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
+    let trials: Vec<Trial> = numbers.iter().map(|number| Trial::new(kind, plan.seed, *number)).collect();
+    let runs: Vec<_> = trials.iter().flat_map(|trial| &trial.pair.runs).collect();
+    let results = outcomes(&runs);
+    let both = trials.iter().zip(results.chunks(2));
+    both.map(|(trial, results)| (trial.number, judge(&trial.pair, results))).collect()
+}
+
+/// Prints how to repeat a failure, and its settings.
+fn show(kind: &Kind, plan: &Plan, number: usize) {
+    let trial = Trial::new(kind, plan.seed, number).simplified(kind);
+    let results = outcomes(&trial.pair.runs.each_ref());
+    println!(
+        "  again: cargo test --release -p bristle --test agreement -- {} --seed {} --pair {number}",
+        kind.name, plan.seed
+    );
+    println!("  simplified: {}", judge(&trial.pair, &results));
+    let [one, other] = trial.pair.runs.each_ref().map(Run::to_string);
+    print!("{one}");
+    let is_other = |line: &&str| !one.lines().any(|other| other == *line);
+    other.lines().filter(is_other).for_each(|line| println!("# and: {line}"));
+}

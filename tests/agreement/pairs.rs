@@ -1,0 +1,387 @@
+//! What is compared: two simulations of each pair must have the same metrics.
+
+use std::f64::consts::TAU;
+use std::fmt::{self, Display, Formatter};
+
+use bristle::model::parameters::PARAMETERS;
+use bristle::model::settings::{
+    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, Side, SolverSettings, Turns,
+    WorkpieceKind, WorkpieceSettings,
+};
+use fastrand::Rng;
+
+use crate::draw::{about_zero, between, once_in};
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub enum Run {
+    /// One filament.
+    Alone(Settings),
+    /// One filament whose planar motion is integrated in space.
+    InSpace(Settings),
+    /// The brush of the settings.
+    Brush(Settings),
+    /// One filament, of which the energy that its joints take before the contact is asked.
+    Settled(Settings),
+    /// A filament at rest relative to the tool, which takes no energy: the other half of the pair.
+    AtRest,
+}
+
+/// Two simulations.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    pub runs: [Run; 2],
+    /// By how much the second set-up is turned about `z` in rad.
+    pub turned_by: f64,
+    /// Whether the second set-up is the mirror image of the first one along `z`.
+    pub is_mirrored: bool,
+    /// By how much the numbers may differ, where nothing makes the motion sensitive.
+    pub tolerance: f64,
+}
+
+impl Run {
+    /// The settings that are simulated.
+    pub fn settings(&self) -> Option<&Settings> {
+        match self {
+            Self::Alone(settings) | Self::InSpace(settings) | Self::Brush(settings) | Self::Settled(settings) => {
+                Some(settings)
+            }
+            Self::AtRest => None,
+        }
+    }
+
+    /// The same with other settings.
+    pub fn with(&self, change: impl FnOnce(&mut Settings)) -> Self {
+        let mut run = self.clone();
+        match &mut run {
+            Self::Alone(settings) | Self::InSpace(settings) | Self::Brush(settings) | Self::Settled(settings) => {
+                change(settings);
+            }
+            Self::AtRest => {}
+        }
+        run
+    }
+}
+
+/// An input file, with the settings that are not their defaults.
+impl Display for Run {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let Some(settings) = self.settings() else { return Ok(()) };
+        let mut defaults = settings.clone();
+        defaults.brush = settings.brush.as_ref().map(|_| BrushSettings::default());
+        (defaults.contact, defaults.solver) = (ContactSettings::default(), SolverSettings::default());
+        defaults.workpiece = WorkpieceSettings::default();
+        defaults.filament = FilamentSettings::new(settings.filament.length_m, settings.filament.diameter_m);
+        defaults.process = ProcessSettings::new(0.0, 0.0);
+        if let Self::InSpace(_) = self {
+            writeln!(formatter, "# integrated in space")?;
+        }
+        for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
+            let value = parameter.get(settings);
+            if parameter.required || value != parameter.get(&defaults) {
+                writeln!(formatter, "{} = {}", parameter.path, parameter.format(value))?;
+            }
+        }
+        let WorkpieceSettings { kind, normal, side, control_points_m, .. } = &settings.workpiece;
+        writeln!(formatter, "process.gravity_m_s2 = {:?}", settings.process.gravity_m_s2)?;
+        writeln!(formatter, "workpiece.kind = {:?}", format!("{kind:?}").to_lowercase())?;
+        match kind {
+            WorkpieceKind::Plane => writeln!(formatter, "workpiece.normal = {normal:?}")?,
+            WorkpieceKind::Edge | WorkpieceKind::Chamfer => {
+                writeln!(formatter, "workpiece.side = {:?}", format!("{side:?}").to_lowercase())?;
+            }
+            WorkpieceKind::Profile => writeln!(formatter, "workpiece.control_points_m = {control_points_m:?}")?,
+            WorkpieceKind::Cylinder | WorkpieceKind::Bore => {}
+        }
+        if settings.process.turns == Turns::Steady {
+            writeln!(formatter, "# and process.turns = {:?} instead", Turns::STEADY)?;
+        }
+        if let Some(brush) = &settings.brush {
+            writeln!(formatter, "brush.steady = {}", brush.steady)?;
+        }
+        Ok(())
+    }
+}
+
+impl Pair {
+    /// The settings of the first one.
+    pub fn settings(&self) -> &Settings {
+        self.runs[0].settings().expect("the first one is simulated")
+    }
+
+    /// Whether a brush is simulated.
+    pub fn is_of_brush(&self) -> bool {
+        self.runs.iter().any(|run| matches!(run, Run::Brush(_)))
+    }
+
+    fn new(runs: [Run; 2], tolerance: f64) -> Self {
+        Self { runs, turned_by: 0.0, is_mirrored: false, tolerance }
+    }
+
+    /// Two passes of one filament at the relative tolerance `relative`.
+    fn alone(one: &Settings, other: &Settings, relative: f64) -> Self {
+        let runs = [one, other].map(|settings| Run::Alone(at(settings, relative)));
+        Self::new(runs, STEPS * relative)
+    }
+}
+
+/// The tolerance holds for each step; a pass has some hundred, whose errors add up to at most this many. The same holds for two passes
+/// that differ by rounding: it changes the steps.
+pub const STEPS: f64 = 300.0;
+
+/// The pairs of one kind.
+pub struct Kind {
+    pub name: &'static str,
+    /// Number of pairs in the short run.
+    pub count: usize,
+    /// Changes random settings to those that this kind is about.
+    pub adapt: fn(&mut Settings, &mut Rng),
+    /// The pair of such settings.
+    pub pair: fn(&Settings, &mut Rng) -> Pair,
+}
+
+/// All kinds.
+pub const KINDS: &[Kind] = &[
+    Kind { name: "tolerances", count: 50, adapt: |_, _| (), pair: tolerances },
+    Kind { name: "turns-and-tolerances", count: 10, adapt: several_turns, pair: tolerances },
+    Kind { name: "edges", count: 20, adapt: over_an_edge, pair: tolerances },
+    Kind { name: "starts", count: 60, adapt: rests, pair: starts },
+    Kind { name: "turned", count: 60, adapt: on_a_plane, pair: turned },
+    Kind { name: "mirrored", count: 10, adapt: in_space, pair: mirrored },
+    Kind { name: "planar-and-in-space", count: 30, adapt: planar_and_fast, pair: planar_and_in_space },
+    Kind { name: "same-shapes", count: 60, adapt: on_a_plane, pair: same_shapes },
+    Kind { name: "shifted", count: 5, adapt: with_profile, pair: shifted },
+    Kind { name: "longer", count: 3, adapt: several_turns, pair: longer },
+    Kind { name: "at-rest", count: 20, adapt: settling, pair: at_rest },
+    Kind { name: "brush-of-one", count: 20, adapt: |_, _| (), pair: brush_of_one },
+    Kind { name: "brush-of-one-and-turns", count: 2, adapt: several_turns, pair: brush_of_one },
+    Kind { name: "brush-far-apart", count: 3, adapt: far_apart, pair: brush_far_apart },
+    Kind { name: "brush-tolerances", count: 8, adapt: few_filaments, pair: brush_tolerances },
+];
+
+/// The settings with another relative tolerance.
+fn at(settings: &Settings, relative_tolerance: f64) -> Settings {
+    let mut settings = settings.clone();
+    settings.solver.relative_tolerance = relative_tolerance;
+    settings
+}
+
+/// A filament that turns rigidly until it touches, over a workpiece that is the same at all times.
+fn rests(settings: &mut Settings, _: &mut Rng) {
+    settings.process.gravity_m_s2 = [0.0; 3];
+    let filament = &mut settings.filament;
+    (filament.waviness_amplitude_m, filament.waviness_phase_rad, filament.waviness_length_m) = (0.0, 0.0, None);
+    filament.lateral_tilt_rad = 0.0;
+    if settings.workpiece.kind != WorkpieceKind::Plane {
+        settings.workpiece.feed_velocity_m_s = 0.0;
+    }
+}
+
+fn on_a_plane(settings: &mut Settings, _: &mut Rng) {
+    let feed_velocity_m_s = settings.workpiece.feed_velocity_m_s;
+    settings.workpiece = WorkpieceSettings { feed_velocity_m_s, ..WorkpieceSettings::default() };
+}
+
+/// Fast, so that a turn is not much longer than a contact.
+fn several_turns(settings: &mut Settings, random: &mut Rng) {
+    let velocity = &mut settings.process.brushing_velocity_m_s;
+    *velocity = velocity.max(between(random, 8.0, 40.0));
+    settings.tool.body_radius_m = settings.tool.body_radius_m.min(0.08);
+    settings.process.turns = if once_in(random, 3) { Turns::Steady } else { Turns::Count(random.usize(2..5)) };
+    settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
+    settings.workpiece.feed_velocity_m_s = 0.0;
+    if settings.check().is_err() {
+        on_a_plane(settings, random);
+    }
+}
+
+fn in_space(settings: &mut Settings, random: &mut Rng) {
+    settings.filament.lateral_tilt_rad = about_zero(random, 0.2);
+    settings.process.gravity_m_s2[2] = about_zero(random, 9.81);
+}
+
+fn planar_and_fast(settings: &mut Settings, random: &mut Rng) {
+    settings.filament.lateral_tilt_rad = 0.0;
+    let velocity = &mut settings.process.brushing_velocity_m_s;
+    *velocity = velocity.max(between(random, 8.0, 40.0));
+}
+
+/// Long filaments that enter over round edges, whose contacts begin on a face and go on around the edge.
+fn over_an_edge(settings: &mut Settings, random: &mut Rng) {
+    while !matches!(settings.workpiece.kind, WorkpieceKind::Edge | WorkpieceKind::Chamfer) {
+        *settings = crate::draw::settings(random);
+    }
+    settings.workpiece.side = Side::Entering;
+    settings.workpiece.edge_radius_m = between(random, 1e-3, 6e-3);
+    settings.filament.damping_ratio = between(random, 0.005, 0.05);
+    let velocity = &mut settings.process.brushing_velocity_m_s;
+    *velocity = velocity.max(between(random, 5.0, 40.0));
+}
+
+fn with_profile(settings: &mut Settings, random: &mut Rng) {
+    while settings.workpiece.kind != WorkpieceKind::Profile {
+        *settings = crate::draw::settings(random);
+    }
+}
+
+/// A tilted filament that settles before it touches.
+fn settling(settings: &mut Settings, random: &mut Rng) {
+    rests(settings, random);
+    on_a_plane(settings, random);
+    settings.filament.lateral_tilt_rad = about_zero(random, 0.4);
+    settings.filament.damping_ratio = between(random, 0.3, 1.0);
+    settings.process.lead_angle_rad = 3.0;
+    // In half of the lead angle even the slowest of these motions decays by e^−20.
+    let frequency = bristle::model::filament::first_natural_frequency(&settings.filament);
+    let rate = 1.5 * 0.3 * frequency / 20.0;
+    settings.process.brushing_velocity_m_s = rate * settings.tool_radius_m();
+}
+
+/// Filaments at which others arrive much later.
+fn far_apart(settings: &mut Settings, random: &mut Rng) {
+    several_turns(settings, random);
+    rests(settings, random);
+    if once_in(random, 2) {
+        settings.process.turns = Turns::default();
+    }
+}
+
+fn few_filaments(settings: &mut Settings, random: &mut Rng) {
+    let pitch = settings.filament.diameter_m.max(settings.filament.tip_diameter_m()) * between(random, 1.05, 3.0);
+    // Periodic rows are as far apart as columns.
+    let rows = random.usize(1..4);
+    settings.tool.width_m = pitch * rows as f64;
+    settings.tool.filament_count = rows as f64 * (TAU * settings.tool.body_radius_m / pitch).floor();
+    let columns = if rows == 1 { random.usize(1..4) } else { 1 };
+    let mut brush =
+        BrushSettings { columns: Some(columns), rows: Some(rows), steady: false, ..BrushSettings::default() };
+    if once_in(random, 2) {
+        brush.friction_coefficient = between(random, 0.05, 0.5);
+    }
+    if once_in(random, 4) {
+        brush.lateral_tilt_std_rad = 1e-3;
+    }
+    settings.brush = Some(brush);
+}
+
+fn tolerances(settings: &Settings, random: &mut Rng) -> Pair {
+    let relative = between(random, 1e-7, 1e-5);
+    let runs = [relative, 0.1 * relative].map(|relative| Run::Alone(at(settings, relative)));
+    Pair::new(runs, STEPS * relative)
+}
+
+fn starts(settings: &Settings, random: &mut Rng) -> Pair {
+    let mut earlier = settings.clone();
+    earlier.process.lead_angle_rad += 0.1 + 0.4 * random.f64();
+    Pair::alone(settings, &earlier, 1e-6)
+}
+
+fn turned(settings: &Settings, random: &mut Rng) -> Pair {
+    let turned_by = TAU * random.f64();
+    let mut turned = settings.clone();
+    for vector in [&mut turned.workpiece.normal, &mut turned.process.gravity_m_s2] {
+        let ([x, y, z], (sin, cos)) = (*vector, turned_by.sin_cos());
+        *vector = [cos * x - sin * y, sin * x + cos * y, z];
+    }
+    Pair { turned_by, ..Pair::alone(settings, &turned, 1e-6) }
+}
+
+fn mirrored(settings: &Settings, _: &mut Rng) -> Pair {
+    let mut mirrored = settings.clone();
+    mirrored.filament.lateral_tilt_rad *= -1.0;
+    mirrored.process.gravity_m_s2[2] *= -1.0;
+    Pair { is_mirrored: true, ..Pair::alone(settings, &mirrored, 1e-6) }
+}
+
+fn planar_and_in_space(settings: &Settings, _: &mut Rng) -> Pair {
+    let settings = at(settings, 1e-6);
+    Pair::new([Run::Alone(settings.clone()), Run::InSpace(settings)], STEPS * 1e-6)
+}
+
+/// A plane, or an edge, as a workpiece of another kind whose other faces are out of reach.
+fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
+    let far = 3.0 * settings.tool_radius_m();
+    let [mut one, mut other] = [settings.clone(), settings.clone()];
+    let feed_velocity_m_s = settings.workpiece.feed_velocity_m_s;
+    let of_kind = |kind| WorkpieceSettings { kind, feed_velocity_m_s, ..WorkpieceSettings::default() };
+    let (side, sense) = if random.bool() { (Side::Leaving, 1.0) } else { (Side::Entering, -1.0) };
+    let edge_radius_m = between(random, 1e-4, 4e-3);
+    other.workpiece = match random.usize(..3) {
+        0 => WorkpieceSettings { side, edge_radius_m, offset_m: sense * far, ..of_kind(WorkpieceKind::Edge) },
+        1 => WorkpieceSettings {
+            control_points_m: (-3..=3).map(|k| [f64::from(k) * far, 0.0]).collect(),
+            degree: random.usize(1..=4),
+            ..of_kind(WorkpieceKind::Profile)
+        },
+        _ => {
+            let bend = 0.3 + 0.9 * random.f64();
+            let half_length = (2.0 * settings.tool_radius_m() * settings.process.penetration_depth_m).sqrt();
+            let offset_m = about_zero(random, 0.8 * half_length);
+            let included_angle_rad = std::f64::consts::PI - bend;
+            let edge = WorkpieceSettings { side, edge_radius_m, offset_m, ..of_kind(WorkpieceKind::Edge) };
+            one.workpiece = WorkpieceSettings { included_angle_rad, ..edge.clone() };
+            // The first corner of the chamfer is before the one where its unchamfered faces would meet.
+            let turn = bend + 0.2;
+            WorkpieceSettings {
+                kind: WorkpieceKind::Chamfer,
+                included_angle_rad: std::f64::consts::PI - turn,
+                chamfer_angle_rad: bend,
+                chamfer_width_m: far,
+                offset_m: offset_m + sense * far * (turn - bend).sin() / turn.sin(),
+                ..edge
+            }
+        }
+    };
+    Pair::alone(&one, &other, 1e-6)
+}
+
+fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
+    let mut shifted = settings.clone();
+    let shift = about_zero(random, 0.05);
+    shifted.workpiece.offset_m += shift;
+    shifted.workpiece.control_points_m.iter_mut().for_each(|[x, _]| *x -= shift);
+    Pair::alone(settings, &shifted, 1e-6)
+}
+
+/// The first turns are the same, however many follow.
+fn longer(settings: &Settings, random: &mut Rng) -> Pair {
+    let [mut one, mut other] = [settings.clone(), settings.clone()];
+    let turns = random.usize(2..4);
+    (one.process.turns, other.process.turns) = (Turns::Count(turns), Turns::Count(turns + 1));
+    Pair::alone(&one, &other, 1e-6)
+}
+
+/// A filament that has settled turns rigidly, which takes no energy, whatever its direction.
+fn at_rest(settings: &Settings, _: &mut Rng) -> Pair {
+    // Of what a joint that saw the turning of the body would take, some hundredths of the energy of its springs, a hundredth.
+    Pair::new([Run::Settled(at(settings, 1e-8)), Run::AtRest], 1e-4)
+}
+
+/// A brush at its own tolerance; filaments alone are exact compared with it.
+fn with_brush(settings: &Settings, brush: BrushSettings, filament_count: f64) -> Run {
+    let mut settings = settings.clone();
+    settings.tool.filament_count = filament_count;
+    settings.brush = Some(BrushSettings { rows: Some(1), steady: false, ..brush });
+    Run::Brush(settings)
+}
+
+fn brush_of_one(settings: &Settings, random: &mut Rng) -> Pair {
+    let tolerance = if once_in(random, 4) { 1e-4 } else { 1e-3 };
+    let brush = BrushSettings { columns: Some(1), tolerance, ..BrushSettings::default() };
+    Pair::new([with_brush(settings, brush, 100.0), Run::Alone(at(settings, 1e-7))], tolerance)
+}
+
+fn brush_far_apart(settings: &Settings, _: &mut Rng) -> Pair {
+    let brush = BrushSettings { columns: Some(2), ..BrushSettings::default() };
+    let tolerance = brush.tolerance;
+    Pair::new([with_brush(settings, brush, 8.0), Run::Alone(at(settings, 1e-7))], tolerance)
+}
+
+fn brush_tolerances(settings: &Settings, _: &mut Rng) -> Pair {
+    let runs = [1e-3, 1e-4].map(|tolerance| {
+        let mut settings = settings.clone();
+        settings.brush = settings.brush.map(|brush| BrushSettings { tolerance, ..brush });
+        Run::Brush(settings)
+    });
+    Pair::new(runs, 1.1e-3)
+}
