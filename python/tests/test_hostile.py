@@ -10,7 +10,10 @@ import bristle
 import numpy as np
 import pytest
 
-PROFILE = {"kind": "profile", "control_points_m": [[-0.1, 0.0], [0.0, 0.0], [0.1, 0.0]]}
+PROFILE = {
+    "kind": "profile",
+    "control_points_m": [[-0.1, 0.0], [-0.05, 0.0], [0.05, 0.0], [0.1, 0.0]],
+}
 
 
 def refused(settings: bristle.Settings, **sections: Any) -> bristle.SettingsError:

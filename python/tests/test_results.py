@@ -15,9 +15,9 @@ def test_a_contact_has_the_metrics_of_the_program(settings: bristle.Settings) ->
     assert list(metrics) == [*_speeds(), *list(metrics)[2:]]
     assert set(metrics) == set(get_type_hints(bristle.Metrics))
     assert metrics["rotational_speed_rpm"] == pytest.approx(530.5, abs=0.1)
-    assert metrics["turn_contact_normal_impulses_n_s"] == [
-        metrics["contact_normal_impulse_n_s"]
-    ]
+    assert metrics["turn_contact_normal_impulses_n_s"] == (
+        metrics["contact_normal_impulse_n_s"],
+    )
     assert set(contact.statistics) == set(get_type_hints(bristle.Statistics))
     assert contact.statistics["steps"] == metrics["steps"]
 
