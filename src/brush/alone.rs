@@ -76,15 +76,6 @@ pub fn step_error(plan: &Plan<'_>, length: f64, expected: &Simulation) -> f64 {
     found.iter().zip(impulses).map(difference).fold(0.0, f64::max)
 }
 
-/// The power in W that one filament by itself takes and gives, on average over the time of its nominal contact, in steps of `length` (s).
-/// Infinite if it touches nothing, or cannot be simulated.
-pub fn power(plan: &Plan<'_>, length: f64) -> f64 {
-    let [entry, exit] = plan.pass.nominal_times();
-    let turnover = follow(plan, length, 1).map_or(0.0, |sector| sector.balance().turnover());
-    let power = turnover / (exit - entry);
-    if power > 0.0 { power } else { f64::INFINITY }
-}
-
 /// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s).
 fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
     let sector = follow(plan, length, turns)?;

@@ -227,6 +227,19 @@ pub struct Budget {
     pub exchange: Exchange,
 }
 
+impl Budget {
+    fn add(&mut self, other: &Self) {
+        let Exchange { work, taken, force, strength } = other.exchange;
+        self.energy += other.energy;
+        self.momentum = add(self.momentum, other.momentum);
+        let exchange = &mut self.exchange;
+        exchange.work += work;
+        exchange.taken += taken;
+        exchange.force = add(exchange.force, force);
+        exchange.strength += strength;
+    }
+}
+
 /// What filaments exchange with their surroundings at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
@@ -283,6 +296,7 @@ pub struct Bundle<M> {
     /// By group, which presses are on it: the group of the point, and the index there.
     incoming: Vec<Vec<[u32; 2]>>,
     loads: Vec<WorkpieceLoad>,
+    budgets: Vec<Budget>,
     clearances: Vec<Clearance>,
     /// From when on, in s, each filament may leave.
     last_contacts: Vec<f64>,
@@ -349,6 +363,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             tangents: vec![Vec::new(); groups.len()],
             incoming: vec![Vec::new(); groups.len()],
             loads: vec![WorkpieceLoad::default(); bristles.len()],
+            budgets: vec![Budget::default(); groups.len()],
             clearances: bristles.iter().map(|bristle| Clearance::new(bristle, rate)).collect(),
             last_contacts: vec![f64::INFINITY; bristles.len()],
             krylov: Krylov::default(),
@@ -393,7 +408,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         /// In rad.
         const BEHIND: f64 = 0.15;
         let n = self.layout.segments;
-        let Self { groups, bristles, loads, forces, candidates, last_contacts, rate, .. } = self;
+        let Self {
+            groups, bristles, loads, forces, candidates, last_contacts, rate, presses, earlier, tangents, ..
+        } = self;
         let now = motion.time;
         let times = [now, now - BEHIND / rate.abs()];
         let is_out_of_reach = |filament: usize| {
@@ -412,6 +429,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             }
             any = true;
             group.activity = Activity::Left;
+            for presses in [&mut *presses, earlier] {
+                presses[group.index].clear();
+            }
+            tangents[group.index].clear();
             let blocks = group.index * n..(group.index + 1) * n;
             motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(*rate)]);
             motion.accelerations[blocks].fill([zero_lane(); 2]);
@@ -452,15 +473,78 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Which groups have not been touched yet.
-    pub fn resting(&self) -> Vec<bool> {
-        self.groups.iter().map(|group| group.activity == Activity::Rests).collect()
+    /// Lets all groups sleep that nothing touches yet: they turn with the body, and nothing is computed of them until they are woken.
+    pub fn fall_asleep(&mut self) {
+        for Group { index, activity, .. } in &self.groups {
+            let meets_none = self.presses[*index].is_empty() && self.incoming[*index].is_empty();
+            if *activity == Activity::Rests && meets_none {
+                self.candidates.set_asleep(*index, true);
+            }
+        }
     }
 
-    /// Sets which groups have not been touched yet.
-    pub fn set_resting(&mut self, resting: &[bool]) {
-        for (group, &rests) in self.groups.iter_mut().zip(resting) {
-            group.activity = if rests { Activity::Rests } else { Activity::Solved };
+    /// Wakes the groups that may meet the workpiece until `time` (s), or that others may come near. Returns whether there are any.
+    pub fn wake(&mut self, time: f64) -> bool {
+        let Self { groups, clearances, candidates, .. } = self;
+        let mut any = false;
+        for wanted in candidates.wanted().collect::<Vec<_>>() {
+            any |= candidates.is_asleep(wanted);
+            candidates.set_asleep(wanted, false);
+        }
+        for group in groups.iter().filter(|group| group.activity == Activity::Rests) {
+            let mut clearances = clearances[group.first..group.first + group.count].iter();
+            if candidates.is_asleep(group.index) && clearances.any(|clearance| clearance.first_contact <= time) {
+                candidates.set_asleep(group.index, false);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Whether a group sleeps that others may come near.
+    pub fn must_wake(&self) -> bool {
+        self.candidates.wanted().next().is_some()
+    }
+
+    /// Whether a group sleeps.
+    pub fn is_asleep(&self, group: usize) -> bool {
+        self.candidates.is_asleep(group)
+    }
+
+    /// Places the groups that sleep, too.
+    pub fn place_all(&mut self, motion: &Motion) {
+        let n = self.layout.segments;
+        let Self { groups, positions, velocities, bristles, candidates, .. } = self;
+        for group in groups.iter_mut().filter(|group| candidates.is_asleep(group.index)) {
+            let (at, nodes) = (group.index * n, group.index * (n + 1));
+            let vectors = [&mut positions.0[nodes..][..=n], &mut velocities.0[nodes..][..=n]];
+            group.place(bristles, motion.time, [&motion.q[at..][..n], &motion.v[at..][..n]], vectors);
+        }
+    }
+
+    /// What each group does, as a number, to be [restored](Self::set_states).
+    pub fn states(&self) -> Vec<usize> {
+        let state = |group: &Group| match group.activity {
+            Activity::Left => 3,
+            Activity::Rests if self.is_asleep(group.index) => 2,
+            Activity::Rests => 1,
+            _ => 0,
+        };
+        self.groups.iter().map(state).collect()
+    }
+
+    /// Sets what each group does.
+    pub fn set_states(&mut self, states: &[usize]) {
+        for (group, state) in self.groups.iter_mut().zip(states) {
+            self.candidates.set_asleep(group.index, *state > 1);
+            group.activity = match state {
+                1 | 2 => Activity::Rests,
+                3 => Activity::Left,
+                _ => Activity::Solved,
+            };
+            if *state == 3 {
+                self.candidates.leave_out(group.index);
+            }
         }
     }
 
@@ -514,8 +598,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         /// Above this least sine, a chart is good enough.
         const GOOD: f64 = 0.3;
         let n = self.layout.segments;
-        let Self { groups, charts, .. } = self;
+        let Self { groups, charts, candidates, .. } = self;
         for (index, group) in groups.iter_mut().enumerate() {
+            if group.equations.form() == Form::Planar || candidates.is_asleep(index) {
+                continue;
+            }
             charts.clear();
             charts.extend_from_slice(group.equations.charts());
             let mut has_changed = false;
@@ -572,7 +659,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     fn place(&mut self, motion: &Motion) {
         let n = self.layout.segments;
-        let Self { groups, positions, velocities, bristles, .. } = self;
+        let Self { groups, positions, velocities, bristles, candidates, .. } = self;
         let Motion { q, v, time, .. } = motion;
         let parts = groups
             .iter_mut()
@@ -581,7 +668,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(positions.0.chunks_mut(n + 1))
             .zip(velocities.0.chunks_mut(n + 1));
         team::for_each(parts.enumerate(), |((((group, q), v), positions), velocities)| {
-            if group.activity != Activity::Solved {
+            if group.activity != Activity::Solved && !candidates.is_asleep(group.index) {
                 group.place(bristles, *time, [q, v], [positions, velocities]);
             }
         });
@@ -603,7 +690,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(parts.enumerate(), |(((watched, presses), earlier), tangents)| {
             presses.clear();
             let mut earlier = earlier.iter().peekable();
-            watched.for_each_near(positions, |filaments, near| {
+            watched.for_each_near(|filaments, near| {
                 let mut press = Press::new(law, near, layout.part_length(filaments[0]), [positions, velocities]);
                 let key = (filaments, near.point.key());
                 while earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key).is_some() {}
@@ -650,64 +737,39 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         } = self;
         let around = Surroundings { bristles, positions, velocities, presses, incoming, candidates, time };
         let parts = forces.0.chunks_mut(n + 1).zip(loads.chunks_mut(LANES)).zip(clearances.chunks_mut(LANES));
-        for (group, ((forces, loads), clearances)) in groups.iter_mut().zip(parts) {
-            if group.activity == Activity::Left {
-                continue;
-            }
+        let parts = groups.iter().zip(parts).filter(|(group, _)| !candidates.is_asleep(group.index));
+        team::for_each(parts.map(|part| (part.0.index, part)), |(group, ((forces, loads), clearances))| {
             group.meet(&around, loads, clearances, &mut GroupField::new(group.index, n, forces));
-        }
+        });
     }
 
-    /// What the filaments that have not left have and exchange with their surroundings.
+    /// What the filaments have that do not sleep, and what they exchange with their surroundings.
     pub fn budget(&mut self, motion: &Motion) -> Budget {
         let n = self.layout.segments;
         self.evaluate(motion);
-        let Self { groups, forces, residual, bristles, velocities, loads, .. } = self;
-        let mut budget = Budget::default();
-        for (index, group) in groups.iter_mut().enumerate() {
-            if group.activity == Activity::Left {
-                continue;
-            }
-            let at = index * n..(index + 1) * n;
-            let state = [&motion.q[at.clone()], &motion.v[at.clone()], &motion.accelerations[at.clone()]];
-            group.residual(state, &forces.0[index * (n + 1)..][..=n], &mut residual[at]);
-            let energies = group.equations.energies(&group.clamp, state[0], state[1]);
-            let root_force = group.equations.root_force();
-            let power = dot(root_force, group.clamp.velocity) + energies.clamp_torque_power;
-            for lane in 0..group.count {
-                budget.energy += [energies.kinetic, energies.spring, energies.gravity]
-                    .map(|part| part.lane(lane))
-                    .iter()
-                    .sum::<f64>();
-                let Exchange { work, taken, force, strength } = &mut budget.exchange;
-                *work += power.lane(lane);
-                *taken += 2.0 * energies.dissipation.lane(lane);
-                let filament = group.first + lane;
-                let Filament { chain, .. } = &bristles[filament];
-                let mut mass = 0.0;
-                for (k, link) in chain.links.iter().enumerate() {
-                    let ends = [k, k + 1].map(|k| velocities.at(Node::new(filament, k, n)));
-                    let momentum = scale(0.5 * link.mass, add(ends[0], ends[1]));
-                    budget.momentum = add(budget.momentum, momentum);
-                    mass += link.mass;
+        let Self { groups, forces, residual, bristles, velocities, loads, budgets, presses, candidates, .. } = self;
+        let Motion { q, v, accelerations, .. } = motion;
+        let (velocities, loads, presses) = (&*velocities, &*loads, &*presses);
+        let parts = groups
+            .iter_mut()
+            .zip(q.chunks(n).zip(v.chunks(n)).zip(accelerations.chunks(n)))
+            .zip(forces.0.chunks(n + 1).zip(residual.chunks_mut(n)))
+            .zip(&mut *budgets);
+        team::for_each(parts.enumerate(), |(((group, ((q, v), accelerations)), (forces, residual)), budget)| {
+            *budget = Budget::default();
+            if !candidates.is_asleep(group.index) {
+                group.residual([q, v, accelerations], forces, residual);
+                group.add_budget(bristles, [q, v], velocities, loads, budget);
+                for (_, press) in &presses[group.index] {
+                    budget.energy += press.energy();
+                    budget.exchange.taken += press.dissipated;
                 }
-                let root = root_force.map(|component| component.lane(lane));
-                let outside = add(loads[filament].force, scale(mass, chain.gravity));
-                *force = add(*force, add(root, outside));
-                *strength += dot(loads[filament].force, loads[filament].force).sqrt();
             }
-        }
-        let Budget { energy, exchange, .. } = &mut budget;
-        for load in &self.loads {
-            *energy += load.energy;
-            exchange.work += load.moving_power;
-            exchange.taken += load.friction_power + load.damped_power;
-        }
-        for (_, press) in self.presses.iter().flatten() {
-            *energy += press.energy();
-            exchange.taken += press.dissipated;
-        }
-        budget
+        });
+        budgets.iter().fold(Budget::default(), |mut sum, budget| {
+            sum.add(budget);
+            sum
+        })
     }
 
     /// Solves the equations of a stage for `motion.accelerations`: `q` and `v` are `base` and their products with `weights`.
@@ -729,6 +791,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         const FORCING: f64 = 0.02;
         let mut effort = Effort::default();
         self.begin_stage();
+        self.candidates.drift(f64::INFINITY);
         // A solution depends on nothing before its stage.
         self.presses.iter_mut().for_each(Vec::clear);
         while effort.newton_iterations < MOST {
@@ -736,9 +799,15 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             let is_first = effort.newton_iterations == 1;
             self.follow(motion, [base_q, base_v], weights, is_first);
             self.find_presses(motion.time, Some(weights), is_first);
+            if self.must_wake() {
+                return Err(NoConvergence);
+            }
             effort.factorisations += self.linearise(motion, weights, is_first);
             effort.krylov_vectors += self.solve_coupled(weights[0], FORCING).ok_or(NoConvergence)?;
-            let largest = weights[1] * self.correct(motion, weights[1], tolerance);
+            let correction = self.correct(motion, weights[1], tolerance);
+            // Twice what the linearised motion is.
+            self.candidates.drift(2.0 * weights[0] * correction);
+            let largest = weights[1] * correction;
             if !largest.is_finite() {
                 return Err(NoConvergence);
             }
@@ -761,7 +830,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Places the groups that are not solved yet by their accelerations; those that turn with the body only in the first iteration.
     fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2], is_first: bool) {
         let n = self.layout.segments;
-        let Self { groups, positions, velocities, bristles, .. } = self;
+        let Self { groups, positions, velocities, bristles, candidates, .. } = self;
         let Motion { time, q, v, accelerations } = motion;
         let parts = groups
             .iter_mut()
@@ -774,7 +843,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             parts.enumerate(),
             |(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
                 let turns = matches!(group.activity, Activity::Rests | Activity::Left);
-                if group.activity == Activity::Solved || (turns && !is_first) {
+                if group.activity == Activity::Solved || (turns && !is_first) || candidates.is_asleep(group.index) {
                     return;
                 }
                 wide(
@@ -826,7 +895,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             |((((group, ((q, v), accelerations)), forces), (loads, clearances)), residual)| {
                 let meets_none = presses[group.index].is_empty() && incoming[group.index].is_empty();
                 let still_rests = group.activity == Activity::Rests && !is_first && meets_none;
-                if matches!(group.activity, Activity::Solved | Activity::Left) || still_rests {
+                let sleeps = candidates.is_asleep(group.index);
+                if group.activity == Activity::Solved || still_rests || sleeps {
                     return;
                 }
                 let mut forces = GroupField::new(group.index, n, forces);
@@ -1063,6 +1133,41 @@ impl Group {
                 }
             },
         );
+    }
+
+    /// Adds what its filaments have and exchange, once the residual was computed.
+    fn add_budget<M>(
+        &mut self,
+        bristles: &[Filament<M, Part>],
+        [q, v]: [&[[Lane; 2]]; 2],
+        velocities: &Field,
+        loads: &[WorkpieceLoad],
+        budget: &mut Budget,
+    ) {
+        let n = self.equations.segments();
+        let energies = self.equations.energies(&self.clamp, q, v);
+        let root_force = self.equations.root_force();
+        let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
+        let energy = energies.kinetic + energies.spring + energies.gravity;
+        let Budget { energy: sum, momentum, exchange: Exchange { work, taken, force, strength } } = budget;
+        for lane in 0..self.count {
+            let filament = self.first + lane;
+            let load = &loads[filament];
+            *sum += energy.lane(lane) + load.energy;
+            *work += power.lane(lane) + load.moving_power;
+            *taken += 2.0 * energies.dissipation.lane(lane) + load.friction_power + load.damped_power;
+            let chain = &bristles[filament].chain;
+            let mut mass = 0.0;
+            for (k, link) in chain.links.iter().enumerate() {
+                let ends = [k, k + 1].map(|k| velocities.at(Node::new(filament, k, n)));
+                *momentum = add(*momentum, scale(0.5 * link.mass, add(ends[0], ends[1])));
+                mass += link.mass;
+            }
+            let root = root_force.map(|component| component.lane(lane));
+            let outside = add(load.force, scale(mass, chain.gravity));
+            *force = add(*force, add(root, outside));
+            *strength += dot(load.force, load.force).sqrt();
+        }
     }
 
     fn factorise(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], weights: [f64; 2]) {

@@ -3,7 +3,8 @@
 //! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list of them is complete until some node has
 //! moved by half a margin, relative to the turning body. A pair *watches* the points of one filament, in blocks of one per lane: how far they
 //! are from the other filament is computed again only once both could have moved that way. For each point it knows a window of segments
-//! of the other filament, outside which there is nothing near.
+//! of the other filament, outside which there is nothing near. Blocks that are near, or nearly so, are listed: as long as nodes have
+//! hardly moved since, as between the iterations of a stage, no others are looked at.
 
 use std::f64::consts::TAU;
 
@@ -56,6 +57,8 @@ impl Layout {
 const SPREAD: usize = 6;
 /// A pair of filaments is listed if they may be nearer than the reach and this multiple of it.
 const MARGIN: f64 = 1.0;
+/// A block is listed if it may be nearer than the reach and this multiple of it.
+const RESERVE: f64 = 0.03;
 
 /// Points that may press on other filaments.
 #[derive(Clone, Debug)]
@@ -69,17 +72,29 @@ pub struct Candidates {
     /// Pairs by the group of the filament whose points they watch.
     pairs: Vec<Vec<Pair>>,
     motion: Motion,
+    /// Where the nodes are, filament by filament.
+    nodes: Vec<[f64; 3]>,
     /// Which groups nothing touches.
     left_out: Vec<bool>,
+    /// Which groups are not looked at: they turn with the body.
+    asleep: Vec<bool>,
+    /// Sleeping filaments that others may come near, by the group of the latter.
+    wanted: Vec<Vec<usize>>,
     /// How far each filament had gone when the list was built, by group. Empty before that.
     built: Vec<Lane>,
     search: Search,
+    /// The blocks that points may be near in, by group: the numbers of the pair, and of the block.
+    listed: Vec<Vec<[u32; 2]>>,
+    /// How far nodes may have moved since these were listed, in m.
+    drift: f64,
 }
 
 /// Memory of the search for pairs.
 #[derive(Clone, Debug, Default)]
 struct Search {
     bounds: Vec<Bounds>,
+    /// The angle of the body then in rad.
+    angle: f64,
     starts: Vec<Start>,
     /// The pairs that were found, by group: both filaments, and by how much the other is moved.
     found: Vec<Vec<(usize, usize, f64)>>,
@@ -100,9 +115,9 @@ struct Start {
 /// How far nodes have gone relative to the body.
 #[derive(Clone, Debug)]
 struct Motion {
-    /// Where they were last, and the angle of the body.
+    /// Where they were last, and the angle of the body then, by group.
     positions: Field,
-    angle: f64,
+    angles: Vec<f64>,
     /// The way of each node, or of the farthest among [`SPREAD`] on either side, in m.
     paths: Vec<Lane>,
     /// Scratch: the last ways of the nodes of each group, with [`SPREAD`] beyond either end.
@@ -152,55 +167,81 @@ impl Candidates {
         let none = Lane::from_lanes(|_| 0.0);
         let motion = Motion {
             positions: Field::new(groups, layout.segments),
-            angle: f64::NAN,
+            angles: vec![f64::NAN; groups],
             paths: vec![none; groups * (layout.segments + 1)],
             ways: vec![none; groups * (layout.segments + 1 + 2 * SPREAD)],
             farthest: vec![none; groups],
         };
         Self {
+            nodes: vec![[0.0; 3]; groups * LANES * (layout.segments + 1)],
             margin: MARGIN * layout.largest_reach,
             width: layout.width(),
             stations: Stations::all(layout.segments, layout.points),
             pairs: vec![Vec::new(); groups],
             motion,
             left_out: vec![false; groups],
+            asleep: vec![false; groups],
+            wanted: vec![Vec::new(); groups],
             built: Vec::new(),
+            listed: vec![Vec::new(); groups],
+            drift: f64::INFINITY,
             search: Search { found: vec![Vec::new(); groups], ..Search::default() },
             layout,
         }
     }
 
-    /// Follows the nodes to `positions`, and builds the list again if filaments may touch that are not in it. The body is at `angle`
-    /// (rad). Groups that have not `moved` since the last time are where they were, and so is the body if there are any.
-    pub fn update(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
+    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not `moved` since the last time are where they
+    /// were; those that sleep have turned with the body.
+    ///
+    /// Unless what is listed [holds](Self::is_listed), follows how far nodes have gone, and builds the list of pairs again if filaments may
+    /// touch that are not in it. Groups that sleep are put where they are then, too.
+    pub fn update(&mut self, positions: &mut Field, angle: f64, moved: impl Fn(usize) -> bool) {
+        let is_listed = self.is_listed();
+        let Self { motion, layout, asleep, nodes, .. } = self;
+        let moved = |group: usize| !asleep[group] && moved(group);
+        let segments = layout.segments;
+        copy_filaments(positions, segments, &moved, nodes);
+        if is_listed {
+            return;
+        }
         let is_known = !self.built.is_empty();
         if is_known {
-            self.motion.follow(positions, angle, self.layout.segments, moved);
+            motion.follow(positions, angle, segments, moved);
         } else {
-            self.motion.positions.clone_from(positions);
-            self.motion.angle = angle;
+            motion.positions.clone_from(positions);
+            motion.angles.fill(angle);
         }
+        let sleeps = |group: usize| self.asleep[group] && !self.left_out[group];
+        for group in (0..self.asleep.len()).filter(|group| sleeps(*group)) {
+            self.motion.turn(positions, angle, segments, group);
+        }
+        copy_filaments(positions, segments, sleeps, &mut self.nodes);
         let gone =
             |now: &Lane, then: &Lane| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
         if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
-            self.build(positions);
+            self.build(positions, angle);
             self.built.clone_from(&self.motion.farthest);
         }
     }
 
     /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin. Keeps what is known of pairs.
-    fn build(&mut self, positions: &Field) {
-        let Self { layout, margin, stations, pairs: listed, left_out, search, .. } = self;
+    fn build(&mut self, positions: &Field, angle: f64) {
+        let Self { layout, margin, stations, pairs: listed, left_out, asleep, search, .. } = self;
         let Layout { filaments, segments, period, .. } = *layout;
-        let Search { bounds, starts, found, earlier, unused } = search;
+        let Search { bounds, angle: earlier_angle, starts, found, earlier, unused } = search;
         let near = layout.largest_reach + *margin;
-        bounds.clear();
-        bounds.extend((0..filaments).map(|filament| {
-            if left_out[filament / LANES] {
-                return Bounds::NOWHERE;
-            }
-            Bounds::of((0..=segments).map(|k| positions.at(Node::new(filament, k, segments))), near)
-        }));
+        bounds.resize(filaments, Bounds::NOWHERE);
+        for (filament, bounds) in bounds.iter_mut().enumerate() {
+            let group = filament / LANES;
+            *bounds = if left_out[group] {
+                Bounds::NOWHERE
+            } else if asleep[group] {
+                bounds.turned(angle - *earlier_angle)
+            } else {
+                Bounds::of((0..=segments).map(|k| positions.at(Node::new(filament, k, segments))), near)
+            };
+        }
+        *earlier_angle = angle;
         found.iter_mut().for_each(Vec::clear);
         let around = period.map(|period| [-period, 0.0, period]);
         let shifts = around.as_ref().map_or(&[0.0][..], |shifts| &shifts[..]);
@@ -233,8 +274,35 @@ impl Candidates {
         }
     }
 
+    /// Nodes may have moved by `distance` (m) since the last time.
+    pub fn drift(&mut self, distance: f64) {
+        self.drift += distance;
+    }
+
+    /// Whether what is listed holds where the nodes are now.
+    pub fn is_listed(&self) -> bool {
+        2.0 * self.drift <= RESERVE * self.layout.largest_reach
+    }
+
+    /// Whether a group is not looked at.
+    pub fn is_asleep(&self, group: usize) -> bool {
+        self.asleep[group]
+    }
+
+    /// Sets whether a group is not looked at. While it is not, it turns with the body.
+    pub fn set_asleep(&mut self, group: usize, is_asleep: bool) {
+        self.drift = f64::INFINITY;
+        self.asleep[group] = is_asleep;
+    }
+
+    /// The groups that sleep although other filaments may come near.
+    pub fn wanted(&self) -> impl Iterator<Item = usize> {
+        self.wanted.iter().flatten().map(|filament| filament / LANES)
+    }
+
     /// Leaves out a group: nothing touches it any longer.
     pub fn leave_out(&mut self, group: usize) {
+        self.set_asleep(group, true);
         self.left_out[group] = true;
         self.pairs[group].clear();
         for pairs in &mut self.pairs {
@@ -242,11 +310,23 @@ impl Candidates {
         }
     }
 
-    /// The pairs of each group, to be looked at where the nodes were last followed to.
+    /// The pairs of each group, to be looked at where the nodes were put; lists the blocks that are near if that is [not done](Self::is_listed).
     pub fn by_group(&mut self) -> impl ExactSizeIterator<Item = Watched<'_>> + Send {
-        let Self { layout, motion, width, stations, pairs, .. } = self;
-        let (layout, motion, width, stations) = (&*layout, &*motion, *width, &**stations);
-        pairs.iter_mut().map(move |pairs| Watched { layout, motion, width, stations, pairs })
+        let is_listed = self.is_listed();
+        if !is_listed {
+            self.drift = 0.0;
+        }
+        let Self { layout, motion, nodes, width, stations, pairs, listed, asleep, wanted, .. } = self;
+        let (layout, motion, nodes) = (&*layout, &*motion, &**nodes);
+        let (width, stations, asleep) = (*width, &**stations, &**asleep);
+        let parts = pairs.iter_mut().zip(listed).zip(wanted);
+        parts.map(move |((pairs, listed), wanted)| {
+            if !is_listed {
+                listed.clear();
+                wanted.clear();
+            }
+            Watched { layout, motion, nodes, width, stations, pairs, listed, is_listed, asleep, wanted }
+        })
     }
 
     /// How far the nodes of a filament have gone relative to the body since the start, in m: that of the farthest at each time.
@@ -256,10 +336,16 @@ impl Candidates {
 }
 
 impl Motion {
+    /// Puts a group where it is if it has turned with the body.
+    fn turn(&self, positions: &mut Field, angle: f64, segments: usize, group: usize) {
+        let nodes = group * (segments + 1)..(group + 1) * (segments + 1);
+        let turn = turned(angle - self.angles[group]);
+        for (now, earlier) in positions.0[nodes.clone()].iter_mut().zip(&self.positions.0[nodes]) {
+            *now = turn(*earlier);
+        }
+    }
+
     fn follow(&mut self, positions: &Field, angle: f64, segments: usize, moved: impl Fn(usize) -> bool) {
-        let (sin, cos) = sin_cos(angle - self.angle);
-        self.angle = angle;
-        let [sin, cos] = [sin, cos].map(|value| Lane::from_lanes(|_| value));
         let nodes = segments + 1;
         let parts = self
             .positions
@@ -268,17 +354,19 @@ impl Motion {
             .zip(positions.0.chunks(nodes))
             .zip(self.paths.chunks_mut(nodes))
             .zip(self.ways.chunks_mut(nodes + 2 * SPREAD))
-            .zip(&mut self.farthest);
+            .zip(&mut self.farthest)
+            .zip(&mut self.angles);
         let parts = parts.enumerate().filter(|(group, _)| moved(*group));
-        team::for_each(parts, |((((earlier, now), paths), ways), farthest)| {
+        team::for_each(parts, |(((((earlier, now), paths), ways), farthest), before)| {
+            let turn = turned(angle - *before);
+            *before = angle;
             wide(
                 #[inline(always)]
                 || {
                     ways.fill(Lane::from_f64(0.0));
                     let mut most = Lane::from_f64(0.0);
                     for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
-                        let [x, y, z] = *earlier;
-                        let moved = sub(*now, [cos * x - sin * y, sin * x + cos * y, z]);
+                        let moved = sub(*now, turn(*earlier));
                         *way = dot(moved, moved).sqrt();
                         most = most.max(*way);
                         *earlier = *now;
@@ -307,31 +395,80 @@ impl Motion {
     }
 }
 
+/// Copies the positions of some groups, filament by filament.
+fn copy_filaments(positions: &Field, segments: usize, groups: impl Fn(usize) -> bool, nodes: &mut [[f64; 3]]) {
+    let count = segments + 1;
+    let parts = positions.0.chunks(count).zip(nodes.chunks_mut(LANES * count)).enumerate();
+    team::for_each(parts.filter(|(group, _)| groups(*group)), |(positions, nodes)| {
+        for (k, [x, y, z]) in positions.iter().enumerate() {
+            for lane in 0..LANES {
+                nodes[lane * count + k] = [x.lane(lane), y.lane(lane), z.lane(lane)];
+            }
+        }
+    });
+}
+
+/// Turns a vector by `angle` (rad) about `z`.
+fn turned(angle: f64) -> impl Fn([Lane; 3]) -> [Lane; 3] {
+    let (sin, cos) = sin_cos(angle);
+    let [sin, cos] = [sin, cos].map(|value| Lane::from_lanes(|_| value));
+    #[inline(always)]
+    move |[x, y, z]| [cos * x - sin * y, sin * x + cos * y, z]
+}
+
 /// The pairs of one group.
 pub struct Watched<'a> {
     layout: &'a Layout,
     motion: &'a Motion,
+    nodes: &'a [[f64; 3]],
     width: usize,
     stations: &'a [Stations],
     pairs: &'a mut [Pair],
+    listed: &'a mut Vec<[u32; 2]>,
+    is_listed: bool,
+    asleep: &'a [bool],
+    wanted: &'a mut Vec<usize>,
 }
 
 impl Watched<'_> {
     /// Calls `take` with every point that is nearer to another filament than the reach, with both filaments.
-    pub fn for_each_near(self, positions: &Field, mut take: impl FnMut([usize; 2], &Near)) {
-        let Self { layout, motion, width, stations, pairs } = self;
-        let Layout { segments, points, .. } = *layout;
-        let count = segments * points;
-        for Pair { own, other, shift, clear_until, blocks } in pairs {
-            let total = motion.farthest(*own) + motion.farthest(*other);
+    pub fn for_each_near(mut self, mut take: impl FnMut([usize; 2], &Near)) {
+        if !self.is_listed {
+            self.list();
+        }
+        let Self { layout, nodes, width, stations, pairs, listed, .. } = self;
+        let mut lines = None;
+        for &[pair, number] in &*listed {
+            let Pair { own, other, shift, blocks, .. } = &pairs[pair as usize];
+            let (_, own_line, line) = match lines {
+                Some(lines @ (last, _, _)) if last == pair => lines,
+                _ => (pair, Line::new(layout, nodes, *own, 0.0), Line::new(layout, nodes, *other, *shift)),
+            };
+            lines = Some((pair, own_line, line));
+            let near = Nearby { own: *own, own_line, line, first: blocks[number as usize].first, width };
+            near.for_each(number as usize, &stations[number as usize], layout, |near| take([*own, *other], near));
+        }
+    }
+
+    /// Lists the blocks whose points may be near before nodes have drifted by the reserve.
+    fn list(&mut self) {
+        let Self { layout, motion, nodes, width, stations, pairs, listed, asleep, wanted, .. } = self;
+        let (layout, width, segments) = (*layout, *width, layout.segments);
+        let reserve = RESERVE * layout.largest_reach;
+        for (pair, Pair { own, other, shift, clear_until, blocks }) in pairs.iter_mut().enumerate() {
+            // What is known must hold for as long as the list does.
+            let total = motion.farthest(*own) + motion.farthest(*other) + reserve;
             if total < *clear_until {
                 continue;
             }
-            let line = Line::new(layout, positions, *other, *shift);
-            let own_line = Line::new(layout, positions, *own, 0.0);
+            let sleeper = [*own, *other].into_iter().find(|filament| asleep[*filament / LANES]);
+            let both_sleep = asleep[*own / LANES] && asleep[*other / LANES];
+            let mut is_near = false;
+            let line = Line::new(layout, nodes, *other, *shift);
+            let own_line = Line::new(layout, nodes, *own, 0.0);
             let mut slack = f64::INFINITY;
-            for (number, (block, station)) in blocks.iter_mut().zip(stations).enumerate() {
-                let own_path = motion.path(Node::new(*own, station.middle(), segments));
+            for (number, (block, station)) in blocks.iter_mut().zip(*stations).enumerate() {
+                let own_path = motion.path(Node::new(*own, station.middle(), segments)) + reserve;
                 let path = |block: &Block| own_path + motion.path(Node::new(*other, block.middle(width), segments));
                 let mut way = path(block);
                 let in_windows = way < block.next_until && total < block.else_until;
@@ -345,41 +482,57 @@ impl Watched<'_> {
                     let [next, others];
                     (block.first, [next, others]) = dispatch(scan);
                     way = path(block);
-                    (block.next_until, block.else_until) = (way + next, total + others);
+                    (block.next_until, block.else_until) = (way - reserve + next, total - reserve + others);
                 }
                 let nearest = dispatch(Windows { x, radius, line: &line, first: &block.first, width });
                 let clear = (0..LANES).map(|lane| nearest.lane(lane)).fold(f64::INFINITY, f64::min);
-                if clear >= 0.0 {
-                    block.clear_until = way + clear;
-                    slack = slack.min(block.slack(way, total));
-                    continue;
-                }
-                (block.clear_until, slack) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-                let present = LANES.min(count - number * LANES);
-                for lane in (0..present).filter(|lane| nearest.lane(*lane) < 0.0) {
-                    let segment = Node::new(*own, station.segments[lane].into(), segments);
-                    let point = Place { segment, fraction: station.fractions.lane(lane) };
-                    let from = block.first[lane] as usize;
-                    let near = (from..from + width)
-                        .map(|k| {
-                            let segment = Node::new(*other, k, segments);
-                            let reach = radius.lane(lane) + line.radii[k];
-                            Near::between(
-                                point,
-                                x.map(|x| x.lane(lane)),
-                                segment,
-                                [line.node(k), line.node(k + 1)],
-                                reach,
-                            )
-                        })
-                        .min_by(|a, b| a.square().total_cmp(&b.square()))
-                        .expect("a window has a segment");
-                    if near.square() < near.reach * near.reach {
-                        take([*own, *other], &near);
+                block.clear_until = way - reserve + clear;
+                slack = slack.min(block.slack(way, total));
+                if clear <= reserve {
+                    is_near = true;
+                    if sleeper.is_none() {
+                        listed.push([pair as u32, number as u32]);
                     }
                 }
             }
+            wanted.extend(sleeper.filter(|_| is_near && !both_sleep));
             *clear_until = total + slack;
+        }
+    }
+}
+
+/// The points of a block, and the windows of segments that they are near.
+struct Nearby<'a> {
+    own: usize,
+    own_line: Line<'a>,
+    line: Line<'a>,
+    first: [u16; LANES],
+    width: usize,
+}
+
+impl Nearby<'_> {
+    /// Calls `take` with every point that is nearer to its window than the reach.
+    fn for_each(&self, number: usize, station: &Stations, layout: &Layout, mut take: impl FnMut(&Near)) {
+        let Self { own, own_line, line, first, width } = self;
+        let Layout { segments, points, .. } = *layout;
+        let (x, radius) = own_line.points(station);
+        let nearest = dispatch(Windows { x, radius, line, first, width: *width });
+        let present = LANES.min(segments * points - number * LANES);
+        for lane in (0..present).filter(|lane| nearest.lane(*lane) < 0.0) {
+            let segment = Node::new(*own, station.segments[lane].into(), segments);
+            let point = Place { segment, fraction: station.fractions.lane(lane) };
+            let from = first[lane] as usize;
+            let near = (from..from + width)
+                .map(|k| {
+                    let reach = radius.lane(lane) + line.radii[k];
+                    let ends = [line.node(k), line.node(k + 1)];
+                    Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach)
+                })
+                .min_by(|a, b| a.square().total_cmp(&b.square()))
+                .expect("a window has a segment");
+            if near.square() < near.reach * near.reach {
+                take(&near);
+            }
         }
     }
 }
@@ -397,11 +550,12 @@ impl Block {
 }
 
 /// The centreline of one filament.
+#[derive(Clone, Copy)]
 struct Line<'a> {
-    /// The nodes of its group in m.
-    nodes: &'a [[Lane; 3]],
-    /// Its lane there.
-    lane: usize,
+    /// Its root.
+    root: Node,
+    /// Its nodes in m.
+    nodes: &'a [[f64; 3]],
     /// `z` by which it is moved, in m.
     shift: f64,
     /// Radii of the segments in m.
@@ -409,20 +563,24 @@ struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    fn new(layout: &'a Layout, positions: &'a Field, filament: usize, shift: f64) -> Self {
+    fn new(layout: &'a Layout, nodes: &'a [[f64; 3]], filament: usize, shift: f64) -> Self {
         let Layout { segments, .. } = *layout;
         Self {
-            nodes: positions.group(filament / LANES, segments),
-            lane: filament % LANES,
+            root: Node::new(filament, 0, segments),
+            nodes: &nodes[filament * (segments + 1)..][..=segments],
             shift,
             radii: &layout.radii[filament * segments..][..segments],
         }
     }
 
+    fn segment(&self, k: usize) -> Node {
+        self.root.outwards(k)
+    }
+
     #[inline(always)]
     fn node(&self, k: usize) -> [f64; 3] {
-        let [x, y, z] = &self.nodes[k];
-        [x.lane(self.lane), y.lane(self.lane), z.lane(self.lane) + self.shift]
+        let [x, y, z] = self.nodes[k];
+        [x, y, z + self.shift]
     }
 
     /// In each lane the node that is so many `steps` from the inner end of one of `segments`.
@@ -635,6 +793,11 @@ impl Bounds {
         Self { angles: [start + angle[0] - pad, start + angle[1] + pad], axial }
     }
 
+    /// The same after the body has turned by `angle` (rad).
+    fn turned(self, angle: f64) -> Self {
+        Self { angles: self.angles.map(|before| before + angle), ..self }
+    }
+
     /// Whether they overlap along `z`, with the other one moved by `shift` (m).
     fn overlaps(&self, other: &Self, shift: f64) -> bool {
         self.axial[0] <= other.axial[1] + shift && other.axial[0] + shift <= self.axial[1]
@@ -706,21 +869,33 @@ mod tests {
         let shifts = period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period]);
         let mut candidates = Candidates::new(layout.clone());
         let (mut met, mut built) = (0, 0);
-        for step in 0..40 {
-            let angle = 0.01 * f64::from(step);
+        let mut placed = Field::new(layout.groups(), segments);
+        for step in 0..80 {
+            let angle = 0.01 * f64::from(step / 2);
             let (sin, cos) = sin_cos(angle);
-            let mut placed = Field::new(layout.groups(), segments);
-            for &(node, position) in &nodes {
-                let tremble = scale(2e-5, [random(&mut seed), random(&mut seed), random(&mut seed)]);
-                let [x, y, z] = add(position, tremble);
-                placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
+            let mut random = || [random(&mut seed), random(&mut seed), random(&mut seed)];
+            if step % 2 == 0 {
+                for &(node, position) in &nodes {
+                    let [x, y, z] = add(position, scale(2e-5, random()));
+                    placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
+                }
+                let before = candidates.built.clone();
+                candidates.drift(f64::INFINITY);
+                candidates.update(&mut placed, angle, |_| true);
+                built += usize::from(candidates.built != before);
+            } else {
+                // Nodes that hardly move are not followed.
+                let drift = 0.49 * RESERVE * REACH;
+                for &(node, _) in &nodes {
+                    placed.set(node, add(placed.at(node), scale(drift / 3.0_f64.sqrt(), random())));
+                }
+                candidates.drift(drift);
+                assert!(candidates.is_listed());
+                candidates.update(&mut placed, angle, |_| true);
             }
-            let before = candidates.built.clone();
-            candidates.update(&placed, angle, |_| true);
-            built += usize::from(candidates.built != before);
             let found = candidates.by_group().map(|watched| {
                 let mut near_ones = Vec::new();
-                watched.for_each_near(&placed, |filaments, near| near_ones.push((filaments, *near)));
+                watched.for_each_near(|filaments, near| near_ones.push((filaments, *near)));
                 near_ones
             });
             let mut found: Vec<([usize; 2], Near)> = found.flatten().collect();

@@ -40,7 +40,12 @@ impl Node {
 
     /// The next one outwards.
     pub fn outer(self) -> Self {
-        Self(self.0 + LANES)
+        self.outwards(1)
+    }
+
+    /// The one that is so many steps outwards.
+    pub fn outwards(self, steps: usize) -> Self {
+        Self(self.0 + steps * LANES)
     }
 
     /// The filament that it belongs to.
@@ -98,11 +103,6 @@ impl Field {
         let [x, y, z] = &self.0[node.row()];
         let lane = node.lane();
         [x.lane(lane), y.lane(lane), z.lane(lane)]
-    }
-
-    /// The vectors at the nodes of one group, from the root.
-    pub fn group(&self, group: usize, segments: usize) -> &[[Lane; 3]] {
-        &self.0[group * (segments + 1)..][..=segments]
     }
 
     /// Puts a vector at a node.

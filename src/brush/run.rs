@@ -49,7 +49,7 @@ struct Precision {
     step: f64,
     /// Largest last correction of a node's velocity, as a share of the brushing velocity.
     newton: f64,
-    /// Power in W that the balance of the energies may lack in a step, of one filament in contact.
+    /// The share of the energy that goes in or out which its balance may lack.
     lacking: f64,
     /// The largest difference of an impulse of one filament by itself from that of its pass, over it.
     error: f64,
@@ -60,6 +60,8 @@ impl Precision {
     /// there, and where filaments rub on each other. Longer steps than those of a tolerance of 1e-3 are not faster: they take more
     /// iterations (docs/integrators.md).
     fn first(settings: &Settings, pass: &Pass) -> Self {
+        /// In tolerances: a fifth of what is an error at the end.
+        const LACKING: f64 = 2.0;
         let brush = settings.brush_or_default();
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
@@ -69,7 +71,7 @@ impl Precision {
         Self {
             step: 2e-4 * share * short * rubbing,
             newton: 3e-4 * share,
-            lacking: f64::INFINITY,
+            lacking: LACKING * brush.tolerance,
             error: f64::INFINITY,
         }
     }
@@ -86,8 +88,6 @@ impl Precision {
         const SHARE: f64 = 0.5;
         /// Halves that are tried.
         const MOST: usize = 7;
-        /// Energy that may be lacking, in tolerances of that which one filament by itself takes and gives in the same time of contact.
-        const ALLOWED: f64 = 5.0;
         /// Tolerance of the pass, as a share of that of the brush.
         const CLOSER: f64 = 0.01;
         let brush = settings.brush_or_default();
@@ -112,7 +112,6 @@ impl Precision {
             tolerance: precision.newton * velocity,
             lacking: precision.lacking,
         };
-        next.lacking = brush.tolerance * ALLOWED * alone::power(&plan(&next), next.step / velocity);
         let mut best = next;
         for _ in 0..=MOST {
             next.error = alone::step_error(&plan(&next), next.step / velocity, &expected);
@@ -138,6 +137,14 @@ impl Precision {
         let share = 0.5_f64.powi(times.into());
         Self { step: share * self.step, newton: share * self.newton, lacking: share * share * self.lacking, ..self }
     }
+}
+
+/// The share of its quantity that a balance may lack, so that a result is no error.
+fn allowed_residual(brush: &BrushSettings) -> f64 {
+    /// At least, and as a multiple of the tolerance.
+    const LEAST: f64 = 1e-3;
+    const TOLERANCES: f64 = 10.0;
+    (TOLERANCES * brush.tolerance).max(LEAST)
 }
 
 /// Nodes in all frames together, at most.
@@ -356,6 +363,7 @@ impl BrushRun {
             let next = self.next_frame(self.done);
             self.advance_to(next.map_or(to, |frame| to.min(frame)))?;
             if next == Some(self.done) {
+                self.sectors.iter_mut().for_each(|(_, sector)| sector.place_all());
                 self.frames.push(self.frame());
             }
         }
@@ -629,9 +637,6 @@ impl BrushRun {
     /// # Errors
     /// If one of them does so by more than the tolerance can explain.
     fn residuals(&self) -> Result<Residuals, BrushError> {
-        /// The least share that is an error, and the same as a multiple of the tolerance.
-        const LEAST: f64 = 1e-3;
-        const TOLERANCES: f64 = 10.0;
         let relative = |of: &dyn Fn(&Balance) -> [f64; 2]| {
             let [mut lack, mut whole] = [0.0; 2];
             for (group, sector) in &self.sectors {
@@ -643,7 +648,7 @@ impl BrushRun {
         };
         let residuals =
             Residuals { energy: relative(&Balance::energy_defect), momentum: relative(&Balance::momentum_defect) };
-        let allowed = (TOLERANCES * self.brush.tolerance).max(LEAST);
+        let allowed = allowed_residual(&self.brush);
         for (quantity, residual) in [("energy", residuals.energy), ("momentum", residuals.momentum)] {
             // What is not a number is not resolved either.
             if residual.is_nan() || residual > allowed {
@@ -757,7 +762,7 @@ pub(super) struct Plan<'a> {
     pub begin: f64,
     /// Largest last correction of a node's velocity in m/s.
     pub tolerance: f64,
-    /// Power in W that the balance of the energies may lack in a step, of one filament.
+    /// The share of the energy that goes in or out which its balance may lack.
     pub lacking: f64,
 }
 
@@ -796,11 +801,7 @@ impl Plan<'_> {
             })
             .collect();
         let motion = bundle.start(begin, |filament| starts[filament].clone());
-        // So many filaments are in contact at a time, on average.
-        let [entry, exit] = pass.nominal_times();
-        let duration = (pass.end_time() + arrangement.latest() / rate - begin).min(pass.turn_time());
-        let touching = members.len() as f64 * ((exit - entry) / duration).min(1.0);
-        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking * touching)
+        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 
     fn bundle(&self, members: &[usize]) -> Bundle<Turning<Mount>> {

@@ -108,11 +108,13 @@ pub struct Sector {
     stepper: Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
-    /// Which filaments press on each other where the last step ended.
-    presses: BTreeMap<[usize; 2], PressSum>,
+    /// What the last step ended with.
+    now: Stage,
+    /// Memory for the stages of a step: the middle one, and that at its end.
+    stages: [Stage; 2],
     statistics: BrushStatistics,
     balance: Balance,
-    /// Power in W that the balance of the energies may lack in a step.
+    /// The share of the energy that went in or out which its balance may lack.
     allowed: f64,
     /// The next step, as a share of the whole.
     share: f64,
@@ -120,7 +122,7 @@ pub struct Sector {
 
 impl Sector {
     /// Filaments at the start of their motion, with their timetables. A stage is solved once velocities change by less than `tolerance`
-    /// (m/s). The balance of the energies may lack the power `allowed` (W) in a step.
+    /// (m/s). The balance of the energies may lack the share `allowed` of what went in or out.
     pub fn new(
         mut bundle: Bundle<Turning<Mount>>,
         motion: Motion,
@@ -140,14 +142,18 @@ impl Sector {
                 timetable,
             })
             .collect();
-        let balance = Balance::new(&bundle.budget(&motion));
+        bundle.fall_asleep();
+        let mut now = Stage::default();
+        now.take(&mut bundle, &motion);
+        let balance = Balance::new(&now.budget);
         Self {
             stepper: Stepper::new(&motion, tolerance),
             bundle,
             motion,
             accounts,
             pairs: BTreeMap::new(),
-            presses: BTreeMap::new(),
+            now,
+            stages: Default::default(),
             statistics: BrushStatistics::default(),
             balance,
             allowed,
@@ -191,6 +197,11 @@ impl Sector {
         self.accounts.iter().any(|account| account.load.pressing > 0.0 && account.record.turn == 1)
     }
 
+    /// Places all filaments, also those of which nothing is computed now.
+    pub fn place_all(&mut self) {
+        self.bundle.place_all(&self.motion);
+    }
+
     /// Forgets what was found on the way here: what follows does not depend on it.
     pub fn forget(&mut self) {
         self.bundle.forget();
@@ -205,17 +216,18 @@ impl Sector {
         const SHORTEST: f64 = 1e-4;
         /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
         const SHORT: f64 = 1.0 / 256.0;
-        /// Of the energy that a step may lack: a step of twice the length lacks about eight times as much.
-        const CALM: f64 = 0.2;
         self.bundle.leave_poles(&mut self.motion);
         if self.bundle.leave_out(&mut self.motion) {
-            self.balance.forget_part(&self.bundle.budget(&self.motion));
+            self.balance.go_on_with(&self.bundle.budget(&self.motion));
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
-            let allowed = if h > SHORT * length { self.allowed * h } else { f64::INFINITY };
+            if self.bundle.wake(self.motion.time + h) {
+                self.balance.go_on_with(&self.bundle.budget(&self.motion));
+            }
+            let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
             match self.attempt(h, allowed) {
-                Ok((effort, lack)) => {
+                Ok((effort, is_calm)) => {
                     self.statistics.steps += 1;
                     self.statistics.effort += effort;
                     self.stepper.finish(&mut self.motion);
@@ -223,10 +235,11 @@ impl Sector {
                         self.motion.time = end;
                     }
                     // What failed may be over.
-                    if lack <= CALM * self.allowed * h {
+                    if is_calm {
                         self.share = (2.0 * self.share).min(1.0);
                     }
                 }
+                Err(_) if self.bundle.must_wake() => {}
                 Err(_) if h > SHORTEST * length => {
                     self.statistics.halved_steps += 1;
                     self.share = 0.5 * h / length;
@@ -237,23 +250,43 @@ impl Sector {
         Ok(self.sample())
     }
 
-    /// Tries a step of `h` (s), in which the balance of the energies may lack `allowed` (J). Returns what it lacks. If the step is not
-    /// possible, returns the filaments that cross each other, if that is why.
-    fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, f64), Option<[usize; 2]>> {
-        let Self { bundle, motion, stepper, accounts, pairs, presses, balance, .. } = self;
+    /// Tries a step of `h` (s), after which the balance of the energies may lack the share `allowed`. Returns whether steps may be longer.
+    /// If the step is not possible, returns the filaments that cross each other, if that is why.
+    fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, bool), Option<[usize; 2]>> {
+        /// Of what the balance may still lack: a step of twice the length lacks about eight times as much.
+        const CALM: f64 = 0.1;
+        let Self { bundle, motion, stepper, accounts, pairs, now, stages: [middle, end], balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
-        let middle = Stage::of(bundle, &stepper.middle);
+        middle.take(bundle, &stepper.middle);
+        if bundle.must_wake() {
+            return Err(None);
+        }
         effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         if let Some(crossing) = crossing(bundle) {
             return Err(Some(crossing));
         }
-        let end = Stage::of(bundle, &stepper.end);
-        let lack = balance.lack(&middle.budget, &end.budget, h);
-        if lack.is_nan() || lack > allowed {
+        end.take(bundle, &stepper.end);
+        if bundle.must_wake() {
             return Err(None);
         }
+        let mut next = *balance;
+        next.add(&middle.budget, &end.budget, h);
+        let lack = next.energy_lack() - balance.energy_lack();
+        let [left, own] = [
+            allowed * next.energy_defect()[1] - next.energy_lack().abs(),
+            allowed * (next.turnover - balance.turnover),
+        ];
+        // What earlier steps lack too much is not for this one to make good.
+        if !(left >= 0.0 || lack.abs() <= own) {
+            return Err(None);
+        }
+        let is_calm = lack.abs() <= CALM * left.max(own);
         let (bundle, begin) = (&*bundle, motion.time);
         let observe = |index: usize, account: &mut Account| {
+            if bundle.is_asleep(index / LANES) {
+                account.end_turn(begin + h, h);
+                return;
+            }
             let bristle = &bundle.bristles()[index];
             let clamp = bristle.motion.at(begin + h);
             let n = bristle.chain.segments();
@@ -270,14 +303,14 @@ impl Sector {
         team::for_each(groups, |(group, accounts)| {
             accounts.iter_mut().enumerate().for_each(|(lane, account)| observe(group * LANES + lane, account));
         });
-        for (stage, weight) in [(&middle, OTHERS), (&end, OTHERS + OWN)] {
+        for (stage, weight) in [&*now, middle, end].into_iter().zip(WEIGHTS) {
             for (filaments, press) in &stage.presses {
                 pairs.entry(*filaments).or_default().add(press, h * weight);
             }
         }
-        balance.add(&middle.budget, &end.budget, h);
-        *presses = end.presses;
-        Ok((effort, lack))
+        *balance = next;
+        std::mem::swap(now, end);
+        Ok((effort, is_calm))
     }
 
     /// The forces where the last step ended.
@@ -289,19 +322,18 @@ impl Sector {
             sample.contact_moment_n_m += account.load.moment;
             sample.touching_filaments += usize::from(account.load.pressing > 0.0);
         }
-        for press in self.presses.values() {
+        for (_, press) in &self.now.presses {
             sample.press_force_n += press.normal;
             sample.touching_pairs += 1;
         }
         sample
     }
 
-    /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N. A state that was
-    /// [restored](Self::restore) has the latter only after its next step.
+    /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N.
     pub fn forces(&self) -> [Vec<f64>; 2] {
         let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
         let mut others = vec![0.0; workpiece.len()];
-        for (filaments, press) in &self.presses {
+        for (filaments, press) in &self.now.presses {
             for &filament in filaments {
                 others[filament] += press.normal;
             }
@@ -321,12 +353,17 @@ impl Sector {
             }
         }
         self.bundle.charts().into_iter().for_each(|axis| words.count(usize::from(axis == PolarAxis::X)));
-        self.bundle.resting().into_iter().for_each(|rests| words.count(usize::from(rests)));
+        self.bundle.states().into_iter().for_each(|state| words.count(state));
         self.accounts.iter().for_each(|account| account.save(words));
         words.count(self.pairs.len());
         for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
             filaments.iter().for_each(|filament| words.count(*filament));
             words.numbers(pair.numbers());
+        }
+        words.count(self.now.presses.len());
+        for &(filaments, mut press) in &self.now.presses {
+            filaments.iter().for_each(|filament| words.count(*filament));
+            words.numbers(press.numbers());
         }
         let mut statistics = self.statistics;
         words.counts(statistics.counts());
@@ -349,9 +386,9 @@ impl Sector {
         let charts: Option<Vec<PolarAxis>> =
             (0..charts).map(|_| Some(if words.count()? == 1 { PolarAxis::X } else { PolarAxis::Z })).collect();
         self.bundle.set_charts(&charts?);
-        let groups = self.bundle.resting().len();
-        let resting: Option<Vec<bool>> = (0..groups).map(|_| Some(words.count()? == 1)).collect();
-        self.bundle.set_resting(&resting?);
+        let groups = self.bundle.states().len();
+        let states: Option<Vec<usize>> = (0..groups).map(|_| words.count()).collect();
+        self.bundle.set_states(&states?);
         for account in &mut self.accounts {
             account.restore(words)?;
         }
@@ -361,6 +398,13 @@ impl Sector {
             let mut pair = PairAccount::default();
             words.numbers(pair.numbers())?;
             self.pairs.insert(filaments, pair);
+        }
+        self.now.presses.clear();
+        for _ in 0..words.count()? {
+            let filaments = [words.count()?, words.count()?];
+            let mut press = PressSum::default();
+            words.numbers(press.numbers())?;
+            self.now.presses.push((filaments, press));
         }
         words.counts(self.statistics.counts())?;
         words.numbers(self.balance.numbers())
@@ -536,6 +580,21 @@ struct PressSum {
     dissipated: f64,
 }
 
+impl PressSum {
+    fn add(&mut self, other: &Self) {
+        self.normal += other.normal;
+        self.force = add(self.force, other.force);
+        self.moment += other.moment;
+        self.dissipated += other.dissipated;
+    }
+
+    /// All numbers of the state.
+    fn numbers(&mut self) -> [&mut f64; 6] {
+        let Self { normal, force: [x, y, z], moment, dissipated } = self;
+        [normal, x, y, z, moment, dissipated]
+    }
+}
+
 impl PairAccount {
     fn add(&mut self, press: &PressSum, time: f64) {
         self.impulse += time * press.normal;
@@ -559,19 +618,12 @@ impl Balance {
         Self { begin, now: begin, rates: budget.exchange, ..Self::default() }
     }
 
-    /// Goes on with a part of the sector.
-    fn forget_part(&mut self, part: &Budget) {
+    /// Goes on with other filaments of the sector.
+    fn go_on_with(&mut self, part: &Budget) {
         let stock = part.stock();
         self.begin = std::array::from_fn(|i| self.begin[i] + stock[i] - self.now[i]);
         self.now = stock;
         self.rates = part.exchange;
-    }
-
-    /// The energy in J that a step of `h` (s) lacks, or has too much, with what its middle stage and its end have.
-    fn lack(&self, middle: &Budget, end: &Budget, h: f64) -> f64 {
-        let rates = [self.rates, middle.exchange, end.exchange];
-        let net: f64 = rates.iter().zip(WEIGHTS).map(|(rates, weight)| weight * (rates.work - rates.taken)).sum();
-        (end.energy - self.now[0] - h * net).abs()
     }
 
     /// Adds a step of `h` (s), with what its middle stage and its end have.
@@ -595,16 +647,16 @@ impl Balance {
         [self.now[0] - self.begin[0], self.work, self.dissipated]
     }
 
-    /// Energy that went in or out so far, without regard to its sign, in J.
-    pub fn turnover(&self) -> f64 {
-        self.turnover
+    /// The energy that the balance lacks, in J; negative where it has too much.
+    fn energy_lack(&self) -> f64 {
+        let [gain, work, dissipated] = self.energies();
+        work - dissipated - gain
     }
 
     /// What the balance of the energies lacks, and what it is compared with, in J.
     pub fn energy_defect(&self) -> [f64; 2] {
-        let [gain, work, dissipated] = self.energies();
         // What turns freely has no turnover but that of rounding.
-        [(gain - work + dissipated).abs(), self.turnover + NEGLIGIBLE * self.begin[0].abs()]
+        [self.energy_lack().abs(), self.turnover + NEGLIGIBLE * self.begin[0].abs()]
     }
 
     /// What the balance of the momentum lacks, and what it is compared with, in N s.
@@ -631,21 +683,6 @@ impl Budget {
     }
 }
 
-/// The forces between all pairs of filaments that touch, in the last evaluation.
-fn press_sums(bundle: &Bundle<Turning<Mount>>) -> BTreeMap<[usize; 2], PressSum> {
-    let mut sums: BTreeMap<[usize; 2], PressSum> = BTreeMap::new();
-    for ([own, other], press) in bundle.presses() {
-        let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
-        let sum = sums.entry(pair).or_default();
-        sum.normal += press.normal_force;
-        sum.force = add(sum.force, scale(sign, press.force()));
-        let [point, nearest] = [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
-        sum.moment += press.normal_force * 0.5 * (point + nearest);
-        sum.dissipated += press.dissipated;
-    }
-    sums
-}
-
 /// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
 /// short that filaments that were apart before it cannot have passed each other beyond that.
 pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
@@ -657,16 +694,40 @@ pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
 }
 
 /// What a stage ended with.
+#[derive(Debug, Default)]
 struct Stage {
     loads: Vec<WorkpieceLoad>,
-    presses: BTreeMap<[usize; 2], PressSum>,
+    /// The forces between filaments, in the order of the pairs.
+    presses: Vec<([usize; 2], PressSum)>,
     budget: Budget,
 }
 
 impl Stage {
-    fn of(bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) -> Self {
-        let budget = bundle.budget(motion);
-        Self { loads: bundle.loads().to_vec(), presses: press_sums(bundle), budget }
+    /// Evaluates all at the end of a stage.
+    fn take(&mut self, bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) {
+        self.budget = bundle.budget(motion);
+        self.loads.clear();
+        self.loads.extend_from_slice(bundle.loads());
+        self.presses.clear();
+        self.presses.extend(bundle.presses().map(|([own, other], press)| {
+            let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
+            let [point, nearest] = [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
+            let sum = PressSum {
+                normal: press.normal_force,
+                force: scale(sign, press.force()),
+                moment: press.normal_force * 0.5 * (point + nearest),
+                dissipated: press.dissipated,
+            };
+            (pair, sum)
+        }));
+        self.presses.sort_unstable_by_key(|(pair, _)| *pair);
+        self.presses.dedup_by(|(pair, sum), (last, total)| {
+            let is_same = pair == last;
+            if is_same {
+                total.add(sum);
+            }
+            is_same
+        });
     }
 }
 

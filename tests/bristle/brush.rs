@@ -197,7 +197,7 @@ fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
 fn the_work_of_a_row_has_not_changed() {
     let result = simulate_brush(&row(10, 682.0, 12), 1).expect("a row");
     let BrushStatistics { steps, halved_steps, .. } = result.statistics;
-    assert!(halved_steps < steps / 2, "{halved_steps} of {steps} steps are repeated");
+    assert!(halved_steps < steps / 20, "{halved_steps} of {steps} steps are repeated");
     let effort = result.statistics.effort;
     let per_stage = effort.newton_iterations as f64 / (2 * result.statistics.steps) as f64;
     let vectors = effort.krylov_vectors as f64 / effort.newton_iterations as f64;
@@ -253,7 +253,7 @@ fn mirrored_and_shifted_sectors_are_the_same() {
             mirrored.filaments.iter().find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
         let image = image.expect("the same filament on the other side");
         let [a, b] = [filament, image].map(|filament| filament.metrics.contact_normal_impulse_n_s);
-        assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+        assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
     }
 }
 
@@ -329,7 +329,7 @@ fn each_filament_has_its_own_deviations() {
     // The same filaments, whatever the number of columns. Steps are halved where any filament needs it.
     let fewer = simulate_brush(&with(&settings, |brush| brush.columns = Some(4)), 1).expect("a row");
     let [a, b] = [fewer, result].map(|result| result.filaments[1].metrics.max_tip_deflection_m);
-    assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+    assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
 }
 
 #[test]
