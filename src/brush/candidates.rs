@@ -200,7 +200,7 @@ impl Candidates {
         let Self { motion, layout, asleep, nodes, .. } = self;
         let moved = |group: usize| !asleep[group] && moved(group);
         let segments = layout.segments;
-        copy_filaments(positions, segments, &moved, nodes);
+        copy_filaments(positions, segments, moved, nodes);
         if is_listed {
             return;
         }
