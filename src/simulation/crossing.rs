@@ -89,9 +89,8 @@ struct Look {
     excess: f64,
 }
 
-/// The search for the events of one contact in a step.
-struct Search<F> {
-    look: F,
+/// The search for the events of one contact in a step, by looks at it there.
+struct Search {
     closed: bool,
     location: f64,
     /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of the margin, and on the path's second derivative.
@@ -106,7 +105,7 @@ struct Search<F> {
     damping: f64,
 }
 
-impl<F: Fn(f64) -> Look> Search<F> {
+impl Search {
     /// Upper bound on the second derivative of the penetration between two looks.
     fn bend_between(&self, a: &Look, b: &Look) -> f64 {
         let width = b.s - a.s;
@@ -144,7 +143,12 @@ impl<F: Fn(f64) -> Look> Search<F> {
     }
 
     /// The first two looks found from `from` to `to` of which the second is past the event. At both ends the contact is before it.
-    fn first_past(&self, from: Look, to: Look, points: &mut usize) -> Result<Option<[Look; 2]>, TooLong> {
+    fn first_past(
+        &self,
+        look: &impl Fn(f64) -> Look,
+        [from, to]: [Look; 2],
+        points: &mut usize,
+    ) -> Result<Option<[Look; 2]>, TooLong> {
         if self.is_free(&from, &to) {
             return Ok(None);
         }
@@ -161,7 +165,7 @@ impl<F: Fn(f64) -> Look> Search<F> {
             if *points > MAX_POINTS {
                 return Err(TooLong);
             }
-            let middle = (self.look)((left.s + right.s) / 2.0);
+            let middle = look((left.s + right.s) / 2.0);
             if middle.excess > 0.0 {
                 return Ok(Some([left, middle]));
             }
@@ -172,7 +176,7 @@ impl<F: Fn(f64) -> Look> Search<F> {
     }
 
     /// The fractions of the step at the first event and at a time when the contact is past it. `start` and `end` are the contact at both ends.
-    fn first(&self, start: Look, end: Look) -> Result<Option<[f64; 2]>, TooLong> {
+    fn first(&self, look: impl Fn(f64) -> Look, [start, end]: [Look; 2]) -> Result<Option<[f64; 2]>, TooLong> {
         if start.excess > 0.0 {
             return Ok(Some([0.0; 2]));
         }
@@ -180,11 +184,11 @@ impl<F: Fn(f64) -> Look> Search<F> {
         let mut to = end;
         for _ in 0..MAX_CROSSINGS {
             if to.excess > 0.0 {
-                let crossing = root_of(|s| (self.look)(s).excess, before.s, to.s);
+                let crossing = root_of(|s| look(s).excess, before.s, to.s);
                 found = Some([crossing, to.s]);
-                to = Look { excess: 0.0, ..(self.look)(crossing) };
+                to = Look { excess: 0.0, ..look(crossing) };
             }
-            match self.first_past(before, to, &mut points)? {
+            match self.first_past(&look, [before, to], &mut points)? {
                 Some([left, past]) => (before, to) = (left, past),
                 None => return Ok(found),
             }
@@ -213,7 +217,6 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         excess: excess(closed, filament.law.pressing(approach), location),
     };
     let search = |[path, bend]: [f64; 2], margin_way: f64| Search {
-        look: (),
         closed,
         location,
         way: GAP_RATE * (path + drift),
@@ -240,7 +243,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         let round = filament.workpiece.edges()[edge].radius() + filament.law.radius + bounds[0];
         let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / filament.chain.length);
         let at = |s: f64| look(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)).approach);
-        (distance, search(bounds, margin_way).with(at).first(start, end)?)
+        (distance, search(bounds, margin_way).first(at, [start, end])?)
     } else {
         let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
         let near = |s, knot: &Knot<3>, time| look(s, &filament.approach(knot.value, knot.rate, time));
@@ -256,7 +259,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             look(s, &filament.approach(position, velocity, step.time(s)))
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);
-        (distance.max(0.0), search(bounds, margin_way).with(at).first(ends[0], ends[1])?)
+        (distance.max(0.0), search(bounds, margin_way).first(at, ends)?)
     };
     let (distance, fractions) = found;
     let crossing = fractions.map(|[after, past]| Crossing {
@@ -266,11 +269,4 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         at_end: past == 1.0,
     });
     Ok((distance, crossing))
-}
-
-impl Search<()> {
-    fn with<F: Fn(f64) -> Look>(self, look: F) -> Search<F> {
-        let Self { look: (), closed, location, way, margin_way, bend, path, near, damping } = self;
-        Search { look, closed, location, way, margin_way, bend, path, near, damping }
-    }
 }

@@ -389,7 +389,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The system of this pass, with the integrals that `sampling` needs.
     fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
-        self.system(sampling.tracks_energy() || self.integrates_work()).tracking_dissipation(true)
+        self.system(self.tracks_energy(sampling))
+    }
+
+    /// Whether all energies are integrated: because `sampling` needs them, or their balance the work of the clamp.
+    fn tracks_energy(&self, sampling: Sampling) -> bool {
+        sampling.tracks_energy() || self.integrates_work()
     }
 
     /// Whether the work of the clamp has to be integrated for the balance of the energies.
@@ -581,8 +586,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         itinerary: Itinerary,
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
-        let tracks_energy = sampler.sampling.tracks_energy() || self.integrates_work();
-        let energy_residual = self.energy_residual(observer, trajectory, tracks_energy);
+        let energy_residual = self.energy_residual(observer, trajectory, self.tracks_energy(sampler.sampling));
         let record = ContactRecord { is_unsteady: itinerary.is_unsteady(), energy_residual, ..*observer.record() };
         let metrics = self.metrics(&record);
         let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;

@@ -127,9 +127,8 @@ struct Batch<T, W> {
 impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
-        let energy = sampling.tracks_energy() || example.integrates_work();
-        let system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy)
-            .tracking_dissipation(true);
+        let energy = example.tracks_energy(sampling);
+        let system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
         Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
     }

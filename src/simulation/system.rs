@@ -224,7 +224,6 @@ pub struct FilamentSystem<M, W, T = f64> {
     /// The segment at which the search for the contact with an edge begins, by edge and lane.
     starts: Vec<Vec<usize>>,
     tracks_energy: bool,
-    tracks_dissipation: bool,
     /// The time for which the clamps were last evaluated, and their motion there.
     clamp: (T, Clamp<T>),
     scratch: Vec<[T; 2]>,
@@ -233,7 +232,8 @@ pub struct FilamentSystem<M, W, T = f64> {
 impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
     ///
-    /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise only the impulse.
+    /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise all but the work of the clamp and of a workpiece that
+    /// translates.
     pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
         Self::side_by_side(Form::Spatial, vec![Filament { chain, motion, law, workpiece }], tracks_energy)
     }
@@ -315,17 +315,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
             closed: vec![LaneSet::default(); contacts],
             starts: vec![vec![0; T::LANES]; contacts - n],
             tracks_energy,
-            tracks_dissipation: tracks_energy,
             clamp,
             scratch: vec![zero(); n],
         }
-    }
-
-    /// Also integrates the dissipated energies, if requested, and leaves the impulse unchanged to the bit. For these energies,
-    /// stages count with the angles before their last correction. That correction is far below the tolerance.
-    #[must_use]
-    pub(super) fn tracking_dissipation(self, tracks_dissipation: bool) -> Self {
-        Self { tracks_dissipation: self.tracks_energy || tracks_dissipation, ..self }
     }
 
     /// Puts another filament into `lane`, with all contacts open.
@@ -432,9 +424,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 }
                 let friction = -dot(force.tangential, approach.sliding);
                 add(integral::FRICTION_WORK, friction);
-                if self.tracks_dissipation {
-                    add(integral::CONTACT_DISSIPATION, filament.law.damped_power(approach) + friction);
-                }
+                add(integral::CONTACT_DISSIPATION, filament.law.damped_power(approach) + friction);
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
                         None => filament.workpiece.surface(*position, time).velocity,
@@ -516,9 +506,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         } else {
             let (equations, clamp, _) = self.parts(time);
             equations.track(clamp, q, v, accelerations);
-            if self.tracks_dissipation {
-                self.add_joint_dissipation(time, q, v, &mut rates);
-            }
+            self.add_joint_dissipation(time, q, v, &mut rates);
         }
         self.add_contact_rates(time, &mut rates);
         rates
@@ -537,9 +525,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
             return self.rates(time, q, v, accelerations);
         }
         let mut rates = zero();
-        if self.tracks_dissipation {
-            self.add_joint_dissipation(time, q, v, &mut rates);
-        }
+        // With the angles before the last correction of the stage, which is far below the tolerance.
+        self.add_joint_dissipation(time, q, v, &mut rates);
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             if !self.carries_variation() {
                 // With a variation its solution has moved the nodes.
