@@ -4,12 +4,49 @@
 //! is the workpiece's own `x = 0` on a plane, a cylinder (the top) and a bore (the bottom), and the middle of the rounded part of an
 //! edge or a chamfer. It moves with the workpiece.
 
+use crate::equations::linear::{dot, sub};
+
 /// Longest cell in m.
 const LONGEST_CELL: f64 = 0.25e-3;
 /// Least number of cells of an arc.
 pub(super) const CELLS_OF_ARC: usize = 24;
 /// Largest number of cells of a curve. Cells of curves that would have more are longer.
 const MAX_CELLS: f64 = 10_000.0;
+
+/// The directions from a point in which straight lines pass near enough to some others: from the right one round to the left one, once there
+/// are such points. It is empty if the right one is to the left of the left one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cone(Option<[[f64; 2]; 2]>);
+
+impl Cone {
+    /// Leaves the directions that pass a point at `to` within `error` (m): those between the tangents of the circle around it.
+    fn narrow(&mut self, to @ [x, y]: [f64; 2], error: f64) {
+        let square = dot(to, to);
+        if square <= error * error {
+            return;
+        }
+        let along = (square - error * error).sqrt();
+        let tangent = |across: f64| [along * x - across * y, across * x + along * y];
+        let [mut right, mut left] = [tangent(-error), tangent(error)];
+        if let Some([earlier_right, earlier_left]) = self.0 {
+            if cross(right, earlier_right) > 0.0 {
+                right = earlier_right;
+            }
+            if cross(left, earlier_left) < 0.0 {
+                left = earlier_left;
+            }
+        }
+        self.0 = Some([right, left]);
+    }
+
+    fn contains(&self, direction: [f64; 2]) -> bool {
+        self.0.is_none_or(|[right, left]| cross(right, direction) >= 0.0 && cross(direction, left) >= 0.0)
+    }
+}
+
+fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
+    x * v - y * u
+}
 
 /// A part of the profile of a workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,13 +101,14 @@ impl ProfileCells {
         let points = self.points();
         let mut kept: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
         let mut start = 0;
+        let mut cone = Cone::default();
         for end in 2..points.len() {
-            let [[x, y], [x_end, y_end]] = [points[start], points[end]];
-            let (u, v) = (x_end - x, y_end - y);
-            let is_off = |&[x_at, y_at]: &[f64; 2]| ((x_at - x) * v - (y_at - y) * u).abs() > error * u.hypot(v);
-            if points[start + 1..end].iter().any(is_off) {
+            let from_start = |index: usize| sub(points[index], points[start]);
+            cone.narrow(from_start(end - 1), error);
+            if !cone.contains(from_start(end)) {
                 start = end - 1;
                 kept.push(points[start]);
+                cone = Cone::default();
             }
         }
         kept.extend(points.last().filter(|_| points.len() > 1));
@@ -81,5 +119,35 @@ impl ProfileCells {
     pub fn is_solid(&self) -> bool {
         let area: f64 = self.cells.iter().map(|Cell { ends: [[x, y], [u, v]], .. }| x * v - y * u).sum();
         self.period.is_some() && area < 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simplified_outline_stays_within_its_error_and_keeps_corners() {
+        const ERROR: f64 = 1e-5;
+        let mut outline = ProfileCells::default();
+        outline.extend([0.0, 1.0], 1, false, |s| [s, 0.0]);
+        outline.extend([1.0, 1.3], 100, true, |s| [1.0 + (s - 1.0).sin(), 1.0 - (s - 1.0).cos()]);
+        let [x, y] = [1.0 + 0.3_f64.sin(), 1.0 - 0.3_f64.cos()];
+        // Back by nearly the same way.
+        outline.extend([1.3, 1.6], 1, false, |s| [x - (s - 1.3), y + 0.1 * (s - 1.3)]);
+        let points = outline.points();
+        let kept = outline.simplified(ERROR);
+        assert!(kept.len() < points.len() / 20, "{} of {}", kept.len(), points.len());
+        assert!(kept.contains(&[1.0, 0.0]) && kept.contains(&[x, y]));
+        let distance = |point: [f64; 2], [from, to]: [[f64; 2]; 2]| {
+            let (along, offset) = (sub(to, from), sub(point, from));
+            let part = (dot(along, offset) / dot(along, along)).clamp(0.0, 1.0);
+            let [a, b] = [0, 1].map(|i| offset[i] - part * along[i]);
+            a.hypot(b)
+        };
+        for point in points {
+            let nearest = kept.windows(2).map(|ends| distance(point, [ends[0], ends[1]])).fold(f64::INFINITY, f64::min);
+            assert!(nearest <= 1.001 * ERROR, "{point:?}: {nearest}");
+        }
     }
 }
