@@ -3,7 +3,6 @@
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
 use super::run::Plan;
-use super::sector::Sector;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
@@ -76,15 +75,8 @@ pub fn step_error(plan: &Plan<'_>, length: f64, expected: &Simulation) -> f64 {
     found.iter().zip(impulses).map(difference).fold(0.0, f64::max)
 }
 
-/// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s).
+/// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s). `None` if a step is not possible.
 fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
-    let sector = follow(plan, length, turns)?;
-    let account = &sector.accounts()[0];
-    Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })
-}
-
-/// One filament by itself after its turns, in steps of `length` (s).
-fn follow(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Sector> {
     let mut sector = plan.sector(&[0]);
     let pass = plan.pass;
     let is_single = turns == 1 && pass.turns() == Turns::Count(1);
@@ -92,12 +84,13 @@ fn follow(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Sector> {
     let steps = ((end - plan.begin) / length).ceil() as usize;
     let most = steps + (pass.turn_time() / length).ceil() as usize;
     for step in 1..=most {
-        if step > steps && !(is_single && sector.is_touching()) {
+        if step > steps && !(is_single && sector.accounts()[0].is_touching()) {
             break;
         }
         sector.advance(plan.begin + step as f64 * length, length).ok()?;
     }
-    Some(sector)
+    let account = &sector.accounts()[0];
+    Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })
 }
 
 /// The arrangement of one filament.

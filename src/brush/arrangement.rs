@@ -201,7 +201,13 @@ impl Arrangement {
 
     /// The angle of the root that is farthest behind in rad.
     pub fn latest(&self) -> f64 {
-        self.roots.iter().fold(0.0_f64, |latest, root| latest.max(root.angle))
+        self.latest_of(self.columns)
+    }
+
+    /// The same of the first columns.
+    pub fn latest_of(&self, columns: usize) -> f64 {
+        let roots = self.roots.iter().filter(|root| root.column < columns);
+        roots.fold(0.0_f64, |latest, root| latest.max(root.angle))
     }
 
     /// Whether the columns close the ring.

@@ -23,6 +23,9 @@ use crate::simulation::{Equations, Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Part, Workpiece};
 
+/// So much farther behind, filaments have no part in what happens, in rad.
+pub const BEHIND: f64 = 0.15;
+
 /// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without loads.
 struct Group {
     /// Its number.
@@ -136,24 +139,6 @@ pub struct WorkpieceLoad {
     pub edge_place: f64,
     /// `F_n |v_t|` there in W.
     pub edge_power: f64,
-}
-
-impl WorkpieceLoad {
-    /// Far from the workpiece.
-    const NONE: Self = Self {
-        normal: 0.0,
-        force: [0.0; 3],
-        moment: 0.0,
-        on_edges: 0.0,
-        friction_power: 0.0,
-        damped_power: 0.0,
-        moving_power: 0.0,
-        energy: 0.0,
-        pressing: f64::NEG_INFINITY,
-        edge_penetration: 0.0,
-        edge_place: 0.0,
-        edge_power: 0.0,
-    };
 }
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
@@ -380,6 +365,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         &self.bristles
     }
 
+    /// Whether all filaments move in their planes.
+    fn is_planar(&self) -> bool {
+        self.groups[0].equations.form() == Form::Planar
+    }
+
     /// The number of segments of a filament.
     pub fn segments(&self) -> usize {
         self.layout.segments
@@ -402,15 +392,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// new ones.
     ///
     /// A filament reaches no farther than its length, so that one whose root is farther from the workpiece does not touch it, whatever
-    /// its shape. It is left out once the body has turned on by so much that those behind it, on which it might press, do not touch it
+    /// its shape. It is left out once the body has turned on by [`BEHIND`], so that those behind it, on which it might press, do not touch it
     /// either. Whether it is left out depends on the time alone, and so does a run that is resumed.
     pub fn leave_out(&mut self, motion: &mut Motion) -> bool {
-        /// In rad.
-        const BEHIND: f64 = 0.15;
         let n = self.layout.segments;
-        let Self {
-            groups, bristles, loads, forces, candidates, last_contacts, rate, presses, earlier, tangents, ..
-        } = self;
+        let Self { groups, bristles, candidates, last_contacts, rate, .. } = self;
         let now = motion.time;
         let times = [now, now - BEHIND / rate.abs()];
         let is_out_of_reach = |filament: usize| {
@@ -429,15 +415,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             }
             any = true;
             group.activity = Activity::Left;
-            for presses in [&mut *presses, earlier] {
-                presses[group.index].clear();
-            }
-            tangents[group.index].clear();
             let blocks = group.index * n..(group.index + 1) * n;
             motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(*rate)]);
             motion.accelerations[blocks].fill([zero_lane(); 2]);
-            loads[group.first..group.first + group.count].fill(WorkpieceLoad::NONE);
-            forces.0[group.index * (n + 1)..][..=n].fill([zero_lane(); 3]);
             candidates.leave_out(group.index);
         }
         any
@@ -486,11 +466,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Wakes the groups that may meet the workpiece until `time` (s), or that others may come near. Returns whether there are any.
     pub fn wake(&mut self, time: f64) -> bool {
         let Self { groups, clearances, candidates, .. } = self;
-        let mut any = false;
-        for wanted in candidates.wanted().collect::<Vec<_>>() {
-            any |= candidates.is_asleep(wanted);
-            candidates.set_asleep(wanted, false);
-        }
+        let mut any = candidates.wake_wanted();
         for group in groups.iter().filter(|group| group.activity == Activity::Rests) {
             let mut clearances = clearances[group.first..group.first + group.count].iter();
             if candidates.is_asleep(group.index) && clearances.any(|clearance| clearance.first_contact <= time) {
@@ -503,7 +479,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Whether a group sleeps that others may come near.
     pub fn must_wake(&self) -> bool {
-        self.candidates.wanted().next().is_some()
+        self.candidates.is_any_wanted()
     }
 
     /// Whether a group sleeps.
@@ -787,8 +763,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     ) -> Result<Effort, NoConvergence> {
         /// Iterations after which a step had better be shorter.
         const MOST: usize = 14;
-        /// Share of the residual that the linear solution may leave.
-        const FORCING: f64 = 0.02;
         let mut effort = Effort::default();
         self.begin_stage();
         self.candidates.drift(f64::INFINITY);
@@ -803,7 +777,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             effort.factorisations += self.linearise(motion, weights, is_first);
-            effort.krylov_vectors += self.solve_coupled(weights[0], FORCING).ok_or(NoConvergence)?;
+            effort.krylov_vectors += self.solve_coupled(weights[0]).ok_or(NoConvergence)?;
             let correction = self.correct(motion, weights[1], tolerance);
             // Twice what the linearised motion is.
             self.candidates.drift(2.0 * weights[0] * correction);
@@ -827,7 +801,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Err(NoConvergence)
     }
 
-    /// Places the groups that are not solved yet by their accelerations; those that turn with the body only in the first iteration.
+    /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
     fn follow(&mut self, motion: &mut Motion, [base_q, base_v]: [&Vector; 2], weights: [f64; 2], is_first: bool) {
         let n = self.layout.segments;
         let Self { groups, positions, velocities, bristles, candidates, .. } = self;
@@ -842,8 +816,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(
             parts.enumerate(),
             |(((((group, (q, base_q)), (v, base_v)), accelerations), positions), velocities)| {
-                let turns = matches!(group.activity, Activity::Rests | Activity::Left);
-                if group.activity == Activity::Solved || (turns && !is_first) || candidates.is_asleep(group.index) {
+                let still_rests = group.activity == Activity::Rests && !is_first;
+                if group.activity == Activity::Solved || still_rests || candidates.is_asleep(group.index) {
                     return;
                 }
                 wide(
@@ -933,8 +907,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
-    fn solve_coupled(&mut self, by_position: f64, forcing: f64) -> Option<usize> {
+    fn solve_coupled(&mut self, by_position: f64) -> Option<usize> {
+        /// Share of the residual that the solution may leave, in the plane and in space, where filaments that buckle amplify it: mirror images
+        /// would differ.
+        const FORCING: [f64; 2] = [0.1, 0.02];
         let n = self.layout.segments;
+        let (forcing, first) = if self.is_planar() { (FORCING[0], 1) } else { (FORCING[1], 0) };
         let Self { groups, displacements, forces, tangents, incoming, residual, krylov, coupled, .. } = self;
         coupled.clear();
         coupled.extend(groups.iter().map(|group| group.activity == Activity::Coupled));
@@ -943,7 +921,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
         let factor = Lane::from_lanes(|_| -by_position);
         let mut coupling = Coupling { groups, displacements, forces, tangents, incoming, segments: n, factor };
-        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled })
+        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled, first })
     }
 
     /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
@@ -1042,7 +1020,7 @@ impl Group {
         for (lane, (load, clearance)) in loads.iter_mut().zip(clearances).enumerate() {
             let filament = self.first + lane;
             let bristle = &around.bristles[filament];
-            *load = WorkpieceLoad::NONE;
+            *load = WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() };
             let way = around.candidates.way(filament);
             if time < clearance.first_contact || clearance.is_sure(time, way) {
                 continue;

@@ -226,7 +226,7 @@ impl Candidates {
 
     /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin. Keeps what is known of pairs.
     fn build(&mut self, positions: &Field, angle: f64) {
-        let Self { layout, margin, stations, pairs: listed, left_out, asleep, search, .. } = self;
+        let Self { layout, margin, stations, pairs: lists, left_out, asleep, search, .. } = self;
         let Layout { filaments, segments, period, .. } = *layout;
         let Search { bounds, angle: earlier_angle, starts, found, earlier, unused } = search;
         let near = layout.largest_reach + *margin;
@@ -253,7 +253,7 @@ impl Candidates {
                 }
             }
         });
-        for (pairs, found) in listed.iter_mut().zip(found) {
+        for (pairs, found) in lists.iter_mut().zip(found) {
             found.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
             std::mem::swap(pairs, earlier);
             let mut known = earlier.drain(..).peekable();
@@ -295,9 +295,21 @@ impl Candidates {
         self.asleep[group] = is_asleep;
     }
 
-    /// The groups that sleep although other filaments may come near.
-    pub fn wanted(&self) -> impl Iterator<Item = usize> {
-        self.wanted.iter().flatten().map(|filament| filament / LANES)
+    /// Whether a group sleeps although other filaments may come near.
+    pub fn is_any_wanted(&self) -> bool {
+        self.wanted.iter().any(|filaments| !filaments.is_empty())
+    }
+
+    /// Wakes the groups that sleep although other filaments may come near. Returns whether there are any.
+    pub fn wake_wanted(&mut self) -> bool {
+        let is_any = self.is_any_wanted();
+        for filament in self.wanted.iter_mut().flat_map(|filaments| filaments.drain(..)) {
+            self.asleep[filament / LANES] = false;
+        }
+        if is_any {
+            self.drift = f64::INFINITY;
+        }
+        is_any
     }
 
     /// Leaves out a group: nothing touches it any longer.

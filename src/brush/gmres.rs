@@ -52,6 +52,8 @@ pub struct Division<'a> {
     pub blocks: usize,
     /// Which groups are solved; the parts of the others are left as they are.
     pub coupled: &'a [bool],
+    /// The first coordinate of a block that is not zero everywhere.
+    pub first: usize,
 }
 
 impl Division<'_> {
@@ -119,7 +121,7 @@ pub fn solve(
             wide(
                 #[inline(always)]
                 || {
-                    subtract(newest, projections, factors, earlier, division.part(group));
+                    subtract(newest, projections, factors, earlier, division, group);
                     for (value, newest) in part.iter_mut().zip(newest) {
                         *value = [newest[0] * splat(factor), newest[1] * splat(factor)];
                     }
@@ -133,11 +135,14 @@ pub fn solve(
             wide(
                 #[inline(always)]
                 || {
-                    add_scaled(part, factor, &basis[step][division.part(group)]);
+                    add_scaled(part, factor, &basis[step][division.part(group)], division.first);
                     sums.clear();
                     let vectors = basis.iter().zip(&*factors);
-                    sums.extend(vectors.map(|(vector, factor)| factor * dot(&vector[division.part(group)], part)));
-                    sums.push(dot(part, part));
+                    sums.extend(
+                        vectors
+                            .map(|(vector, factor)| factor * dot(&vector[division.part(group)], part, division.first)),
+                    );
+                    sums.push(dot(part, part, division.first));
                 },
             );
         });
@@ -153,7 +158,7 @@ pub fn solve(
             let rest = norm(image, sums, division, |group, part| {
                 wide(
                     #[inline(always)]
-                    || subtract(part, projections, factors, basis, division.part(group)),
+                    || subtract(part, projections, factors, basis, division, group),
                 );
             });
             projections.clear();
@@ -204,7 +209,7 @@ fn combine(
             || {
                 part.fill([splat(0.0); 2]);
                 for (weight, vector) in weights.iter().zip(vectors) {
-                    add_scaled(part, *weight, &vector[division.part(group)]);
+                    add_scaled(part, *weight, &vector[division.part(group)], division.first);
                 }
             },
         );
@@ -235,11 +240,18 @@ impl Krylov {
     }
 }
 
-/// Takes the projections on the vectors of the basis off a part, which is at `blocks` in them.
+/// Takes the projections on the vectors of the basis off the part of a group.
 #[inline(always)]
-fn subtract(part: &mut Part, projections: &[f64], factors: &[f64], basis: &[Vector], blocks: Range<usize>) {
+fn subtract(
+    part: &mut Part,
+    projections: &[f64],
+    factors: &[f64],
+    basis: &[Vector],
+    division: Division<'_>,
+    group: usize,
+) {
     for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
-        add_scaled(part, -projection * factor, &vector[blocks.clone()]);
+        add_scaled(part, -projection * factor, &vector[division.part(group)], division.first);
     }
 }
 
@@ -255,7 +267,7 @@ fn norm(
         sums.clear();
         sums.push(wide(
             #[inline(always)]
-            || dot(part, part),
+            || dot(part, part, division.first),
         ));
     });
     division.sum(sums, 0).sqrt()
@@ -267,18 +279,21 @@ fn splat(value: f64) -> Lanes<LANES> {
 }
 
 #[inline(always)]
-fn add_scaled(part: &mut Part, factor: f64, other: &Part) {
+fn add_scaled(part: &mut Part, factor: f64, other: &Part, first: usize) {
     for (block, other) in part.iter_mut().zip(other) {
-        block[0] = block[0] + splat(factor) * other[0];
-        block[1] = block[1] + splat(factor) * other[1];
+        for i in first..2 {
+            block[i] = block[i] + splat(factor) * other[i];
+        }
     }
 }
 
 #[inline(always)]
-fn dot(a: &Part, b: &Part) -> f64 {
+fn dot(a: &Part, b: &Part, first: usize) -> f64 {
     let mut sum = splat(0.0);
     for (a, b) in a.iter().zip(b) {
-        sum = sum + a[0] * b[0] + a[1] * b[1];
+        for i in first..2 {
+            sum = sum + a[i] * b[i];
+        }
     }
     (0..LANES).map(|lane| sum.lane(lane)).sum()
 }
@@ -346,7 +361,7 @@ mod tests {
             .map(|i| diagonal[i] * expected[i] + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>())
             .collect();
         let coupled = vec![true; right_side.len() / (2 * LANES * BLOCKS)];
-        let division = Division { blocks: BLOCKS, coupled: &coupled };
+        let division = Division { blocks: BLOCKS, coupled: &coupled, first: 0 };
         let mut solution = folded(&right_side);
         let mut system = Dense { diagonal, coupling, solved: Vec::new() };
         let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");

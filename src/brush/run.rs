@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::alone;
 use super::arrangement::{self, Arrangement, Root};
-use super::bundle::Bundle;
+use super::bundle::{BEHIND, Bundle};
 use super::candidates::Layout;
 use super::error::BrushError;
 use super::filaments::{self, Mount};
@@ -169,6 +169,8 @@ pub struct BrushRun {
     overlap: f64,
     /// The time of a step in s.
     length: f64,
+    /// The number of columns that are followed to the end of their contact.
+    followed: usize,
     /// Steps done, and those up to the expected end.
     done: usize,
     steps: usize,
@@ -295,8 +297,12 @@ impl BrushRun {
         let parts = sectors.iter().map(|(_, sector)| sector.bundle().bristles().len().div_ceil(LANES)).sum();
         let team = Team::new(options.threads, parts).map_err(|_| BrushError::Threads)?;
         let length = precision.step / velocity;
-        let latest = arrangement.latest() / rate;
-        let end = pass.end_time() + latest;
+        // In a single turn, the columns behind those that may count need not come to the end of their contact.
+        let followed = match pass.turns() {
+            Turns::Count(1) => stretch::columns_that_may_count(settings, &pass, &arrangement),
+            _ => arrangement.columns,
+        };
+        let end = pass.end_time() + arrangement.latest_of(followed) / rate;
         let steps = ((end - begin) / length).ceil() as usize;
         Ok(Self {
             settings: settings.clone(),
@@ -312,6 +318,7 @@ impl BrushRun {
             precision,
             overlap,
             steps,
+            followed,
             most_steps: steps + (TAU / rate / length).ceil() as usize,
             history: Vec::new(),
             frames: Vec::new(),
@@ -445,8 +452,11 @@ impl BrushRun {
             && matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last))
     }
 
+    /// Whether a filament that is followed to the end of its contact still touches.
     fn is_touching(&self) -> bool {
-        self.sectors.iter().any(|(_, sector)| sector.is_touching())
+        self.arrangement.roots.iter().zip(&self.places).any(|(root, &[number, index])| {
+            root.column < self.followed && self.sectors[number].1.accounts()[index].is_touching()
+        })
     }
 
     /// The next step after `step` at which a frame is taken.
@@ -769,8 +779,6 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// A sector of some filaments, by their numbers in the arrangement.
     pub fn sector(&self, members: &[usize]) -> Sector {
-        /// So much farther behind, filaments have no part in what happens, in rad.
-        const BEHIND: f64 = 0.15;
         let Self { pass, arrangement, begin, .. } = *self;
         let rate = pass.tool().rate;
         let timetables: Vec<Timetable> = members

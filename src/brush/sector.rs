@@ -192,11 +192,6 @@ impl Sector {
         &self.balance
     }
 
-    /// Whether a filament still touches the workpiece in its first turn.
-    pub fn is_touching(&self) -> bool {
-        self.accounts.iter().any(|account| account.load.pressing > 0.0 && account.record.turn == 1)
-    }
-
     /// Places all filaments, also those of which nothing is computed now.
     pub fn place_all(&mut self) {
         self.bundle.place_all(&self.motion);
@@ -412,6 +407,11 @@ impl Sector {
 }
 
 impl Account {
+    /// Whether the filament touches the workpiece in its first turn.
+    pub fn is_touching(&self) -> bool {
+        self.load.pressing > 0.0 && self.record.turn == 1
+    }
+
     /// The last turn that has ended, or the first one.
     pub fn last(&self) -> &ContactRecord {
         self.completed.as_ref().unwrap_or(&self.record)

@@ -52,6 +52,15 @@ pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
     needed.min(around.floor() as usize)
 }
 
+/// The number of columns that may count, from the first one. Those behind them are there only so that these are not the last ones.
+pub fn columns_that_may_count(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
+    if !settings.brush_or_default().steady || arrangement.is_closed() {
+        return arrangement.columns;
+    }
+    let Expectation { exit, .. } = Expectation::new(settings, pass, arrangement.around);
+    arrangement.columns.saturating_sub(exit)
+}
+
 /// The longest steady stretch, or all columns if none is requested.
 ///
 /// # Errors
@@ -92,9 +101,9 @@ pub fn find(
     if !brush.steady {
         return Ok(whole());
     }
+    let end = columns_that_may_count(settings, pass, arrangement);
     let Expectation { entry, exit, length } = Expectation::new(settings, pass, arrangement.around);
     let differ = super::filaments::differ(settings) || brush.pattern == crate::model::settings::Pattern::Random;
-    let end = if arrangement.is_closed() { columns } else { columns.saturating_sub(exit) };
     let is_steady = |first: usize| {
         let counted = &means[first..end];
         let [mean, deviation] = mean_and_deviation(counted);

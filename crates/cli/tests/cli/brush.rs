@@ -266,7 +266,8 @@ fn longer() -> String {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_brush_says_how_to_resume() {
-    let workspace = Workspace::new(&longer().replace("10.0", "2.5"));
+    let slow = longer().replace("10.0", "2.5").replace("segments = 10", "segments = 25");
+    let workspace = Workspace::new(&slow);
     let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
     command.current_dir(workspace.path()).args("brush case.toml --out out --checkpoint-every 0".split(' '));
     let child = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
@@ -290,7 +291,7 @@ fn an_interrupted_brush_says_how_to_resume() {
     fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
     assert!(refused("brush case.toml --out out").contains("brush.columns: 60 there, 8 here"));
     let mut bytes = fs::read(workspace.result("checkpoint.bin")).expect("a checkpoint");
-    fs::write(workspace.path().join("case.toml"), longer().replace("10.0", "2.5")).expect("the file can be written");
+    fs::write(workspace.path().join("case.toml"), &slow).expect("the file can be written");
     *bytes.last_mut().expect("bytes") ^= 1;
     fs::write(workspace.result("checkpoint.bin"), &bytes).expect("the file can be written");
     assert!(refused("brush case.toml --out out").contains("it is damaged"));

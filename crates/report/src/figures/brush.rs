@@ -87,20 +87,20 @@ fn across(brush: &Brush, level: f64) -> Vec<(f64, f64)> {
     vec![(0.0, level), (brush.interaction.columns.saturating_sub(1) as f64, level)]
 }
 
-/// A number of the filaments over the columns: one curve per row, or the mean and the band of all.
+/// A number of the filaments over the columns up to the last one that counts: one curve per row, or the mean and the band of all.
 fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Curve> {
     let of_column = |column: usize| brush.filaments.iter().filter(move |filament| filament.column == column);
-    let Interaction { columns, rows, .. } = brush.interaction;
+    let Interaction { last_counted_column: last, rows, .. } = brush.interaction;
     if rows <= MAX_ROWS {
         let curve = |row: usize| {
             let name = if rows == 1 { "filaments of the brush".to_owned() } else { format!("row {row}") };
-            let of_row = brush.filaments.iter().filter(|filament| filament.row == row);
+            let of_row = brush.filaments.iter().filter(|filament| filament.row == row && filament.column <= last);
             Curve::new(name, Look::Joined, of_row.map(|filament| (filament.column as f64, value(filament))).collect())
         };
         return (0..rows).map(curve).collect();
     }
     let (mut means, mut lower, mut upper) = (Vec::new(), Vec::new(), Vec::new());
-    for column in 0..columns {
+    for column in 0..=last {
         let values: Vec<f64> = of_column(column).map(&value).collect();
         let at = column as f64;
         means.push((at, values.iter().sum::<f64>() / values.len() as f64));
@@ -138,12 +138,14 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
     let length = brush.settings.filament.length_m;
     let width = length / INTERVALS as f64;
     let mut sums = [0.0; INTERVALS];
-    for pair in &brush.pairs {
+    let Interaction { first_counted_column: first, last_counted_column: last, .. } = brush.interaction;
+    let is_counted = |column: usize| (first..=last).contains(&column);
+    for pair in brush.pairs.iter().filter(|pair| is_counted(pair.filament[0])) {
         // Longer filaments than the nominal one end in the last interval.
         let interval = (pair.arc_length_m / width) as usize;
         sums[interval.min(INTERVALS - 1)] += pair.impulse_n_s;
     }
-    let per_filament = brush.filaments.len().max(1) as f64;
+    let per_filament = brush.filaments.iter().filter(|filament| filament.is_counted).count().max(1) as f64;
     let steps = sums.iter().enumerate().flat_map(|(interval, sum)| {
         let level = 1e3 * sum / per_filament;
         [0, 1].map(|end| (1e3 * width * (interval + end) as f64, level))
@@ -152,7 +154,7 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
     let diagram = Diagram {
         title: contact_title("Where filaments press on each other", &brush.settings),
         subtitle: format!(
-            "impulse per filament in {INTERVALS} parts of its length, by the mean place of each pair’s contact"
+            "impulse per filament that counts, in {INTERVALS} parts of its length, by the mean place of each pair’s contact"
         ),
         x: Axis::linear("distance from the root in mm"),
         y: Axis::from_zero("impulse in mN s"),
