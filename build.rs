@@ -14,7 +14,7 @@ use bristle_codegen::back::json;
 use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
-use bristle_codegen::fingerprint::{digest, sources};
+use bristle_codegen::fingerprint::{digest, locked, sources};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::special::{SERIES, SERIES_LIMIT, TERMS};
 use bristle_codegen::model::kernels::kernels;
@@ -76,19 +76,21 @@ fn series() -> String {
     )
 }
 
-/// The sources of this package that affect results: all of them. Outside of the repository some are missing.
-const SOURCES_OF_RESULTS: [&str; 4] = ["Cargo.lock", "build.rs", "codegen/src", "src"];
+/// The code of this package, which turns settings into metrics, and the packages whose versions affect them. How the kernels were made does
+/// not matter: they are hashed themselves.
+const SOLVER: &str = "src";
+const LOCK: &str = "Cargo.lock";
+const NUMERICAL_PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 
 /// A hash of the code that turns settings into metrics. The journal of a study uses it to detect results of another build.
 ///
-/// The version alone does not change during development. There is no list of the files that matter, because it could become
-/// incomplete.
+/// The version alone does not change during development.
 fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
-    let present: Vec<&str> = SOURCES_OF_RESULTS.into_iter().filter(|path| Path::new(path).exists()).collect();
-    for path in &present {
+    for path in [SOLVER, LOCK].into_iter().filter(|path| Path::new(path).exists()) {
         println!("cargo::rerun-if-changed={path}");
     }
-    Ok(digest((generated.concat() + &sources(&present)?).as_bytes()))
+    let packages = locked(Path::new(LOCK), &NUMERICAL_PACKAGES)?;
+    Ok(digest((generated.concat() + &packages + &sources(&[SOLVER])?).as_bytes()))
 }
 
 /// States at which the kernels are compared with the built-in ones.

@@ -9,7 +9,7 @@ use bristle::equations::{Batch, Member};
 use bristle::model::filament;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_study::document::Document;
+use bristle_input::document::Document;
 
 const FILE: &str = include_str!("../examples/zirconia.toml");
 const STATES: usize = 10_000;

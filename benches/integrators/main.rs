@@ -32,7 +32,7 @@ use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
 use bristle::model::metrics::ContactRecord;
 use bristle::model::settings::Settings;
-use bristle_study::document::Document;
+use bristle_input::document::Document;
 
 use bdf::Bdf;
 use esdirk::{Controller, Esdirk, EsdirkSettings, Predictor};

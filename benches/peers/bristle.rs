@@ -15,8 +15,8 @@ use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_study::document::Document;
-use bristle_study::study::{Study, run_study};
+use bristle_grid::{Study, run_study};
+use bristle_input::document::Document;
 use serde::Deserialize;
 use serde_json::{Value, json};
 

@@ -29,8 +29,8 @@ use bristle_codegen::back::source::Origin;
 use bristle_codegen::model::chain;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
-use bristle_study::document::Document;
-use bristle_study::study::run_study;
+use bristle_grid::run_study;
+use bristle_input::document::Document;
 use criterion::{Criterion, criterion_group, criterion_main};
 
 /// The origin stated in the emitted source.

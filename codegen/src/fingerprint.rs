@@ -40,6 +40,22 @@ pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     Ok(hexadecimal(hash))
 }
 
+/// The entries of some packages in a `Cargo.lock`, which tell their versions; none if there is no such file, as outside of the repository.
+///
+/// # Errors
+/// If the file cannot be read. The message names it.
+pub fn locked(lock: &Path, packages: &[&str]) -> io::Result<String> {
+    match fs::read_to_string(lock) {
+        Ok(text) => {
+            let is_wanted =
+                |entry: &&str| packages.iter().any(|name| entry.contains(&format!("\nname = \"{name}\"\n")));
+            Ok(text.split("[[package]]").filter(is_wanted).collect())
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(String::new()),
+        Err(error) => Err(at(lock, &error)),
+    }
+}
+
 /// Appends the files at and below `path`.
 fn collect(path: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     if !fs::metadata(path).map_err(|error| at(path, &error))?.is_dir() {

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 
 use bristle::simulation::{Sampling, Stop};
+use bristle_grid::{CaseResult, Study, Waiting, simulate_cases, waiting_cases, without_result};
 use bristle_report::page::Recorder;
-use bristle_study::journal::Journal;
-use bristle_study::study::{CaseResult, Study, Waiting, simulate_cases, waiting_cases, without_result};
+use bristle_store::journal::Journal;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 

@@ -5,9 +5,9 @@ use std::io;
 use bristle::brush::BrushError;
 use bristle::integrate::IntegrationError as StepError;
 use bristle::simulation::{IntegrationError, SimulationError};
-use bristle_files::journal_file::JournalFileError;
-use bristle_files::staged::{DocumentError, FileError};
-use bristle_study::input_error::InputError;
+use bristle_input::input_error::InputError;
+use bristle_store::journal_file::JournalFileError;
+use bristle_store::staged::{DocumentError, FileError};
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
 

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use bristle::model::settings::Settings;
-use bristle_files::staged::{read_document, read_input as read_file};
-use bristle_study::document::Document;
-use bristle_study::input_error::InputError;
-use bristle_study::plausibility::unusual;
+use bristle_input::document::Document;
+use bristle_input::input_error::InputError;
+use bristle_input::plausibility::{unusual, unusual_in_study};
+use bristle_store::staged::{read_document, read_input as read_file};
 use pyo3::prelude::*;
 
 use crate::error::{of_document, of_file, of_input, of_settings};
@@ -80,7 +80,7 @@ impl Input {
     /// Warnings of what is unusual in the study.
     fn unusual_in_study(&self) -> PyResult<Vec<String>> {
         let study = self.document()?.study().map_err(|error| of_input(&error))?;
-        Ok(study.unusual().iter().map(|unusual| unusual.statement.clone()).collect())
+        Ok(unusual_in_study(&study).into_iter().map(|unusual| unusual.statement).collect())
     }
 }
 

@@ -23,7 +23,7 @@ const WIDTH: usize = 80;
 #[pymodule(gil_used = false)]
 fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("MOST_CONTROL_POINTS", bristle_study::control_points::MOST_CONTROL_POINTS)?;
+    module.add("MOST_CONTROL_POINTS", bristle_input::control_points::MOST_CONTROL_POINTS)?;
     module.add_class::<input::Input>()?;
     module.add_class::<contact::Simulated>()?;
     module.add_class::<tool::SampledTool>()?;

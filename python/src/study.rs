@@ -11,18 +11,18 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::{Sampling, Simulation, Statistics, Stop};
-use bristle_files::journal_file::{Earlier, JournalFile};
-use bristle_files::staged::{FileError, Occupied, StagedFile, remove};
-use bristle_files::study_files::{COMPARISON, MEASURED, RUNS, RUNS_PARQUET, STUDY, occupy_results, write_study};
+use bristle_grid::brush::{Interaction, check_brushes};
+use bristle_grid::uncertainty::ForceScatter;
+use bristle_grid::{CaseResult, Resources, Study, Sweep, complete_study_sampled};
+use bristle_insight::advice::{Limits, advise};
+use bristle_insight::assumptions::Assumptions;
 use bristle_report::page::{Recorder, page};
-use bristle_study::advice::{Limits, advise};
-use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::{Interaction, check_brushes};
-use bristle_study::results::{
+use bristle_store::journal_file::{Earlier, JournalFile};
+use bristle_store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
 };
-use bristle_study::study::{CaseResult, Resources, Study, Sweep, complete_study_sampled};
-use bristle_study::uncertainty::ForceScatter;
+use bristle_store::staged::{FileError, Occupied, StagedFile, remove};
+use bristle_store::study_files::{COMPARISON, MEASURED, RUNS, RUNS_PARQUET, STUDY, occupy_results, write_study};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;

@@ -34,7 +34,7 @@ length_m or contact_normal_impulse_n_s.
 
 Results that people read go to stdout, progress and notes to stderr. Lines are
 made for the width of the terminal, or for that in COLUMNS, or else for 80
-columns. RUST_LOG=debug writes a log to stderr, and RUST_LOG=bristle_study=debug
+columns. RUST_LOG=debug writes a log to stderr, and RUST_LOG=bristle_grid=debug
 one of a single crate or module.
 
 Exit status:

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bristle::model::settings::Settings;
-use bristle_files::staged::{FileError, StagedFile, read_bytes, remove};
-use bristle_study::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use bristle_store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use bristle_store::staged::{FileError, StagedFile, read_bytes, remove};
 use bristle_text::shown_path;
 use thiserror::Error;
 

@@ -6,18 +6,18 @@ use std::process::ExitCode;
 
 use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
-use bristle_files::journal_file::JournalFileError;
-use bristle_files::staged::{DocumentError, FileError};
+use bristle_grid::brush::BrushStudyError;
+use bristle_input::explain::UnknownKey;
+use bristle_input::input_error::InputError;
+use bristle_input::table::DataError;
+use bristle_insight::advice::AdviceError;
+use bristle_insight::joined::JoinError;
 use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
-use bristle_study::advice::AdviceError;
-use bristle_study::brush::BrushStudyError;
-use bristle_study::explain::UnknownKey;
-use bristle_study::input_error::InputError;
-use bristle_study::joined::JoinError;
-use bristle_study::results::DataError;
+use bristle_store::journal_file::JournalFileError;
+use bristle_store::staged::{DocumentError, FileError};
 use bristle_text::shown_path;
 use thiserror::Error;
 

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use bristle_files::staged::{FileError, read_document, read_input, read_stdin};
-use bristle_study::document::Document;
-use bristle_study::plausibility::{Unusual, warnings};
+use bristle_input::document::Document;
+use bristle_input::plausibility::{Unusual, warnings};
+use bristle_store::staged::{FileError, read_document, read_input, read_stdin};
 use clap::Args;
 
 use crate::error::CliError;

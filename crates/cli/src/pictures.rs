@@ -6,17 +6,18 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle_files::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
-use bristle_files::study_files::{COMPARISON, MEASURED};
+use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
+use bristle_input::table::DataError;
+use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
 use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
     Brush, Picture, brush_figures, contact_figures, is_of_brush, is_of_contact, is_of_study, study_figures,
 };
-use bristle_study::measured::{
-    Comparison, Format as TableFormat, Measurement, compare, comparison_table, read_measured, write_comparison,
-};
-use bristle_study::results::{DataError, SavedStudy};
-use bristle_study::study::{CaseResult, Study, thread_count};
+use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
+use bristle_store::study_files::{COMPARISON, MEASURED};
+
+use bristle_grid::{CaseResult, Study, thread_count};
+use bristle_store::results::SavedStudy;
 use bristle_text::shown_path;
 use clap::{Args, ValueEnum};
 use thiserror::Error;

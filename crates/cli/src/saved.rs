@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
-use bristle_files::staged::{FileError, read_results};
-use bristle_files::study_files::{RUNS, STUDY};
+use bristle_input::table::DataError;
 use bristle_report::figures::Brush;
 use bristle_report::vtk::is_file_name;
-use bristle_study::results::{
-    DataError, Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments,
-    read_history, read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
+use bristle_store::staged::{FileError, read_results};
+use bristle_store::study_files::{RUNS, STUDY};
+
+use bristle_grid::CaseResult;
+use bristle_store::results::{
+    Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments, read_history,
+    read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
 };
-use bristle_study::study::CaseResult;
 use bristle_text::{shortened, shown_path};
 use thiserror::Error;
 

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
-use bristle_study::text::layout::WIDTH;
+use bristle_text::layout::WIDTH;
 use bristle_text::{Lines, shown_path};
 use indicatif::{ProgressBar, ProgressStyle};
 use terminal_size::terminal_size_of;
@@ -55,7 +55,7 @@ fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
 }
 
 /// Writes a log to stderr if the environment variable `RUST_LOG` requests one, with values such as `debug` or
-/// `bristle_study::study=debug`.
+/// `bristle_grid=debug`.
 ///
 /// Only levels per module can be selected. The usual filter would add regular expressions.
 pub fn start_log() {

@@ -11,11 +11,11 @@ use std::ops::Range;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::ClampMotion;
+use bristle_grid::{CaseResult, Study, run_study};
+use bristle_input::document::Document;
 use bristle_report::drawing::{
     BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, WHITE, axis, fine, labelled, stroke, text, viridis, whole,
 };
-use bristle_study::document::Document;
-use bristle_study::study::{CaseResult, Study, run_study};
 
 /// Size of the picture in pixels, and where its left panel ends.
 const SIZE: (i32, i32) = (1000, 400);

@@ -8,11 +8,11 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use bristle_grid::{CaseResult, Study, run_study};
+use bristle_input::document::Document;
 use bristle_report::drawing::map::{Map, Side};
 use bristle_report::drawing::scale::Axis;
-use bristle_study::document::Document;
-use bristle_study::study::{CaseResult, Study, run_study};
-use bristle_study::text::number::labels;
+use bristle_text::number::labels;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

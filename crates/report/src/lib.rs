@@ -14,5 +14,5 @@ pub mod vtk;
 
 /// The input files of the study crate's tests, included by path because a test module is not part of a library.
 #[cfg(test)]
-#[path = "../../study/src/testing.rs"]
+#[path = "../../input/src/testing.rs"]
 mod testing;

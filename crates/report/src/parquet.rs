@@ -14,13 +14,13 @@ use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::types::Type;
 
 use bristle::simulation::Sample;
-use bristle_study::results::{Cell, cells, keys, run_columns, run_rows};
-use bristle_study::study::{CaseResult, Study};
+use bristle_grid::{CaseResult, Study};
+use bristle_store::results::{Cell, cells, keys, run_columns, run_rows};
 
 /// Rows of a group: all that is held in memory, some 4 MB.
 pub const ROWS_OF_GROUP: usize = 4096;
 
-/// Writes `runs.parquet`, with the columns and rows of [`write_runs`](bristle_study::results::write_runs); `settings` is the text of `study.json`.
+/// Writes `runs.parquet`, with the columns and rows of [`write_runs`](bristle_store::results::write_runs); `settings` is the text of `study.json`.
 pub fn write_runs_parquet(
     out: impl Write + Send,
     study: &Study,
@@ -30,7 +30,7 @@ pub fn write_runs_parquet(
     write_table(out, &run_columns(study, results), run_rows(study, results), ("study.json", settings))
 }
 
-/// Writes `history.parquet`, with the columns and rows of [`write_history`](bristle_study::results::write_history); `settings` is the text of
+/// Writes `history.parquet`, with the columns and rows of [`write_history`](bristle_store::results::write_history); `settings` is the text of
 /// `case.json`.
 pub fn write_history_parquet(out: impl Write + Send, history: &[Sample], settings: &str) -> io::Result<()> {
     let rows = history.iter().map(|sample| cells(Some(sample)));

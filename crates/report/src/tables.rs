@@ -5,17 +5,17 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::Prominence;
 use bristle::model::settings::Settings;
-use bristle_study::assumptions::Assumptions;
-use bristle_study::check::Change;
-use bristle_study::differences::{Difference, tool_differences};
-use bristle_study::slices::spread;
-use bristle_study::stability::is_unstable;
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
-use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
-use bristle_study::text::number::{labels, short};
-use bristle_study::text::quantity::{Quantity, Readable, shown_metrics};
-use bristle_study::uncertainty::{ForceScatter, INPUTS, scatters};
+use bristle_grid::check::Change;
+use bristle_grid::uncertainty::{ForceScatter, INPUTS, scatters};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
+use bristle_insight::assumptions::Assumptions;
+use bristle_insight::differences::{Difference, tool_differences};
+use bristle_insight::quantity::{Quantity, Readable, shown_metrics};
+use bristle_insight::slices::spread;
+use bristle_insight::stability::is_unstable;
 use bristle_text::columns;
+use bristle_text::layout::{aligned, blocks, left, right, wrap};
+use bristle_text::number::{labels, short};
 
 /// Number of columns that a table has if there are so many values, in several parts if they do not fit into the terminal.
 const COLUMNS: usize = 12;

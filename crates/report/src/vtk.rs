@@ -241,7 +241,7 @@ mod tests {
     use super::*;
     use bristle::model::settings::{WorkpieceKind, WorkpieceSettings};
     use bristle::simulation::{Sampling, Simulation, simulate_with};
-    use bristle_study::document::Document;
+    use bristle_input::document::Document;
 
     const SHAPES: usize = 101;
 

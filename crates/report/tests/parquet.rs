@@ -5,15 +5,15 @@ use std::io::Write;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::simulation::{Statistics, simulate_with_history};
+use bristle_grid::run_study;
+use bristle_input::document::Document;
 use bristle_report::parquet::{ROWS_OF_GROUP, write_history_parquet, write_runs_parquet};
-use bristle_study::document::Document;
-use bristle_study::results::{write_history, write_runs};
-use bristle_study::study::run_study;
+use bristle_store::results::{write_history, write_runs};
 use parquet::basic::Type as Physical;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-#[path = "../../study/src/testing.rs"]
+#[path = "../../input/src/testing.rs"]
 mod testing;
 use testing::brush;
 

@@ -1,7 +1,11 @@
-//! How text from a file or a path is shown in a message.
+//! How text from a file or a path is shown in a message; [`number`]s and lines ([`layout`]) as people read them, and the [`units`] of keys.
 //!
-//! Such text may be hostile: escape sequences drive a terminal, line feeds forge messages, overrides of the writing direction
+//! Text of others may be hostile: escape sequences drive a terminal, line feeds forge messages, overrides of the writing direction
 //! disguise a name, and a key may be as long as its file. Whatever enters a message therefore passes through [`shown`].
+
+pub mod layout;
+pub mod number;
+pub mod units;
 
 use std::fmt::{self, Display, Formatter, Write};
 use std::path::Path;

@@ -10,8 +10,8 @@ use bristle::model::settings::{ContactSettings, FilamentSettings, Settings};
 use bristle::simulation::{FilamentState, FilamentSystem, Sample, simulate_with_history};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::{Plane, Workpiece};
-use bristle_study::document::Document;
-use bristle_study::study::Study;
+use bristle_grid::Study;
+use bristle_input::document::Document;
 use serde::de::DeserializeOwned;
 
 use super::Failure;

@@ -11,7 +11,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::{ContactSettings, Settings};
 use bristle::simulation::{FilamentState, Pass, Sample, integral, simulate, simulate_with_history};
 use bristle::tool::ClampMotion;
-use bristle_study::study::run_study;
+use bristle_grid::run_study;
 use serde::Deserialize;
 
 use super::chains::{
@@ -249,7 +249,7 @@ fn independence(_: Extent) -> Result<Trial, Failure> {
         run_study(&study, NonZeroUsize::new(threads), || ()).map_err(|error| Failure::Reference(error.to_string()))
     };
     let (one, two, three) = (run(1)?, run(2)?, run(3)?);
-    let metrics = |results: &[bristle_study::study::CaseResult], case: usize| {
+    let metrics = |results: &[bristle_grid::CaseResult], case: usize| {
         let summary = results[case].as_ref().map_err(|error| Failure::Reference(error.clone()))?;
         Ok::<_, Failure>(summary.metrics.clone())
     };

@@ -142,7 +142,7 @@ pub fn run(extent: Extent, done: impl Fn() -> ControlFlow<()> + Sync) -> Vec<Out
             }
         }
     };
-    let threads = bristle_study::study::thread_count(None);
+    let threads = bristle_grid::thread_count(None);
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(work);

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::simulation::{Pass, simulate_with_history};
-use bristle_study::study::{DEPTH, Study, Sweep, VELOCITY, run_study};
+use bristle_grid::{DEPTH, Study, Sweep, VELOCITY, run_study};
 
 use super::chains::{lesser, paper_case, paper_study, worse};
 use super::tolerances::Tolerance;

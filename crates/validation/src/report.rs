@@ -4,8 +4,8 @@
 use std::io::{self, Write};
 
 use bristle_report::drawing::power_of_ten;
-use bristle_study::text::layout::{left, wrap};
 use bristle_text::columns;
+use bristle_text::layout::{left, wrap};
 
 use super::sources;
 use super::tolerances::{self, Measure};
@@ -455,7 +455,7 @@ mod tests {
     use super::super::Group;
     use super::super::trial::{Axis, Curve, Figure, Look};
     use super::*;
-    use bristle_study::text::layout::WIDTH;
+    use bristle_text::layout::WIDTH;
 
     static GROUP: Group = Group { title: "Made up", purpose: "What is *not* computed.", trials: &[] };
 

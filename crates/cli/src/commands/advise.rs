@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::model::parameters::Parameter;
-use bristle_study::advice::{Limits, advise};
-use bristle_study::study::VELOCITY;
+use bristle_grid::VELOCITY;
+use bristle_insight::advice::{Limits, advise};
 use clap::Args;
 
 use crate::error::CliError;

@@ -11,19 +11,19 @@ use std::time::Duration;
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle_files::staged::{StagedFile, occupy, prepare_directory, remove};
+use bristle_grid::brush::{Interaction, brush_warnings};
+use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
+use bristle_grid::thread_count;
+use bristle_input::plausibility::unusual;
+use bristle_insight::assumptions::Assumptions;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::{brush_table, check_table};
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
-use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::{Interaction, brush_warnings};
-use bristle_study::check::{FINER_BRUSH, check_text, finer_steps};
-use bristle_study::plausibility::unusual;
-use bristle_study::results::{
+use bristle_store::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
-use bristle_study::study::thread_count;
+use bristle_store::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_text::shown_path;
 use clap::Args;
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_files::staged::read_text;
 use bristle_inspect::comparison::{MAX_GRAPH_BYTES, States, compare_graph};
+use bristle_store::staged::read_text;
 use clap::Args;
 
 use crate::error::{CliError, agreement};

@@ -4,15 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bristle_files::journal_file::JOURNAL;
-use bristle_files::staged::prepare_directory;
-use bristle_files::study_files::occupy_results;
+use bristle_insight::assumptions::Assumptions;
+use bristle_insight::joined::{Joined, NamedStudy, join};
+use bristle_insight::measured::compare;
 use bristle_report::page::{Recorder, page};
-use bristle_study::assumptions::Assumptions;
-use bristle_study::joined::{Joined, NamedStudy, join};
-use bristle_study::measured::compare;
-use bristle_study::text::layout::note;
-use bristle_study::text::number::counted;
+use bristle_store::journal_file::JOURNAL;
+use bristle_store::staged::prepare_directory;
+use bristle_store::study_files::occupy_results;
+use bristle_text::layout::note;
+use bristle_text::number::counted;
 use bristle_text::shown_path;
 use clap::Args;
 

@@ -5,8 +5,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_files::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
+use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;

@@ -4,10 +4,10 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_files::staged::read_input;
+use bristle_input::plausibility::unusual;
 use bristle_inspect::evaluation::evaluate;
 use bristle_inspect::state::parse_state;
-use bristle_study::plausibility::unusual;
+use bristle_store::staged::read_input;
 use clap::Args;
 
 use crate::error::CliError;

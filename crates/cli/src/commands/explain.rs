@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bristle_study::explain::{all_keys, explain};
+use bristle_input::explain::{all_keys, explain};
 use clap::Args;
 
 use crate::error::CliError;

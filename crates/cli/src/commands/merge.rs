@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_files::journal_file::{JOURNAL, JournalFile};
-use bristle_files::staged::prepare_directory;
+use bristle_store::journal_file::{JOURNAL, JournalFile};
+use bristle_store::staged::prepare_directory;
 use clap::Args;
 
 use crate::commands::study::{StudyArgs, run_whole};

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bristle_study::schema::input_schema;
+use bristle_input::schema::input_schema;
 
 use crate::args::Command;
 use crate::error::CliError;

@@ -4,9 +4,9 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bristle_files::staged::{FileError, StagedFile};
-use bristle_study::first_file::{QUESTIONS, Question, first_file};
-use bristle_study::materials::{MATERIALS, Material};
+use bristle_input::first_file::{QUESTIONS, Question, first_file};
+use bristle_input::materials::{MATERIALS, Material};
+use bristle_store::staged::{FileError, StagedFile};
 use clap::Args;
 
 use crate::error::CliError;

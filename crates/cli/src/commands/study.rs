@@ -8,23 +8,25 @@ use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
 use bristle::simulation::{Simulation, Stop};
-use bristle_files::journal_file::{Earlier, JOURNAL, JournalFile};
-use bristle_files::staged::{StagedFile, occupy, prepare_directory, relative_to, remove};
-use bristle_files::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
+use bristle_grid::brush::{check_brushes, study_warnings};
+use bristle_grid::{CaseResult, Resources, Shard, Study, complete_shard, complete_study_sampled};
+use bristle_input::measured::{Measurement, measured_text};
+use bristle_input::plausibility::unusual_in_study;
+use bristle_insight::assumptions::Assumptions;
+use bristle_insight::limited_work::study_work_warning;
+use bristle_insight::measured::{compare, unusual_points};
+use bristle_insight::stability::study_warning;
+use bristle_insight::touch::study_touch_warning;
+use bristle_insight::turns::study_turns_warnings;
 use bristle_report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_runs_parquet;
 use bristle_report::tables::{study_tables, tools_table};
-use bristle_study::assumptions::Assumptions;
-use bristle_study::brush::{check_brushes, study_warnings};
-use bristle_study::limited_work::study_work_warning;
-use bristle_study::measured::{Measurement, compare, measured_text, unusual_points};
-use bristle_study::results::Origin;
-use bristle_study::stability::study_warning;
-use bristle_study::study::{CaseResult, Resources, Shard, Study, complete_shard, complete_study_sampled};
-use bristle_study::text::number::counted;
-use bristle_study::touch::study_touch_warning;
-use bristle_study::turns::study_turns_warnings;
+use bristle_store::journal_file::{Earlier, JOURNAL, JournalFile};
+use bristle_store::results::Origin;
+use bristle_store::staged::{StagedFile, occupy, prepare_directory, relative_to, remove};
+use bristle_store::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
+use bristle_text::number::counted;
 use bristle_text::{shown, shown_path};
 use clap::Args;
 
@@ -165,7 +167,7 @@ impl StudyArgs {
 
     /// Warns of what is unusual, and checks that all brushes can be simulated.
     fn check(&self, study: &Study) -> Result<(), CliError> {
-        self.input.warn_of(study.unusual())?;
+        self.input.warn_of(&unusual_in_study(study))?;
         if study.has_brush() {
             check_brushes(study, self.threads(), self.memory.limit())
                 .map_err(|error| CliError::StudyRefused { path: self.input.file.clone(), error: Box::new(error) })?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use bristle_files::staged::{StagedFile, occupy, prepare_directory};
+use bristle_store::staged::{StagedFile, occupy, prepare_directory};
 use bristle_validation::{self as validation, Extent, Outcome};
 use clap::Args;
 use indicatif::ProgressBar;

@@ -10,8 +10,8 @@ use std::time::Duration;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::BrushSettings;
-use bristle_study::brush::{Interaction, NOT_OF_BRUSHES};
-use bristle_study::results::keys;
+use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
+use bristle_store::results::keys;
 use serde_json::{Map, Value};
 use tempfile::TempDir;
 
@@ -433,7 +433,7 @@ fn the_documents_list_every_column_of_a_brush() {
 #[test]
 fn the_example_is_a_brush_and_a_study() {
     let example = include_str!("../../../../examples/brush.toml");
-    let document = bristle_study::document::Document::parse(example, "brush.toml").expect("TOML");
+    let document = bristle_input::document::Document::parse(example, "brush.toml").expect("TOML");
     // It states every key that has a default value.
     assert_eq!(document.settings().expect("settings").brush, Some(BrushSettings::default()));
     assert_eq!(document.study().expect("a study").case_count(), 16);

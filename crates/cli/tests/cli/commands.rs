@@ -822,7 +822,7 @@ fn help_states_examples_units_and_exit_statuses() {
 fn the_example_is_the_papers_study() {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/zirconia.toml");
     let text = fs::read_to_string(example).expect("the example");
-    let study = bristle_study::document::Document::parse(&text, example)
+    let study = bristle_input::document::Document::parse(&text, example)
         .and_then(|document| document.study())
         .expect("the example is right");
     assert_eq!(study.case_count(), 120);
@@ -838,10 +838,10 @@ fn the_example_is_the_papers_study() {
     let minimal = Workspace::new();
     minimal.write("minimal.toml", FILE.replace("segments = 4\n", "").replace("relative_tolerance = 1e-4\n", ""));
     let minimal = minimal.read("minimal.toml");
-    let defaults = bristle_study::document::Document::parse(&minimal, "minimal")
+    let defaults = bristle_input::document::Document::parse(&minimal, "minimal")
         .and_then(|document| document.settings())
         .expect("the file is right");
-    let stated = bristle_study::document::Document::parse(&text, example)
+    let stated = bristle_input::document::Document::parse(&text, example)
         .and_then(|document| document.settings())
         .expect("the example is right");
     assert_eq!(stated, defaults);

@@ -4,8 +4,8 @@ use std::fs;
 
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
-use bristle_study::document::Document;
-use bristle_study::study::run_study;
+use bristle_grid::run_study;
+use bristle_input::document::Document;
 
 use crate::program::{bristle, brush};
 

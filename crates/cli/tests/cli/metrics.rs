@@ -4,15 +4,15 @@ use std::fs;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scope};
+use bristle_grid::{CaseResult, Study, run_study};
+use bristle_input::document::Document;
+use bristle_insight::assumptions::Assumptions;
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
-use bristle_study::assumptions::Assumptions;
-use bristle_study::document::Document;
-use bristle_study::results::run_columns;
-use bristle_study::study::{CaseResult, Study, run_study};
-use bristle_study::text::layout::WIDTH;
+use bristle_store::results::run_columns;
+use bristle_text::layout::WIDTH;
 use serde_json::Value;
 
 use crate::program::{bristle, brush};

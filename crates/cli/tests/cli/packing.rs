@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::fs;
 
 use bristle::model::settings::Settings;
-use bristle_study::document::Document;
+use bristle_input::document::Document;
 use tempfile::TempDir;
 
 use crate::program::bristle;

@@ -9,9 +9,9 @@ use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bristle_study::document::Document;
-use bristle_study::journal::{Contents, Journal, JournalError};
-use bristle_study::study::Study;
+use bristle_grid::Study;
+use bristle_input::document::Document;
+use bristle_store::journal::{Contents, Journal, JournalError};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -427,20 +427,20 @@ fn the_log_is_written_on_request() {
     let log = |filter: &str| {
         let output = workspace.command("--restart").env("RUST_LOG", filter).output().expect("the program starts");
         assert_eq!(output.status.code(), Some(FAILED_CASES));
-        assert!(!String::from_utf8_lossy(&output.stdout).contains("bristle_study"), "the log is not on stdout");
+        assert!(!String::from_utf8_lossy(&output.stdout).contains("bristle_grid"), "the log is not on stdout");
         error_text(&output)
     };
     let debug = log("debug");
-    assert_eq!(debug.matches("DEBUG bristle_study::study::scheduler: case done case=").count(), CASES - FAILURES);
-    assert_eq!(debug.matches("WARN bristle_study::study::scheduler: case failed case=").count(), FAILURES);
+    assert_eq!(debug.matches("DEBUG bristle_grid::scheduler: case done case=").count(), CASES - FAILURES);
+    assert_eq!(debug.matches("WARN bristle_grid::scheduler: case failed case=").count(), FAILURES);
     assert!(
-        debug.contains("INFO bristle_study::study::scheduler: study started cases=180 to_simulate=180 threads="),
+        debug.contains("INFO bristle_grid::scheduler: study started cases=180 to_simulate=180 threads="),
         "{debug}"
     );
-    assert!(debug.contains("DEBUG bristle_files::journal_file: journal opened"), "{debug}");
+    assert!(debug.contains("DEBUG bristle_store::journal_file: journal opened"), "{debug}");
     let warnings = log("bristle=warn");
-    assert!(warnings.contains("WARN bristle_study::study") && !warnings.contains("INFO"), "{warnings}");
-    assert!(!log("").contains("bristle_study::study"));
+    assert!(warnings.contains("WARN bristle_grid") && !warnings.contains("INFO"), "{warnings}");
+    assert!(!log("").contains("bristle_grid"));
     let wrong = log("bristle=loudly");
     assert!(wrong.contains("note: RUST_LOG is `bristle=loudly` and has no effect"), "{wrong}");
 
@@ -450,7 +450,7 @@ fn the_log_is_written_on_request() {
     let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
     assert!(
         error_text(&output)
-            .contains("WARN bristle_files::journal_file: dropped an incomplete line at the end of the journal")
+            .contains("WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal")
     );
 }
 

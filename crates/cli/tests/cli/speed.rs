@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 use std::fs;
 
-use bristle_study::document::Document;
-use bristle_study::study::Study;
+use bristle_grid::Study;
+use bristle_input::document::Document;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
+use bristle_grid::{CaseResult, Study, run_study};
+use bristle_input::document::Document;
 use bristle_report::tables::study_tables;
-use bristle_study::document::Document;
-use bristle_study::study::{CaseResult, Study, run_study};
-use bristle_study::text::layout::WIDTH;
+use bristle_text::layout::WIDTH;
 use serde_json::Value;
 
 use crate::program::{bristle, brush};

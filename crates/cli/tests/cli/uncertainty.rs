@@ -3,15 +3,15 @@
 use std::fs;
 
 use bristle::simulation::simulate;
+use bristle_grid::uncertainty::Scatter;
+use bristle_grid::{CaseResult, CaseSummary, Study, run_study};
+use bristle_input::document::Document;
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::tables::study_tables;
-use bristle_study::document::Document;
-use bristle_study::results::write_runs;
-use bristle_study::results::{read_runs, read_study, study_text};
-use bristle_study::study::{CaseResult, CaseSummary, Study, run_study};
-use bristle_study::text::layout::WIDTH;
-use bristle_study::uncertainty::Scatter;
+use bristle_store::results::write_runs;
+use bristle_store::results::{read_runs, read_study, study_text};
+use bristle_text::layout::WIDTH;
 use tempfile::TempDir;
 
 use crate::program::{bristle, brush};

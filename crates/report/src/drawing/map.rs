@@ -7,7 +7,7 @@ use super::format::Format;
 use super::heading::Heading;
 use super::scale::{Axis, Scale, coordinate};
 use super::{Canvas, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, viridis, width};
-use bristle_study::text::number::{significant, spanning};
+use bristle_text::number::{significant, spanning};
 
 /// Width of a figure and height of its cells in pixels, and the least height on paper.
 const SIZE: (i32, i32) = (680, 340);

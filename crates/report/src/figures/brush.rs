@@ -6,7 +6,7 @@ use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;
 use bristle::brush::{FilamentResult, PairResult, ToolSample};
 use bristle::model::settings::Settings;
-use bristle_study::brush::Interaction;
+use bristle_grid::brush::Interaction;
 
 /// Names of the figures.
 const IMPULSES: &str = "brush_impulses";

@@ -4,12 +4,13 @@ use super::{Family, Picture, Sides, View, axis_along, joined, selection, values_
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
-use bristle_study::measured::{Measurement, Simulated, same, tool_force};
-use bristle_study::slices::Slice;
-use bristle_study::slices::spread;
-use bristle_study::study::CaseSummary;
-use bristle_study::text::number::short;
-use bristle_study::uncertainty::{INPUTS, Input, scatter_text, scatters};
+use bristle_grid::CaseSummary;
+use bristle_grid::uncertainty::{INPUTS, Input, scatter_text, scatters};
+use bristle_input::measured::{Measurement, same};
+use bristle_insight::measured::{Simulated, tool_force};
+use bristle_insight::slices::Slice;
+use bristle_insight::slices::spread;
+use bristle_text::number::short;
 
 /// Maximum number of curves with measured points, each of which has a band.
 const MAX_MEASURED: usize = 4;

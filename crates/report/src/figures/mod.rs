@@ -14,13 +14,14 @@ use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
-use bristle_study::brush::Interaction;
-use bristle_study::measured::{Measurement, points_of, relative_uncertainty};
-use bristle_study::slices::spread;
-use bristle_study::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
-use bristle_study::study::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
-use bristle_study::text::number::{short, significant};
-use bristle_study::text::quantity::shown_metrics;
+use bristle_grid::brush::Interaction;
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
+use bristle_input::measured::Measurement;
+use bristle_insight::measured::{points_of, relative_uncertainty};
+use bristle_insight::quantity::shown_metrics;
+use bristle_insight::slices::spread;
+use bristle_insight::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
+use bristle_text::number::{short, significant};
 
 mod brush;
 mod force;
@@ -629,9 +630,9 @@ fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, to
 mod tests {
     use super::*;
     use bristle::simulation::simulate_with_history;
-    use bristle_study::document::Document;
-    use bristle_study::measured::Speed;
-    use bristle_study::study::run_study;
+    use bristle_grid::run_study;
+    use bristle_input::document::Document;
+    use bristle_input::measured::Speed;
 
     fn study(sweeps: &str) -> (Study, Vec<CaseResult>) {
         let text = format!(

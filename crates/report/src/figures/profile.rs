@@ -10,7 +10,7 @@ use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, fi
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
 use bristle::workpiece::Workpiece;
-use bristle_study::text::number::{short, significant};
+use bristle_text::number::{short, significant};
 
 /// Number of shapes of the filament that are drawn.
 const DRAWN_SHAPES: usize = 13;
@@ -49,7 +49,7 @@ pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
     let first = shapes.iter().position(touches).map_or(0, |first| first.saturating_sub(1));
     let last = shapes.iter().rposition(touches).map_or(shapes.len(), |last| (last + 2).min(shapes.len()));
     let shown = &shapes[first..last];
-    bristle_study::slices::spread(shown.len(), DRAWN_SHAPES).into_iter().map(|index| shown[index].clone()).collect()
+    bristle_insight::slices::spread(shown.len(), DRAWN_SHAPES).into_iter().map(|index| shown[index].clone()).collect()
 }
 
 /// The stretch of arc lengths that figures show: the cells with work, and edges with work or next to it. None without work.

@@ -9,7 +9,7 @@ use bristle::equations;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::Pass;
-use bristle_study::brush::{Interaction, metric_columns};
+use bristle_grid::brush::{Interaction, metric_columns};
 use bristle_text::shown;
 use serde::Serialize;
 use serde_json::{Value, json};

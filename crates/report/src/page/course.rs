@@ -17,7 +17,7 @@ use bristle::simulation::{
     Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side,
 };
 use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
-use bristle_study::study::{CaseResult, Study, thread_count};
+use bristle_grid::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
@@ -341,8 +341,8 @@ mod tests {
     use super::*;
     use bristle::model::parameters::Parameter;
     use bristle::simulation::{simulate, simulate_with};
-    use bristle_study::document::Document;
-    use bristle_study::study::{Sweep, VELOCITY, complete_study_sampled, run_study};
+    use bristle_grid::{Sweep, VELOCITY, complete_study_sampled, run_study};
+    use bristle_input::document::Document;
 
     fn settings() -> Settings {
         let text = include_str!("../../../../examples/zirconia.toml");

@@ -1,8 +1,9 @@
 //! Measured forces on the page of a study: a table with the simulated ones, and marks on map and curve.
 
 use bristle::model::parameters::Parameter;
-use bristle_study::measured::{Comparison, Deviation, Measurement, Missing, Point, Simulated, Speed};
-use bristle_study::study::{DEPTH, SPEED, Study, VELOCITY};
+use bristle_grid::{DEPTH, SPEED, Study, VELOCITY};
+use bristle_input::measured::{Measurement, Speed};
+use bristle_insight::measured::{Comparison, Deviation, Missing, Point, Simulated};
 use serde_json::{Value, json};
 
 use super::rounded;

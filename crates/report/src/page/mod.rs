@@ -13,13 +13,13 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
-use bristle_study::advice::headline;
-use bristle_study::assumptions::{Assumption, Assumptions};
-use bristle_study::brush::{Interaction, metric_columns};
-use bristle_study::measured::Comparison;
-use bristle_study::plausibility::Unusual;
-use bristle_study::study::{CaseResult, CaseSummary, Study};
-use bristle_study::uncertainty::ForceScatter;
+use bristle_grid::brush::{Interaction, metric_columns};
+use bristle_grid::uncertainty::ForceScatter;
+use bristle_grid::{CaseResult, CaseSummary, Study};
+use bristle_input::plausibility::{Unusual, unusual_in_study};
+use bristle_insight::advice::headline;
+use bristle_insight::assumptions::{Assumption, Assumptions};
+use bristle_insight::measured::Comparison;
 use bristle_text::shown;
 
 mod brush;
@@ -62,7 +62,7 @@ pub fn page(
     comparisons: &[Comparison],
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let notes = Notes { unusual: study.unusual(), assumptions };
+    let notes = Notes { unusual: &unusual_in_study(study), assumptions };
     let page = Page {
         title: &format!("{name}: brushing study"),
         subject: "contact of a brush filament with a workpiece",

@@ -9,11 +9,12 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::BrushSettings;
 use bristle::simulation::Statistics;
-use bristle_study::assumptions::Assumptions;
-use bristle_study::document::Document;
-use bristle_study::measured::{Measurement, Speed, compare};
-use bristle_study::study::Sweep;
-use bristle_study::uncertainty::ForceScatter;
+use bristle_grid::Sweep;
+use bristle_grid::uncertainty::ForceScatter;
+use bristle_input::document::Document;
+use bristle_input::measured::{Measurement, Speed};
+use bristle_insight::assumptions::Assumptions;
+use bristle_insight::measured::compare;
 
 const FILE: &str = concat!(
     brush!(4),
@@ -37,10 +38,7 @@ fn study(axes: &[(&'static str, usize, Range<f64>)]) -> Study {
 }
 
 fn grid(velocities: usize, depths: usize) -> Study {
-    study(&[
-        (bristle_study::study::VELOCITY, velocities, 10.0..30.0),
-        (bristle_study::study::DEPTH, depths, 1e-3..5e-3),
-    ])
+    study(&[(bristle_grid::VELOCITY, velocities, 10.0..30.0), (bristle_grid::DEPTH, depths, 1e-3..5e-3)])
 }
 
 /// Results with numbers of as many digits as real ones have.
@@ -149,7 +147,7 @@ fn a_page_holds_all_that_it_uses() {
 #[test]
 fn the_same_study_gives_the_same_bytes() {
     let study = grid(3, 2);
-    let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     let pages = [1, 2].map(|threads| {
         let courses = Recorder::new(&study).finish(&results, NonZeroUsize::new(threads)).expect("the threads start");
         assert_eq!(courses.len(), 6);
@@ -161,7 +159,7 @@ fn the_same_study_gives_the_same_bytes() {
 #[test]
 fn failed_cases_are_shown_as_such() {
     let study = grid(3, 2);
-    let mut results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    let mut results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     results[4] = Err("it stopped".to_owned());
     let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
     let data = data_in(&page("study.toml", &study, &results, &courses, &Assumptions::default(), &[]));
@@ -181,8 +179,8 @@ fn failed_cases_are_shown_as_such() {
 #[test]
 fn large_studies_stay_small_pages() {
     let study = study(&[
-        (bristle_study::study::VELOCITY, 100, 10.0..30.0),
-        (bristle_study::study::DEPTH, 100, 1e-3..5e-3),
+        (bristle_grid::VELOCITY, 100, 10.0..30.0),
+        (bristle_grid::DEPTH, 100, 1e-3..5e-3),
         ("filament.segments", 1, 25.0..26.0),
         ("solver.relative_tolerance", 1, 1e-2..2e-2),
     ]);
@@ -249,7 +247,7 @@ fn has_every_setting(stated: &Settings) {
 #[test]
 fn the_uncertainty_is_that_of_the_number_of_filaments() {
     let study = grid(1, 1);
-    let results = bristle_study::study::run_study(&study, None, || {}).expect("the threads start");
+    let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[]));
     let force = results[0].as_ref().expect("the case is solved").metrics.tool_contact_normal_force_n;
     let uncertainty = data["force_uncertainty"][0].as_f64().expect("a number");
@@ -276,7 +274,7 @@ fn measured_points_are_on_the_page_with_their_places() {
     assert_eq!((&data["measured"]["speed"]["unit"], &comparison["count"]), (&json!("m/s"), &json!(2)));
     let [inside, outside] = [0, 1].map(|index| &comparison["points"][index]);
     let axes: Vec<&Value> = data["axes"].as_array().expect("axes").iter().map(|axis| &axis["path"]).collect();
-    let at = axes.iter().map(|path| if *path == bristle_study::study::VELOCITY { 12.0 } else { 1.5e-3 });
+    let at = axes.iter().map(|path| if *path == bristle_grid::VELOCITY { 12.0 } else { 1.5e-3 });
     assert_eq!((&inside["at"], &inside["within"]), (&json!(at.collect::<Vec<f64>>()), &json!(true)));
     assert_eq!((&outside["outside"], &outside["simulated"]), (&json!(true), &Value::Null));
     let without = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[]));

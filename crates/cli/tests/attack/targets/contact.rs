@@ -4,11 +4,13 @@ use std::io;
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sampling, Simulation, simulate_with};
-use bristle_study::digest::digest;
-use bristle_study::document::Document;
-use bristle_study::results::{
-    DataError, FileHashes, case_text, read_case, read_history, read_profile, read_shapes, read_turn_impulses,
-    write_history, write_metrics, write_profile, write_shapes,
+use bristle_input::document::Document;
+use bristle_input::table::DataError;
+use bristle_store::digest::digest;
+
+use bristle_store::results::{
+    FileHashes, case_text, read_case, read_history, read_profile, read_shapes, read_turn_impulses, write_history,
+    write_metrics, write_profile, write_shapes,
 };
 use fastrand::Rng;
 

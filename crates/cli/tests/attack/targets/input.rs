@@ -7,9 +7,9 @@ use bristle::model::parameters::PARAMETERS;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sampling, simulate_with};
-use bristle_study::document::Document;
-use bristle_study::results::{FileHashes, case_text, read_case, read_study, study_text};
-use bristle_study::study::Study;
+use bristle_grid::Study;
+use bristle_input::document::Document;
+use bristle_store::results::{FileHashes, case_text, read_case, read_study, study_text};
 use fastrand::Rng;
 
 use super::{STUDY, of_texts};

@@ -1,7 +1,7 @@
 //! Journals of a study, read in this process. A result read from a damaged journal is the one that was written.
 
-use bristle_study::journal::Journal;
-use bristle_study::study::{CaseResult, Study};
+use bristle_grid::{CaseResult, Study};
+use bristle_store::journal::Journal;
 use fastrand::Rng;
 
 use super::{STUDY, change_bytes, simulated};

@@ -1,11 +1,9 @@
 //! Tables of measured forces, read and compared in this process.
 
-use bristle_study::measured::{
-    Format, Measurement, Quantity, compare, comparison_table, measured_text, read_measured, unusual_points,
-    write_comparison,
-};
-use bristle_study::study::{CaseResult, Study};
-use bristle_study::text::layout::WIDTH;
+use bristle_grid::{CaseResult, Study};
+use bristle_input::measured::{Format, Measurement, Quantity, measured_text, read_measured};
+use bristle_insight::measured::{compare, comparison_table, unusual_points, write_comparison};
+use bristle_text::layout::WIDTH;
 use fastrand::Rng;
 
 use super::{STUDY, change_table, simulated};

@@ -9,8 +9,8 @@ pub mod program;
 pub mod results;
 pub mod state;
 
-use bristle_study::document::Document;
-use bristle_study::study::{CaseResult, Study, run_study};
+use bristle_grid::{CaseResult, Study, run_study};
+use bristle_input::document::Document;
 use fastrand::Rng;
 
 use crate::bytes;

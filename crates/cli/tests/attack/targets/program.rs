@@ -9,7 +9,7 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bristle_study::document::Document;
+use bristle_input::document::Document;
 use fastrand::Rng;
 use tempfile::TempDir;
 

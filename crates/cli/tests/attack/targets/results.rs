@@ -1,9 +1,9 @@
 //! Saved results of a study, read in this process. What is read is what was written.
 
-use bristle_study::advice::{Limits as AdviceLimits, advise};
-use bristle_study::results::{read_runs, read_study, study_text, write_runs};
-use bristle_study::study::{CaseResult, Study};
-use bristle_study::text::layout::WIDTH;
+use bristle_grid::{CaseResult, Study};
+use bristle_insight::advice::{Limits as AdviceLimits, advise};
+use bristle_store::results::{read_runs, read_study, study_text, write_runs};
+use bristle_text::layout::WIDTH;
 use fastrand::Rng;
 
 use super::{STUDY, change_table, change_text, simulated};

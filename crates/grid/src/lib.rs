@@ -1,0 +1,290 @@
+//! A study: one simulation for each point of a grid of settings.
+//!
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all. [`run_study`] simulates the cases,
+//! in lanes and threads. [`uncertainty`] samples the tools of a case and has the band of their forces; [`mod@brush`] what a case with
+//! filaments that touch has beyond its metrics; [`check`] the change of a result that is computed more precisely.
+//!
+//! Journals are tied to the sources of this crate, because they decide what a case consists of: what only reads, prints or advises is
+//! in others.
+
+pub mod brush;
+pub mod check;
+mod grid;
+mod scheduler;
+mod setting;
+mod shard;
+mod sweep;
+mod tool;
+pub mod uncertainty;
+
+pub use grid::{Study, StudyError};
+pub use scheduler::{
+    CaseResult, CaseSummary, Resources, Waiting, complete_study, complete_study_sampled, run_study, simulate_cases,
+    thread_count, waiting_cases, without_result,
+};
+pub use setting::{OFFSET, Setting, TOOL, equation};
+pub use shard::{Shard, complete_shard};
+pub use sweep::{
+    DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, SweepText, TURNS, VELOCITY,
+    without_rounding_noise,
+};
+pub use tool::{Tool, ToolText};
+
+/// SHA-256 of the sources of this crate.
+pub const SOURCES: &str = env!("BRISTLE_GRID_SOURCES");
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use bristle::model::metrics::Metrics;
+    use bristle::model::parameters::Parameter;
+    use bristle::model::settings::Settings;
+    use bristle::simulation::Statistics;
+    use bristle::simulation::{Job, Kind, Sampling, Simulation, Stop};
+
+    use super::scheduler::{complete_cases, in_order_of_work, keeping};
+    use super::*;
+
+    fn base() -> Settings {
+        Settings::paper(10.0, 1e-3)
+    }
+
+    fn parameter(path: &str) -> &'static Parameter {
+        Parameter::find(path).expect("the setting exists")
+    }
+
+    fn list(path: &str, values: &[f64]) -> Sweep {
+        Sweep::list(parameter(path), values.to_vec()).expect("the values are right")
+    }
+
+    #[test]
+    fn a_range_includes_its_end_and_has_clean_values() {
+        let sweep = Sweep::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
+        assert_eq!(sweep.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0, 0.7, 0.4, 0.1]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0, 1.3, 1.6, 1.9]);
+        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
+        assert_eq!(sweep.values(), [1.0]);
+    }
+
+    #[test]
+    fn wrong_ranges_are_refused() {
+        let range = |start, stop, step| Sweep::range(parameter(VELOCITY), start, stop, step).map(|_| ());
+        let wrong_step = |start, stop, step| Err(SweepError::WrongStep { start, stop, step });
+        assert_eq!(range(1.0, 2.0, 0.0), wrong_step(1.0, 2.0, 0.0));
+        assert_eq!(range(1.0, 1.0, 0.0), wrong_step(1.0, 1.0, 0.0));
+        assert_eq!(range(1.0, 2.0, -1.0), wrong_step(1.0, 2.0, -1.0));
+        assert_eq!(range(1.0, f64::NAN, 1.0), Err(SweepError::NotFinite));
+        assert_eq!(range(1.0, 2.0, f64::INFINITY), Err(SweepError::NotFinite));
+        assert_eq!(range(1.0, 2.0, 1e-6), Err(SweepError::TooManyValues));
+        assert_eq!(range(1.0, 1e300, 1e-300), Err(SweepError::TooManyValues));
+        let segments = Sweep::range(parameter("filament.segments"), 1.0, 10.0, 1.5);
+        assert!(matches!(segments, Err(SweepError::Value { index: 1, .. })));
+    }
+
+    #[test]
+    fn velocity_changes_fastest_and_further_sweeps_slowest() {
+        let study = Study::new(
+            base(),
+            vec![
+                list(VELOCITY, &[5.0, 10.0]),
+                list("contact.exponent", &[1.0, 1.5]),
+                list(DEPTH, &[1e-3, 2e-3]),
+                list("filament.segments", &[3.0, 4.0]),
+            ],
+        )
+        .expect("the study is right");
+        let cases: Vec<Vec<f64>> = (0..study.case_count()).map(|case| study.values(case).collect()).collect();
+        assert_eq!(cases.len(), 16);
+        assert_eq!(cases[0], [1.0, 3.0, 1e-3, 5.0]);
+        assert_eq!(cases[1], [1.0, 3.0, 1e-3, 10.0]);
+        assert_eq!(cases[2], [1.0, 3.0, 2e-3, 5.0]);
+        assert_eq!(cases[4], [1.0, 4.0, 1e-3, 5.0]);
+        assert_eq!(cases[15], [1.5, 4.0, 2e-3, 10.0]);
+        let settings = study.settings(14);
+        assert_eq!(settings.filament.segments, 4);
+        assert_eq!(settings.process.brushing_velocity_m_s, 5.0);
+    }
+
+    #[test]
+    fn studies_that_make_no_sense_are_refused() {
+        let depth = list(DEPTH, &[1e-3, 0.05]);
+        let error = Study::new(base(), vec![depth]).expect_err("deeper than the filament is long");
+        assert!(matches!(error, StudyError::Case { case: 1, .. }));
+        let twice = vec![list(DEPTH, &[1e-3]), list(DEPTH, &[2e-3])];
+        let error = Study::new(base(), twice).expect_err("swept twice");
+        assert_eq!(error, StudyError::SweptTwice { path: DEPTH });
+        let thousand = |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
+        let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
+        let error = Study::new(base(), many).expect_err("too many cases");
+        assert_eq!(error, StudyError::TooManyCases);
+    }
+
+    #[test]
+    fn a_study_without_names_compares_no_tools() {
+        let plain = Study::new(base(), vec![list(VELOCITY, &[5.0])]).expect("the study is right");
+        assert!(plain.tools().is_empty() && plain.tool(0).is_none());
+    }
+
+    #[test]
+    fn tools_have_names_that_differ() {
+        let tool = |name: &str| Tool { name: name.to_owned(), settings: base(), held: Vec::new() };
+        let refused = |names: &[&str]| {
+            let tools = names.iter().map(|name| tool(name)).collect();
+            Study::of_tools(tools, vec![list(VELOCITY, &[5.0])]).expect_err("no names of tools")
+        };
+        for name in ["", " a", "a ", "=1", "a\nb", "a\u{202e}", &"a".repeat(41)] {
+            assert_eq!(refused(&["fine", name]), StudyError::ToolName { name: name.to_owned() });
+        }
+        for (name, other) in [("a b", "A_b"), ("a,b", "a;b"), ("fine", "fine")] {
+            assert!(matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }), "{name}");
+        }
+    }
+
+    /// Simulates the cases without a result by `simulate`.
+    fn complete(
+        study: &Study,
+        threads: Option<NonZeroUsize>,
+        results: &mut [Option<CaseResult>],
+        on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
+        simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, &'static str>)) + Sync,
+    ) -> io::Result<()> {
+        let cases = without_result(study, results);
+        let results = Mutex::new(results);
+        complete_cases(study, &cases, threads, keeping(&results, on_case_done), simulate)
+    }
+
+    #[test]
+    fn a_failed_case_does_not_stop_the_others() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let done = AtomicUsize::new(0);
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Job { number, pass }) = take(None) {
+                let velocity = pass.nominal().brushing_velocity;
+                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
+            }
+        };
+        let on_case_done = |number: usize, result: &CaseResult| {
+            assert_eq!(result.is_err(), number == 6);
+            done.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        let mut results = vec![None; 20];
+        complete(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
+        assert_eq!(done.into_inner(), 20);
+        for (velocity, result) in velocities.into_iter().zip(results) {
+            match result.expect("every case is done") {
+                Ok(summary) => assert_eq!(summary.metrics.contact_time_s, velocity),
+                Err(message) => assert_eq!((velocity, message.as_str()), (7.0, "seven")),
+            }
+        }
+    }
+
+    #[test]
+    fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
+        let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
+        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Job { number, pass }) = take(None) {
+                assert!(number >= 5, "the first five have results");
+                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
+            }
+        };
+        let mut results = vec![None; 20];
+        results[..5].fill(Some(Err("earlier".to_owned())));
+        let done = AtomicUsize::new(0);
+        let three = |_: usize, _: &CaseResult| {
+            if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        assert_eq!(results.iter().flatten().count(), 8);
+        assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
+
+        let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
+        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        assert!(results.iter().all(Option::is_some));
+        complete(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
+            .expect("nothing is to be done");
+    }
+
+    #[test]
+    fn cases_that_are_stopped_have_no_result() {
+        let study = Study::new(base(), vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
+        let (stop, mut results) = (Stop::default(), vec![None; 3]);
+        let done = |_: usize, _: &CaseResult| {
+            stop.request();
+            ControlFlow::Continue(())
+        };
+        let one = NonZeroUsize::new(1);
+        complete_study_sampled(&study, one, &mut results, &stop, Sampling::default(), |_, _| {}, done)
+            .expect("there is one thread");
+        assert_eq!(results.iter().flatten().filter(|result| result.is_ok()).count(), 1);
+        assert_eq!(results.iter().flatten().count(), 1);
+    }
+
+    #[test]
+    fn cases_of_one_kind_are_taken_together_and_the_longest_first() {
+        let sweeps = || {
+            let segments = list("filament.segments", &[3.0, 4.0]);
+            let friction = list("contact.friction_coefficient", &[0.0, 0.2]);
+            vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
+        };
+        let study = Study::new(base(), sweeps()).expect("the study is right");
+        let mut order = in_order_of_work(&study, &Vec::from_iter(0..12));
+        order.reverse();
+        let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
+        for group in settings.chunks(3) {
+            assert!(group.iter().all(|settings| Kind::of(settings) == Kind::of(&group[0])));
+            let velocities = group.iter().map(|settings| settings.process.brushing_velocity_m_s);
+            assert_eq!(velocities.collect::<Vec<_>>(), [5.0, 10.0, 20.0]);
+        }
+        let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn some_cases_are_divided_by_kind_and_work() {
+        let sweeps = vec![list("filament.segments", &[3.0, 4.0]), list(VELOCITY, &[5.0, 10.0, 20.0])];
+        let study = Study::new(base(), sweeps).expect("the study is right");
+        let waiting = waiting_cases(&study, &[0, 2, 3, 5]);
+        let kinds: Vec<usize> = waiting.iter().map(|waiting| waiting.kind).collect();
+        assert_eq!(kinds, [0, 0, 1, 1]);
+        // The filament with more segments takes more work; a shorter pass over the same way does not take less.
+        let work = |case| waiting.iter().find(|waiting| waiting.case == case).expect("it waits").work;
+        assert!(work(3) > work(0) && work(5) > work(2));
+
+        let done = Mutex::new(Vec::new());
+        let keep = |case, result: CaseResult| {
+            done.lock().expect("no test panics").push((case, result.is_ok()));
+            ControlFlow::Continue(())
+        };
+        simulate_cases(&study, &[2, 3], None, &Stop::default(), Sampling::default(), |_, _| {}, keep)
+            .expect("the threads start");
+        let mut done = done.into_inner().expect("no test panics");
+        done.sort_unstable();
+        assert_eq!(done, [(2, true), (3, true)]);
+    }
+
+    fn simulation(contact_time_s: f64) -> Simulation {
+        Simulation {
+            metrics: Metrics { contact_time_s, ..Metrics::default() },
+            turn_contact_normal_impulses_n_s: vec![0.0],
+            end_time_s: 1.0,
+            statistics: Statistics::default(),
+            history: Vec::new(),
+            shapes: Vec::new(),
+            profile: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! One axis of a study: a setting and its values.
+
+use bristle::model::parameters::{Parameter, Violation};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::setting::{Setting, TOOL};
+
+/// Path of the setting that changes fastest in a study.
+pub const VELOCITY: &str = "process.brushing_velocity_m_s";
+/// Path of the setting that states the velocity by the speed of the machine.
+pub const SPEED: &str = "process.rotational_speed_rpm";
+/// Path of the setting that changes next.
+pub const DEPTH: &str = "process.penetration_depth_m";
+/// Path of the setting that moves forces more than any other unknown.
+pub const FRICTION: &str = "contact.friction_coefficient";
+
+/// Path of the number of turns.
+pub const TURNS: &str = "process.turns";
+
+/// Short names in `[study]`, and the paths that they abbreviate.
+pub const SHORT_NAMES: [(&str, &str); 3] =
+    [("brushing_velocity_m_s", VELOCITY), ("rotational_speed_rpm", SPEED), ("penetration_depth_m", DEPTH)];
+
+/// The largest number of cases in a study.
+pub const MAX_CASES: usize = 1_000_000;
+/// The largest number of sampled tools in all cases of a study.
+pub const MAX_TOOLS: usize = 10_000_000;
+
+/// One axis of a study: a setting and its values.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    setting: Setting,
+    values: Vec<f64>,
+}
+
+/// A sweep in the form used in files.
+#[derive(PartialEq, Serialize, Deserialize)]
+pub struct SweepText {
+    /// Dotted path of the setting.
+    pub setting: String,
+    /// Its values.
+    pub values: Vec<f64>,
+}
+
+/// The ways in which the values of a sweep can be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SweepError {
+    /// There is no value.
+    #[error("a sweep needs at least one value")]
+    Empty,
+    /// Start, stop or step is NaN or infinite.
+    #[error("start, stop and step must be finite numbers")]
+    NotFinite,
+    /// The step is zero, or has the wrong sign.
+    #[error("a step of {step:?} does not lead from {start:?} to {stop:?}")]
+    WrongStep {
+        /// First value.
+        start: f64,
+        /// End of the range.
+        stop: f64,
+        /// Difference between successive values.
+        step: f64,
+    },
+    /// There are more values than a study may have cases.
+    #[error("more than {MAX_CASES} values: take a larger step")]
+    TooManyValues,
+    /// One of the values is not allowed for the setting.
+    #[error("{violation}")]
+    Value {
+        /// Position of the value, counted from 0.
+        index: usize,
+        /// What is wrong with it.
+        violation: Violation,
+    },
+}
+
+impl Sweep {
+    /// A sweep over a list of values.
+    pub fn list(parameter: &'static Parameter, values: Vec<f64>) -> Result<Self, SweepError> {
+        if values.is_empty() {
+            return Err(SweepError::Empty);
+        }
+        if values.len() > MAX_CASES {
+            return Err(SweepError::TooManyValues);
+        }
+        for (index, &value) in values.iter().enumerate() {
+            parameter.check(value).map_err(|violation| SweepError::Value { index, violation })?;
+        }
+        Ok(Self { setting: Setting::Number(parameter), values })
+    }
+
+    /// A sweep from `start` in equal steps up to and including `stop`.
+    ///
+    /// Rounding does not exclude `stop`: the last step may miss it by one millionth of a step.
+    pub fn range(parameter: &'static Parameter, start: f64, stop: f64, step: f64) -> Result<Self, SweepError> {
+        /// Fraction of a step by which the last value may miss `stop`: far above rounding and far below any intended gap.
+        const SLACK: f64 = 1e-6;
+
+        let steps = (stop - start) / step;
+        if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
+            return Err(SweepError::NotFinite);
+        }
+        if step == 0.0 || steps < -SLACK {
+            return Err(SweepError::WrongStep { start, stop, step });
+        }
+        let last = (steps + SLACK).floor();
+        // This also catches an overflow to infinity.
+        if last >= MAX_CASES as f64 {
+            return Err(SweepError::TooManyValues);
+        }
+        let last = last as usize;
+        let value = |index: usize| match index {
+            0 => start,
+            _ if index == last && (steps - last as f64).abs() <= SLACK => stop,
+            _ => without_rounding_noise(start + index as f64 * step),
+        };
+        Self::list(parameter, (0..=last).map(value).collect())
+    }
+
+    /// The axis of named tools.
+    pub(super) fn tools(names: Vec<String>) -> Self {
+        let values = (0..names.len()).map(|position| position as f64).collect();
+        Self { setting: Setting::Tool(names.into()), values }
+    }
+
+    /// The setting that differs along the axis.
+    #[must_use]
+    pub fn setting(&self) -> &Setting {
+        &self.setting
+    }
+
+    /// The path of this setting.
+    #[must_use]
+    pub fn path(&self) -> &'static str {
+        self.setting.path()
+    }
+
+    /// Its values, at least one.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Position in the order of sweeps: 0 is the outermost.
+    pub(super) fn rank(&self) -> usize {
+        match self.path() {
+            VELOCITY | SPEED => 3,
+            DEPTH => 2,
+            TOOL => 0,
+            _ => 1,
+        }
+    }
+}
+
+/// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not 0.30000000000000004.
+pub fn without_rounding_noise(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}

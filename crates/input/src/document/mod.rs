@@ -1,0 +1,969 @@
+//! Reads an input file: TOML text in, checked [`Settings`] and [`Study`] out.
+//!
+//! The TOML tree keeps the place of every key and value, so that each error can point at its cause.
+
+#[cfg(test)]
+mod tests;
+mod tools;
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use bristle_text::{shortened, shown};
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use crate::cells::{DECIMALS, SEPARATORS};
+use crate::control_points::MOST_CONTROL_POINTS;
+use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
+use crate::measured::{ColumnName, Format, Quantity};
+use crate::mistakes::{Mistake, value_mistake};
+use crate::options::{self, Assignment};
+use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
+use bristle::model::settings::Settings;
+use bristle_grid::uncertainty::check;
+use bristle_grid::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
+use bristle_text::units::{other_unit, without_unit};
+
+pub(crate) use tools::{SECTIONS, TOOLS};
+
+use tools::LocatedTool;
+
+/// The section that states the sweeps and the named tools.
+const STUDY: &str = "study";
+/// The section that names measured forces. All other sections belong to [`Settings`].
+const MEASURED: &str = "measured";
+/// The section of velocity and depth, which a study may sweep instead.
+const PROCESS: &str = "process";
+/// How serde begins its message about a key without a default.
+const MISSING: &str = "missing field ";
+/// Its keys, and the values allowed.
+const FILE: &str = "file";
+const SEPARATOR: &str = "separator";
+const DECIMAL: &str = "decimal";
+const COLUMNS: &str = "columns";
+/// A path of a table.
+const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
+
+/// The path of the number of filaments.
+const FILAMENT_COUNT: &str = "tool.filament_count";
+
+/// The section of the workpiece, with its key for a file of control points.
+const WORKPIECE: &str = "workpiece";
+const CONTROL_POINTS_FILE: &str = "control_points_csv";
+const CONTROL_POINTS: &str = "workpiece.control_points_m";
+
+/// The section of the filament, with its key for a material.
+const FILAMENT: &str = "filament";
+const MATERIAL_KEY: &str = "material";
+const MATERIAL: &str = "filament.material";
+
+/// The values allowed for an entry of `[study]`.
+const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
+
+/// An input file whose TOML and sweeps have been read.
+#[derive(Debug)]
+pub struct Document<'t> {
+    source: Source<'t>,
+    /// The sections of [`Settings`].
+    table: DeTable<'t>,
+    /// Place of the heading of `[study]`.
+    study_span: Range<usize>,
+    sweeps: Vec<LocatedSweep>,
+    /// The named tools of the study.
+    tools: Vec<LocatedTool<'t>>,
+    /// The file of measured forces, and how it is written.
+    measured: Option<(String, Format)>,
+    /// The file of a profile's control points, with the place of its path.
+    control_points_file: Option<(String, Range<usize>)>,
+    /// The control points in it, once they have been read.
+    control_points: Vec<[f64; 2]>,
+    /// The material of the filaments.
+    material: Option<LocatedMaterial>,
+}
+
+/// A material that the file names.
+#[derive(Debug)]
+struct LocatedMaterial {
+    material: &'static Material,
+    /// What it states, as TOML.
+    values: [(&'static Parameter, String); 2],
+    /// Place of its name.
+    span: Range<usize>,
+}
+
+/// One entry of `[study]`.
+#[derive(Debug)]
+struct LocatedSweep {
+    parameter: &'static Parameter,
+    sweep: Sweep,
+    /// Place of the entry's value.
+    span: Range<usize>,
+}
+
+/// A value that replaces the one in the file.
+struct Override<'a> {
+    parameter: &'static Parameter,
+    /// The value as TOML.
+    text: &'a str,
+    /// The place to which an error about the value points.
+    span: Range<usize>,
+}
+
+/// Settings that have been read and checked.
+struct Built<'a> {
+    settings: Settings,
+    /// The tree, with the place of each setting.
+    table: DeTable<'a>,
+    /// The settings that the file states in another way, and their values.
+    followed: Vec<(&'static Parameter, f64)>,
+}
+
+/// The long form of a sweep.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a list or a range")]
+struct SweepRange {
+    start: f64,
+    stop: f64,
+    step: f64,
+}
+
+impl<'t> Document<'t> {
+    /// Reads a file's text. Errors use `name` for the file.
+    pub fn parse(text: &'t str, name: &'t str) -> Result<Self, InputError> {
+        Self::parse_with(text, name, &[])
+    }
+
+    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if the file did. Errors about them name
+    /// the option `--set` as their place.
+    pub fn parse_with(text: &'t str, name: &'t str, options: &'t [String]) -> Result<Self, InputError> {
+        let mut document = Self {
+            source: Source { name, text, options },
+            table: DeTable::new(),
+            study_span: 0..0,
+            sweeps: Vec::new(),
+            tools: Vec::new(),
+            measured: None,
+            control_points_file: None,
+            control_points: Vec::new(),
+            material: None,
+        };
+        document.study_span = document.end();
+        let root = DeTable::parse(text).map_err(|error| {
+            let span = error.span().unwrap_or(document.end());
+            let unreadable = format!("not valid TOML: {}", error.message());
+            let usual = match error.message() {
+                "duplicate key" => "each section, key and name of a tool stands in the file once",
+                _ => "an input file has sections like [filament] and lines like length_m = 0.040",
+            };
+            let (problem, advice) = not_toml(document.source.line(span.start), unreadable, usual);
+            document.error(problem, span, &advice)
+        })?;
+        document.table = root.into_inner();
+        document.take_options()?;
+        for (name, section) in &document.table {
+            if !section.get_ref().is_table() {
+                return Err(document.not_a_section(name, section));
+            }
+        }
+        if let Some(study) = document.table.remove(STUDY) {
+            document.study_span = study.span();
+            if let DeValue::Table(mut entries) = study.into_inner() {
+                let tools = entries.remove(TOOLS);
+                document.sweeps = document.read_sweeps(&entries)?;
+                document.tools = tools.map_or(Ok(Vec::new()), |tools| document.read_tools(&tools))?;
+            }
+        }
+        if let Some(measured) = document.table.remove(MEASURED)
+            && let DeValue::Table(entries) = measured.get_ref()
+        {
+            let (file, format) = document.read_measured(entries, measured.span())?;
+            let tools = document.tools.iter().map(|tool| tool.name.clone()).collect();
+            document.measured = Some((file, Format { tools, ..format }));
+        }
+        document.control_points_file = document.take_control_points_file()?;
+        document.material = document.take_material()?;
+        Ok(document)
+    }
+
+    /// States what the options state.
+    fn take_options(&mut self) -> Result<(), InputError> {
+        for number in 0..self.source.options.len() {
+            let start = self.source.start_of_option(number);
+            let option = &self.source.options[number];
+            let there = |span: &Range<usize>| start + span.start..start + span.end;
+            let Some(assignment) = Assignment::of(option).filter(|assignment| assignment.is_whole()) else {
+                let problem = Problem::Unreadable { message: "an option needs a key and a value".to_owned() };
+                let advice = "as in --set process.rotational_speed_rpm=1200";
+                return Err(self.error(problem, there(&(0..option.len())), advice));
+            };
+            let Assignment { section, key, key_span, value_span, .. } = &assignment;
+            if section.is_empty() {
+                let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
+                let problem = Problem::UnknownKey { key: (*key).to_owned(), expected };
+                let advice = PARAMETERS.iter().find(|parameter| parameter.section() == *key).map_or_else(
+                    || setting_meant(key),
+                    |first| format!("state a key of [{key}], as in --set {}=…, or the section in the file", first.path),
+                );
+                return Err(self.error(problem, there(key_span), &advice));
+            }
+            let value = assignment.parsed().map_err(|error| {
+                let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
+                self.error(problem, there(value_span), &advice)
+            })?;
+            let parameter = Parameter::find(&format!("{section}.{key}"));
+            let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
+            let mut earlier = options.filter_map(|other| Parameter::find(&format!("{}.{}", other.section, other.key)));
+            let other = parameter.and_then(|parameter| {
+                let is_other = |same: &&Parameter| !std::ptr::eq(*same, parameter);
+                earlier.find(|other| parameter.group().filter(is_other).any(|same| std::ptr::eq(same, *other)))
+            });
+            if let (Some(parameter), Some(other)) = (parameter, other) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, there(key_span), "give one of them: each follows from the other"));
+            }
+            let spans = [there(key_span), there(value_span)];
+            match assignment.tool() {
+                None => options::state(&mut self.table, [section, key], value, spans),
+                Some(tool) => options::state_of_tool(&mut self.table, [STUDY, TOOLS], tool, value, spans),
+            }
+        }
+        Ok(())
+    }
+
+    /// The error about an option without effect on a study, which sweeps what it states.
+    fn check_options(&self) -> Result<(), InputError> {
+        for (number, option) in self.source.options.iter().enumerate() {
+            let Some(Assignment { section, key, key_span, .. }) = Assignment::of(option) else { continue };
+            let Some(parameter) = Parameter::find(&format!("{section}.{key}")) else { continue };
+            let start = self.source.start_of_option(number);
+            if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
+                let problem = Problem::Swept { key: parameter.path, swept: swept.path };
+                let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
+                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+            }
+            if let Some(first) = self.tools.first()
+                && self.tools.iter().all(|tool| parameter.group().any(|same| tool.states(same.path)))
+            {
+                let problem = Problem::OfEachTool { key: parameter.path };
+                let advice =
+                    format!("state it of a tool, as in --set study.tools.\"{}\".{}=…", first.name, parameter.path);
+                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+            }
+        }
+        Ok(())
+    }
+
+    /// The path of a table of control points as the file states it, relative to the file's directory.
+    #[must_use]
+    pub fn control_points_file(&self) -> Option<&str> {
+        self.control_points_file.as_ref().map(|(path, _)| path.as_str())
+    }
+
+    /// The control points in m of the table that [`Document::control_points_file`] names.
+    pub fn set_control_points(&mut self, points: Vec<[f64; 2]>) {
+        self.control_points = points;
+    }
+
+    /// Takes the path of a table of control points out of the tree.
+    fn take_control_points_file(&mut self) -> Result<Option<(String, Range<usize>)>, InputError> {
+        let Some(section) = self.table.get_mut(WORKPIECE) else { return Ok(None) };
+        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
+        let Some(value) = entries.remove(CONTROL_POINTS_FILE) else { return Ok(None) };
+        if let DeValue::String(path) = value.get_ref()
+            && !path.trim().is_empty()
+            && find(&self.table, CONTROL_POINTS).is_none()
+        {
+            return Ok(Some((path.to_string(), value.span())));
+        }
+        let allowed = match find(&self.table, CONTROL_POINTS) {
+            Some(_) => format!("left out, as `{CONTROL_POINTS}` states the points"),
+            None => MEASURED_FILE.to_owned(),
+        };
+        let key = format!("{WORKPIECE}.{CONTROL_POINTS_FILE}");
+        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), ""))
+    }
+
+    /// Takes the name of a material out of the tree.
+    fn take_material(&mut self) -> Result<Option<LocatedMaterial>, InputError> {
+        let Some(section) = self.table.get_mut(FILAMENT) else { return Ok(None) };
+        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
+        let Some(value) = entries.remove(MATERIAL_KEY) else { return Ok(None) };
+        self.read_material(&value).map(Some)
+    }
+
+    /// Reads the name of a material.
+    fn read_material(&self, value: &Spanned<DeValue<'_>>) -> Result<LocatedMaterial, InputError> {
+        let name = value.get_ref().as_str();
+        if let Some(material) = name.and_then(Material::find) {
+            let values =
+                [(DENSITY, material.density_kg_m3), (MODULUS, material.youngs_modulus_pa)].map(|(path, value)| {
+                    let parameter = Parameter::find(path).expect("the table has what a material states");
+                    (parameter, parameter.format(value))
+                });
+            return Ok(LocatedMaterial { material, values, span: value.span() });
+        }
+        let names = || MATERIALS.iter().map(|material| material.name);
+        let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
+        let meant = name.map_or_else(String::new, |name| did_you_mean(name, names()));
+        let advice =
+            if meant.is_empty() { format!("state `{DENSITY}` and `{MODULUS}` of another material") } else { meant };
+        let problem = Problem::NotAllowed { key: MATERIAL.to_owned(), value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), &advice))
+    }
+
+    /// The material of the filaments, which states what the file does not.
+    #[must_use]
+    pub fn material(&self) -> Option<&'static Material> {
+        self.material_of(None)
+    }
+
+    /// The material of the filaments of a named tool, or without a name of those of the file.
+    #[must_use]
+    pub fn material_of(&self, tool: Option<&str>) -> Option<&'static Material> {
+        self.located_material(self.named(tool)).map(|located| located.material)
+    }
+
+    fn located_material<'a>(&'a self, tool: Option<&'a LocatedTool<'_>>) -> Option<&'a LocatedMaterial> {
+        tool.and_then(|tool| tool.material.as_ref()).or(self.material.as_ref())
+    }
+
+    /// The tool of this name.
+    fn named(&self, name: Option<&str>) -> Option<&LocatedTool<'t>> {
+        self.tools.iter().find(|tool| Some(tool.name.as_str()) == name)
+    }
+
+    /// States what the material does and the tree does not, at the place of its name.
+    fn state_material<'a>(&'a self, table: &mut DeTable<'a>, tool: Option<&'a LocatedTool<'t>>) {
+        let Some(LocatedMaterial { values, span, .. }) = self.located_material(tool) else { return };
+        for (parameter, text) in values {
+            if find(table, parameter.path).is_none() {
+                let value = DeValue::parse(text).expect("a number is a value").into_inner();
+                options::state(table, [FILAMENT, parameter.key()], value, [span.clone(), span.clone()]);
+            }
+        }
+    }
+
+    /// The settings that the file states, regardless of its sweeps.
+    pub fn settings(&self) -> Result<Settings, InputError> {
+        self.build(None, &[]).map(|built| built.settings)
+    }
+
+    /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
+    pub fn settings_without_process(&self) -> Result<Settings, InputError> {
+        // The evaluation does not depend on them: any values that pass the checks will do.
+        const ANY: [(&str, &str); 3] = [(VELOCITY, "1.0"), (DEPTH, "1e-300"), (FILAMENT_COUNT, "1.0")];
+        let is_absent = |parameter: &&Parameter| stated(&self.table, parameter).next().is_none();
+        let absent = |path| Parameter::find(path).filter(is_absent);
+        let overrides: Vec<Override<'_>> = ANY
+            .into_iter()
+            .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
+            .collect();
+        self.build(None, &overrides).map(|built| built.settings)
+    }
+
+    /// Whether the file states the setting at a dotted path, regardless of its sweeps.
+    #[must_use]
+    pub fn states(&self, path: &str) -> bool {
+        find(&self.table, path).is_some()
+    }
+
+    /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
+    #[must_use]
+    pub fn unstated(&self) -> Vec<&'static Parameter> {
+        self.unstated_of(None)
+    }
+
+    /// [`Document::unstated`] of a named tool, or without a name of the file.
+    #[must_use]
+    pub fn unstated_of(&self, tool: Option<&str>) -> Vec<&'static Parameter> {
+        let tool = self.named(tool);
+        let states = |path: &str| {
+            let of_file = self.states(path) && !tool.is_some_and(|tool| tool.leaves_aside(path));
+            of_file || tool.is_some_and(|tool| tool.states(path))
+        };
+        PARAMETERS.iter().filter(|parameter| parameter.decides_force && !states(parameter.path)).collect()
+    }
+
+    /// The path of the measured forces as the file states it, relative to the file's directory, and how their table is written.
+    #[must_use]
+    pub fn measured(&self) -> Option<(&str, &Format)> {
+        self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
+    }
+
+    /// The study that the file states. All its cases are checked.
+    pub fn study(&self) -> Result<Study, InputError> {
+        if self.sweeps.is_empty() && self.tools.is_empty() {
+            let problem = Problem::Missing {
+                key: STUDY.to_owned(),
+                allowed: "a section that sweeps at least one setting, or names tools".to_owned(),
+            };
+            let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
+            return Err(self.error(problem, self.study_span.clone(), advice));
+        }
+        self.check_options()?;
+        // The first value of each sweep fills in the settings that the file leaves to the study.
+        let first_values: Vec<String> = self
+            .sweeps
+            .iter()
+            .map(|LocatedSweep { parameter, sweep, .. }| parameter.format(sweep.values()[0]))
+            .collect();
+        let overrides: Vec<Override<'_>> = self
+            .sweeps
+            .iter()
+            .zip(&first_values)
+            .map(|(LocatedSweep { parameter, span, .. }, text)| Override { parameter, text, span: span.clone() })
+            .collect();
+        let tools = self.tools.iter().map(|tool| self.build(Some(tool), &overrides)).collect::<Result<Vec<_>, _>>()?;
+        let built = if tools.is_empty() { vec![self.build(None, &overrides)?] } else { tools };
+        let mut sweeps: Vec<Sweep> = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
+        // What follows from other settings does so in each case: what all tools state alike as an axis of one value.
+        let held = |built: &Built<'_>| {
+            let held = built.followed.iter().copied().filter(|(parameter, _)| !self.sweeps(parameter));
+            held.collect::<Vec<_>>()
+        };
+        let is_common = |&(parameter, value): &(&'static Parameter, f64)| {
+            let is_same = |(other, own): &(&'static Parameter, f64)| std::ptr::eq(*other, parameter) && *own == value;
+            built.iter().all(|built| built.followed.iter().any(is_same))
+        };
+        let common = held(&built[0]).into_iter().filter(is_common);
+        sweeps.extend(common.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()));
+        let tool = |(located, built): (&LocatedTool<'_>, &Built<'_>)| Tool {
+            name: located.name.clone(),
+            settings: built.settings.clone(),
+            held: held(built).into_iter().filter(|each| !is_common(each)).collect(),
+        };
+        let tools: Vec<Tool> = self.tools.iter().zip(&built).map(tool).collect();
+        let study = if tools.is_empty() {
+            Study::new(built[0].settings.clone(), sweeps)
+        } else {
+            Study::of_tools(tools, sweeps)
+        };
+        study.map_err(|error| {
+            let place = |path: &str| place(&built[0].table, path);
+            let span = match &error {
+                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => place(path),
+                StudyError::Case { tool, violation, .. } => {
+                    let of_tool =
+                        self.tools.iter().zip(&built).find(|(located, _)| Some(&located.name) == tool.as_ref());
+                    of_tool
+                        .map_or_else(|| place(violation.path), |(_, built)| self::place(&built.table, violation.path))
+                }
+                StudyError::ToolName { name }
+                | StudyError::ToolsAlike { name, .. }
+                | StudyError::SomeBrushes { with: name, .. } => self.named(Some(name)).map(|tool| tool.span.clone()),
+                StudyError::TooManyCases | StudyError::TooManyTools => None,
+            };
+            self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
+        })
+    }
+
+    /// Whether the study sweeps a setting.
+    fn sweeps(&self, parameter: &Parameter) -> bool {
+        self.sweeps.iter().any(|located| std::ptr::eq(located.parameter, parameter))
+    }
+
+    /// Reads and checks the settings, those of a named tool if there is one, with some values replaced.
+    fn build<'a>(
+        &'a self,
+        tool: Option<&'a LocatedTool<'t>>,
+        overrides: &[Override<'a>],
+    ) -> Result<Built<'a>, InputError> {
+        let mut table: DeTable<'a> = self.table.clone();
+        if let Some(tool) = tool {
+            tool.state(&mut table);
+        }
+        self.state_material(&mut table, tool);
+        for Override { parameter, text, span } in overrides {
+            let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
+            let section = table
+                .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
+                .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
+            if let DeValue::Table(section) = section.get_mut() {
+                // Remove the entry first: an insertion alone would keep the old key's place. What states the same goes, too,
+                // unless it is replaced itself.
+                let is_replaced = |same: &Parameter| overrides.iter().any(|other| std::ptr::eq(other.parameter, same));
+                for same in parameter.group().filter(|same| std::ptr::eq(*same, *parameter) || !is_replaced(same)) {
+                    section.remove(same.key());
+                }
+                section.insert(
+                    Spanned::new(span.clone(), Cow::Borrowed(parameter.key())),
+                    Spanned::new(span.clone(), value.into_inner()),
+                );
+            }
+        }
+        let mut plain = table.clone();
+        let followed = self.take_followed(&mut plain)?;
+        let root = Spanned::new(self.end(), plain);
+        let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
+            // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
+            let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
+            missing.unwrap_or_else(|| self.unreadable(&table, &error))
+        })?;
+        self.check_lengths(&table, &settings)?;
+        if self.control_points_file.is_some() {
+            settings.workpiece.control_points_m.clone_from(&self.control_points);
+        }
+        if !followed.is_empty() {
+            settings.check_ranges().map_err(|violation| self.violated(&table, violation))?;
+            followed.iter().for_each(|(parameter, value)| parameter.set(&mut settings, *value));
+        }
+        check(&settings).map_err(|violation| {
+            let cause = followed.iter().find(|(parameter, _)| parameter.instead_of == violation.path);
+            match cause {
+                Some((parameter, value)) => self.violated(&table, followed_violation(parameter, *value, &violation)),
+                None => self.violated(&table, violation),
+            }
+        })?;
+        Ok(Built { settings, table, followed })
+    }
+
+    /// Checks that no element of a vector was left out when the `settings` were read: serde takes as many as it needs.
+    fn check_lengths(&self, table: &DeTable<'_>, settings: &Settings) -> Result<(), InputError> {
+        let count = settings.workpiece.control_points_m.len();
+        if count > MOST_CONTROL_POINTS {
+            let value = format!("{count} points");
+            let allowed = format!("a list of at most {MOST_CONTROL_POINTS} points");
+            return Err(self.violated(table, Violation { path: CONTROL_POINTS, value, allowed }));
+        }
+        let read = serde_json::to_value(settings).expect("settings are JSON");
+        for (section, entries) in table {
+            let Some(entries) = entries.get_ref().as_table() else { continue };
+            for (key, value) in entries {
+                let path = format!("{}.{}", section.get_ref(), key.get_ref());
+                self.check_length(&path, value, &read[section.get_ref().as_ref()][key.get_ref().as_ref()])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a list of the tree has as many elements as were `read`, and so have the lists in it.
+    fn check_length(
+        &self,
+        path: &str,
+        value: &Spanned<DeValue<'_>>,
+        read: &serde_json::Value,
+    ) -> Result<(), InputError> {
+        let (DeValue::Array(stated), Some(read)) = (value.get_ref(), read.as_array()) else { return Ok(()) };
+        if stated.len() != read.len() {
+            let allowed = format!("a list of {} numbers", read.len());
+            return Err(self.not_allowed(path.to_owned(), value, allowed));
+        }
+        stated.iter().zip(read).try_for_each(|(stated, read)| self.check_length(path, stated, read))
+    }
+
+    /// Takes the settings that state others in their own way out of the tree, and puts a value that passes the checks in the place of
+    /// these others. Returns them with their values.
+    fn take_followed<'a>(&self, table: &mut DeTable<'a>) -> Result<Vec<(&'static Parameter, f64)>, InputError> {
+        let mut followed = Vec::new();
+        for parameter in PARAMETERS.iter().filter(|parameter| !parameter.instead_of.is_empty()) {
+            let Some(value) = find(table, parameter.path) else { continue };
+            let span = value.span();
+            if let Some(other) = stated(table, parameter).find(|other| !std::ptr::eq(*other, parameter)) {
+                let problem = Problem::Both { key: parameter.path, other: other.path };
+                return Err(self.error(problem, span, "give one of them: each follows from the other"));
+            }
+            let refused = |found: String| {
+                let problem =
+                    Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
+                self.error(problem, span.clone(), &text_mistake(parameter.key(), value.get_ref()))
+            };
+            let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
+            parameter.check(number).map_err(|violation| refused(violation.value))?;
+            followed.push((parameter, number));
+            if let Some(DeValue::Table(section)) = table.get_mut(parameter.section()).map(Spanned::get_mut) {
+                let of = Parameter::find(parameter.instead_of).expect("what follows does so from a setting");
+                let any = DeValue::parse("1.0").expect("a number is a value").into_inner();
+                section.remove(parameter.key());
+                section.insert(Spanned::new(span.clone(), Cow::Borrowed(of.key())), Spanned::new(span.clone(), any));
+            }
+        }
+        Ok(followed)
+    }
+
+    /// The error about a setting outside its range, or at odds with others.
+    fn violated(&self, table: &DeTable<'_>, violation: Violation) -> InputError {
+        let of_points = self.control_points_file.as_ref().filter(|_| violation.path == CONTROL_POINTS);
+        let span = of_points.map(|(_, span)| span.clone()).or_else(|| place(table, violation.path));
+        let span = span.unwrap_or(self.end());
+        let Violation { path, value, allowed } = violation;
+        let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
+        self.error(problem, span, "")
+    }
+
+    /// Reads the entries of `[study]` in the order of the file.
+    fn read_sweeps(&self, entries: &DeTable<'_>) -> Result<Vec<LocatedSweep>, InputError> {
+        let mut entries: Vec<_> = entries.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        entries.into_iter().map(|(key, value)| self.read_sweep(key, value)).collect()
+    }
+
+    /// Reads the entries of `[measured]`, whose heading is at `span`.
+    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<(String, Format), InputError> {
+        let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS];
+        self.check_keys(MEASURED, entries, &keys)?;
+        let key = format!("{MEASURED}.{FILE}");
+        let allowed = MEASURED_FILE.to_owned();
+        let Some(value) = entries.get(FILE) else {
+            let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
+            return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
+        };
+        let file = value.get_ref().as_str().filter(|path| !path.trim().is_empty());
+        let file = file.ok_or_else(|| self.not_allowed(key, value, allowed))?.to_owned();
+        let letter = |key: &str, letters: &[char]| {
+            let Some(value) = entries.get(key) else { return Ok(None) };
+            let found = letters.iter().find(|letter| value.get_ref().as_str() == Some(&letter.to_string()));
+            let allowed = || letters.iter().map(|letter| format!("{:?}", letter.to_string())).collect::<Vec<_>>();
+            let refused = || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
+            found.copied().map(Some).ok_or_else(refused)
+        };
+        let format = Format {
+            separator: letter(SEPARATOR, &SEPARATORS)?,
+            decimal: letter(DECIMAL, &DECIMALS)?,
+            columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+            tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
+            tools: Vec::new(),
+        };
+        Ok((file, format))
+    }
+
+    /// Reads the names of columns of measured forces.
+    fn read_columns(&self, columns: &Spanned<DeValue<'_>>) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
+        let path = format!("{MEASURED}.{COLUMNS}");
+        let DeValue::Table(entries) = columns.get_ref() else {
+            let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
+            return Err(self.not_allowed(path, columns, allowed));
+        };
+        self.check_keys(&path, entries, &[&Quantity::ALL.map(Quantity::key)[..], &[TOOL]].concat())?;
+        if let (Some(_), Some(other)) =
+            (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
+        {
+            let key = "measured.columns.rotational_speed_rpm";
+            let problem = Problem::Both { key, other: "measured.columns.brushing_velocity_m_s" };
+            return Err(self.error(problem, other.span(), "give one of them: each follows from the other"));
+        }
+        let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
+        named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+    }
+
+    /// Reads the name of the column of named tools, if it is stated.
+    fn read_tool_column(&self, columns: &Spanned<DeValue<'_>>) -> Result<Option<String>, InputError> {
+        let Some(value) = columns.get_ref().as_table().and_then(|entries| entries.get(TOOL)) else { return Ok(None) };
+        let heading = value.get_ref().as_str().map(str::trim).filter(|heading| !heading.is_empty());
+        let path = format!("{MEASURED}.{COLUMNS}.{TOOL}");
+        let refused = || self.not_allowed(path, value, "the heading of a column with the names of tools".to_owned());
+        heading.map(|heading| Some(heading.to_owned())).ok_or_else(refused)
+    }
+
+    /// Reads the name of a column, with its unit if it is stated.
+    fn read_column(&self, quantity: Quantity, value: &Spanned<DeValue<'_>>) -> Result<ColumnName, InputError> {
+        const COLUMN: &str = "column";
+        const UNIT: &str = "unit";
+        let path = format!("{MEASURED}.{COLUMNS}.{}", quantity.key());
+        let text = |value: &Spanned<DeValue<'_>>| {
+            value.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned)
+        };
+        let units = quantity.unit_names().collect::<Vec<_>>();
+        let allowed = || format!("the heading of a column, or {{ column = \"…\", unit = \"{}\" }}", units[0]);
+        let DeValue::Table(entries) = value.get_ref() else {
+            let heading = text(value).ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+            return Ok(ColumnName { heading, unit: None });
+        };
+        self.check_keys(&path, entries, &[COLUMN, UNIT])?;
+        let heading = entries.get(COLUMN).and_then(text);
+        let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
+        let unit = entries.get(UNIT).map(|unit| {
+            let known = text(unit).filter(|unit| units.contains(&unit.as_str()));
+            known
+                .ok_or_else(|| self.not_allowed(format!("{path}.{UNIT}"), unit, format!("one of {}", units.join(", "))))
+        });
+        Ok(ColumnName { heading, unit: unit.transpose()? })
+    }
+
+    /// Checks that a table of the file, which `path` names, has no other keys than these.
+    fn check_keys(&self, path: &str, entries: &DeTable<'_>, keys: &[&str]) -> Result<(), InputError> {
+        let Some((key, _)) = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
+            return Ok(());
+        };
+        let name = key.get_ref();
+        let expected = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let problem = Problem::UnknownKey { key: format!("{path}.{name}"), expected };
+        Err(self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied())))
+    }
+
+    /// The error about a value that is not allowed.
+    fn not_allowed(&self, key: String, value: &Spanned<DeValue<'_>>, allowed: String) -> InputError {
+        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        self.error(problem, value.span(), "")
+    }
+
+    fn read_sweep(
+        &self,
+        key: &Spanned<Cow<'_, str>>,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<LocatedSweep, InputError> {
+        let name = key.get_ref().as_ref();
+        let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
+        let study_key = format!("{STUDY}.{name}");
+        let Some(parameter) = Parameter::find(path) else {
+            let problem = Problem::UnknownKey {
+                key: study_key,
+                expected: "the path of a scalar setting in quotes, such as \"filament.segments\"".to_owned(),
+            };
+            return Err(self.error(problem, key.span(), &setting_meant(name)));
+        };
+        let unreadable = |error: toml::de::Error| {
+            let span = error.span().unwrap_or(value.span());
+            let problem = Problem::NotAllowed {
+                key: study_key.clone(),
+                value: self.source.quote(value.span()),
+                allowed: format!("{SWEEP} ({})", shown(error.message(), LONGEST_MESSAGE)),
+            };
+            self.error(problem, span, "")
+        };
+        let sweep = if value.get_ref().is_array() {
+            Sweep::list(parameter, read(value).map_err(unreadable)?)
+        } else {
+            let SweepRange { start, stop, step } = read(value).map_err(unreadable)?;
+            Sweep::range(parameter, start, stop, step)
+        };
+        let located = |sweep| LocatedSweep { parameter, sweep, span: value.span() };
+        sweep.map(located).map_err(|error| {
+            let span = match (&error, value.get_ref()) {
+                (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
+                _ => value.span(),
+            };
+            let problem = Problem::Sweep { key: study_key, error };
+            self.error(problem, span, "")
+        })
+    }
+
+    /// The error about a top-level entry that is not a section.
+    fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
+        let key = name.get_ref().to_string();
+        if is_section(&key) || key == STUDY || key == MEASURED {
+            let problem = Problem::NotAllowed {
+                value: self.source.quote(value.span()),
+                allowed: format!("a section that starts with a line [{key}]"),
+                key,
+            };
+            self.error(problem, value.span(), "")
+        } else {
+            let advice = "put it under the heading of its section, such as [filament]";
+            let problem = Problem::UnknownKey { key, expected: "a section at the top level of the file".to_owned() };
+            self.error(problem, name.span(), advice)
+        }
+    }
+
+    /// The error about a tree that cannot become settings: an unknown key, a value of the wrong type, or a missing key.
+    fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
+        // An error without a place is about the file as a whole.
+        let Some(span) = error.span() else {
+            return self.error(Problem::Unreadable { message: error.message().to_owned() }, self.end(), "");
+        };
+        let unknown = |key: String, advice: String| {
+            let message = error.message();
+            // The key comes first, and may be anything.
+            let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
+            let section = key.split_once('.').map_or("", |(section, _)| section);
+            // Keys that state others in their own way are no fields of the settings.
+            let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
+            let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
+            let material = if section == FILAMENT { format!(", `{MATERIAL_KEY}`") } else { String::new() };
+            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
+            self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
+        };
+        for (name, section) in table {
+            let name_span = name.span();
+            let name = name.get_ref().as_ref();
+            if !is_section(name) && name_span == span {
+                let sections = PARAMETERS.iter().map(Parameter::section);
+                return unknown(name.to_owned(), did_you_mean(name, sections));
+            }
+            for (key, value) in section.get_ref().as_table().into_iter().flatten() {
+                let path = format!("{name}.{}", key.get_ref());
+                if key.span() == span {
+                    let advice = setting_meant(&path);
+                    return unknown(path, advice);
+                }
+                if value.span().start <= span.start && span.end <= value.span().end {
+                    let allowed =
+                        Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
+                    let advice = text_mistake(&path, value.get_ref());
+                    let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
+                    return self.error(problem, span, &advice);
+                }
+            }
+        }
+        self.error(Problem::Unreadable { message: error.message().to_owned() }, span, "")
+    }
+
+    /// The error about required keys that are missing: whole sections first, otherwise the keys of one section. `None` if
+    /// there are all of them.
+    fn missing(&self, table: &DeTable<'_>) -> Option<InputError> {
+        let missing: Vec<&'static Parameter> = PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.required && stated(table, parameter).next().is_none())
+            .collect();
+        let first = *missing.first()?;
+        let mut sections: Vec<&'static str> = missing.iter().map(|parameter| parameter.section()).collect();
+        sections.dedup();
+        sections.retain(|section| !self.table.contains_key(*section));
+        let (problem, span, place) = if sections.is_empty() {
+            let problem = Problem::Missing { key: first.path.to_owned(), allowed: first.allowed() };
+            let place = format!("under [{}]", first.section());
+            (problem, self.table[first.section()].span(), place)
+        } else {
+            let place = "at the end of the file".to_owned();
+            (Problem::MissingSections { sections: sections.clone() }, self.end(), place)
+        };
+        let is_named =
+            |section: &str| if sections.is_empty() { section == first.section() } else { sections.contains(&section) };
+        let named = || missing.iter().filter(|parameter| is_named(parameter.section()));
+        let mut advice = format!("add {place}, with your values:\n");
+        let example = Settings::paper(10.0, 1e-3);
+        let mut section = if sections.is_empty() { first.section() } else { "" };
+        for parameter in named() {
+            if parameter.section() != section {
+                section = parameter.section();
+                advice.push_str(&format!("\n     [{section}]"));
+            }
+            let line = format!("{} = {}", parameter.key(), parameter.format(parameter.get(&example)));
+            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" in {}", parameter.unit) };
+            advice.push_str(&format!("\n     {line:30}  # {}{unit}", parameter.name));
+        }
+        for parameter in named() {
+            let others: Vec<String> = parameter.group().skip(1).map(|other| format!("`{}`", other.key())).collect();
+            if !others.is_empty() {
+                advice.push_str(&format!("\n\n     Instead of `{}`: {}.", parameter.key(), others.join(" or ")));
+            }
+        }
+        if named().any(|parameter| parameter.section() == PROCESS) {
+            advice.push_str("\n\n     What [study] sweeps may be left out for `bristle study`.");
+        }
+        Some(self.error(problem, span, &advice))
+    }
+
+    fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
+        InputError {
+            problem: Box::new(problem),
+            location: Box::new(self.source.location(span)),
+            advice: advice.to_owned(),
+        }
+    }
+
+    /// The place of something missing: the end of the text.
+    fn end(&self) -> Range<usize> {
+        let end = self.source.text.trim_end().len();
+        end..end
+    }
+}
+
+/// Reads a part of the tree.
+fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<T, toml::de::Error> {
+    T::deserialize(ValueDeserializer::from(value.clone()))
+}
+
+/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
+fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
+    match value_mistake(line) {
+        Some(Mistake { what, instead }) => (Problem::Number { what }, instead),
+        None => (Problem::Unreadable { message }, usual.to_owned()),
+    }
+}
+
+/// What is wrong with a text in the place of a number at a key; empty if nothing more can be said.
+fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
+    let text =
+        value.as_str().filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)));
+    text.map_or_else(String::new, |text| {
+        let quotes = || match text.parse::<f64>() {
+            Ok(_) => format!("write the number without quotes: {}", shortened(text)),
+            Err(_) => "write the number without quotes".to_owned(),
+        };
+        value_mistake(&format!("{key} = {text}")).map_or_else(quotes, |mistake| mistake.instead)
+    })
+}
+
+/// The values allowed where the parser has refused one that belongs to no scalar setting.
+fn allowed_by(message: &str) -> String {
+    let kinds = message.strip_prefix("unknown variant ").and_then(|message| message.rsplit_once(", expected "));
+    kinds
+        .map_or_else(|| format!("of another type ({})", shown(message, LONGEST_MESSAGE)), |(_, kinds)| kinds.to_owned())
+}
+
+fn is_section(name: &str) -> bool {
+    PARAMETERS.iter().any(|parameter| parameter.section() == name)
+}
+
+/// The value at a dotted path.
+fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValue<'t>>> {
+    let (section, key) = path.split_once('.')?;
+    table.get(section)?.get_ref().as_table()?.get(key)
+}
+
+/// The settings of the tree that state the same as `parameter`, itself included.
+fn stated(table: &DeTable<'_>, parameter: &Parameter) -> impl Iterator<Item = &'static Parameter> {
+    parameter.group().filter(|same| find(table, same.path).is_some())
+}
+
+/// The violation of a setting's range by the value that follows from that of another.
+fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) -> Violation {
+    let Violation { path, value: follows, allowed } = violation;
+    let allowed = format!("such that `{path}`, which follows from it and is {follows}, is {allowed}");
+    Violation { path: parameter.path, value: parameter.format(value), allowed }
+}
+
+/// The place of the value at a dotted path, or otherwise of its section's heading.
+fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
+    let heading = || table.get(path.split_once('.')?.0);
+    find(table, path).or_else(heading).map(Spanned::span)
+}
+
+/// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
+const CLOSE: f64 = 0.85;
+
+/// A hint at the name that is most similar to `written`. Empty if none is close.
+fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
+    names
+        .map(|name| (strsim::jaro_winkler(written, name), name))
+        .max_by(|(left, _), (right, _)| left.total_cmp(right))
+        .filter(|(similarity, name)| *similarity >= CLOSE && *name != written)
+        .map_or_else(String::new, |(_, name)| format!("did you mean `{name}`?"))
+}
+
+/// A hint at the setting whose key is most similar to the last part of `written`, or that people call by this name. Empty if none is
+/// close. Keys in the wrong section are found, too.
+pub(crate) fn setting_meant(written: &str) -> String {
+    /// By how much more similar a key of another section must be.
+    const OWN_SECTION: f64 = 0.1;
+    let whole = written;
+    let (section, written) = written.rsplit_once('.').unwrap_or(("", written));
+    // Some settings have no symbol.
+    if written.trim().is_empty() {
+        return String::new();
+    }
+    // The name of a section is not a misspelling: the quotes around a dotted path are missing.
+    if is_section(written) {
+        return format!("a dotted path needs quotes, as in \"{written}.…\"");
+    }
+    let lower = written.to_lowercase();
+    let called = |parameter: &Parameter| {
+        let names = [Some(lower.as_str()), without_unit(&lower)];
+        parameter.symbol == written
+            || parameter.key() == lower
+            || names.into_iter().flatten().any(|name| parameter.also.contains(&name))
+    };
+    let similarity = |parameter: &Parameter| {
+        let similarity = if called(parameter) { 1.0 } else { strsim::jaro_winkler(&lower, parameter.key()) };
+        (similarity >= CLOSE).then(|| similarity + if parameter.section() == section { OWN_SECTION } else { 0.0 })
+    };
+    let close = PARAMETERS.iter().filter_map(|parameter| Some((similarity(parameter)?, parameter)));
+    // Of equally similar ones the first.
+    let meant = close.rev().max_by(|(left, _), (right, _)| left.total_cmp(right));
+    let Some((_, meant)) = meant.filter(|(_, meant)| meant.path != whole) else { return String::new() };
+    format!("did you mean `{}`?{}", meant.path, other_unit(&lower, meant.key()))
+}

@@ -1,0 +1,24 @@
+//! What Bristle reads: input files, and tables of numbers.
+//!
+//! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]); [`schema`] describes such files,
+//! [`explain`] single settings; [`plausibility`] tells
+//! what is unusual in them; [`materials`] has the constants of materials; [`first_file`] writes a first input file. [`table`] and
+//! [`cells`] read tables as laboratories and spreadsheets write them: [`measured`] forces, and the [`control_points`] of splines.
+//!
+//! Nothing here touches a file or a terminal: the interface is text.
+
+pub mod cells;
+pub mod control_points;
+pub mod document;
+pub mod explain;
+pub mod first_file;
+pub mod input_error;
+pub mod materials;
+pub mod measured;
+mod mistakes;
+mod options;
+pub mod plausibility;
+pub mod schema;
+pub mod table;
+#[cfg(test)]
+mod testing;

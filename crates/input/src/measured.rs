@@ -1,0 +1,641 @@
+//! Tables of measured forces as laboratories export them, and in the form in which results keep them.
+//!
+//! Separator and decimal comma are recognised from the text unless the input file states them. Columns are found by the names that
+//! the input file gives, in units that their headings or the input file state.
+
+use std::collections::HashMap;
+
+use bristle_text::shortened;
+
+use crate::cells::{self, has_decimal_comma, not_a_number, number};
+use crate::table::{DataError, Source, Table};
+use bristle_grid::{Study, TOOL};
+
+/// What to do about a table that cannot be used.
+const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
+    and force. Unless the headings are keys such as\n     force_n, the input file names them with their units, by lines like these under\n     \
+    [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.rotational_speed_rpm = \"n [1/min]\"\n     \
+    columns.penetration_depth_m = \"ae [mm]\"\n     columns.force_n = { column = \"Fz\", unit = \"kN\" }";
+
+/// The largest size of a number in a table, in the unit of its key; beyond it, or below its reciprocal, a velocity is a slip of the
+/// pen. Sums and squares of such numbers are finite.
+pub const LARGEST: f64 = 1e100;
+
+/// Relative difference up to which values are the same: a file may round differently from a sweep.
+const SAME: f64 = 1e-9;
+
+/// The speed of the tool at a measured point, as its table states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// Brushing velocity `v_b` in m/s.
+    Velocity(f64),
+    /// Rotational speed `n_w` in rpm.
+    Rotational(f64),
+}
+
+impl Speed {
+    /// The number, in the unit of its kind.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Velocity(value) | Self::Rotational(value) => value,
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn quantity(self) -> Quantity {
+        match self {
+            Self::Velocity(_) => Quantity::Velocity,
+            Self::Rotational(_) => Quantity::RotationalSpeed,
+        }
+    }
+}
+
+/// A measured force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// The speed of the tool.
+    pub speed: Speed,
+    /// The rotational speed in rpm that the table states beside the velocity, which is what counts.
+    pub second_speed_rpm: Option<f64>,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth_m: f64,
+    /// Tool contact normal force `F_n,w` in N.
+    pub force_n: f64,
+    /// Its standard deviation in N, if it is known.
+    pub std_n: Option<f64>,
+    /// The position of the tool that it was measured with among the named tools of the study; `None` if the table does not say.
+    pub tool: Option<usize>,
+}
+
+/// Whether two values are the same except for rounding.
+pub fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME * a.abs().max(b.abs())
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Brushing velocity.
+    Velocity,
+    /// Rotational speed, instead of the velocity.
+    RotationalSpeed,
+    /// Penetration depth.
+    Depth,
+    /// Tool contact normal force.
+    Force,
+    /// Its standard deviation, which a table may leave out.
+    Std,
+}
+
+/// A unit as people write it, and the factor from it to the unit of the key.
+type Unit = (&'static str, f64);
+
+const UNITS_OF_FORCE: &[Unit] = &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3)];
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Velocity, Self::RotationalSpeed, Self::Depth, Self::Force, Self::Std];
+
+    /// The name of its column, which ends with its unit, and of its key in the input file.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Velocity => "brushing_velocity_m_s",
+            Self::RotationalSpeed => "rotational_speed_rpm",
+            Self::Depth => "penetration_depth_m",
+            Self::Force => "force_n",
+            Self::Std => "std_n",
+        }
+    }
+
+    /// The quantity whose key this is.
+    #[must_use]
+    pub fn of_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|quantity| quantity.key() == key)
+    }
+
+    /// Its units. The first is that of the key.
+    fn units(self) -> &'static [Unit] {
+        match self {
+            Self::Velocity => &[("m/s", 1.0), ("mm/s", 1e-3), ("m/min", 1.0 / 60.0), ("km/h", 1.0 / 3.6)],
+            Self::RotationalSpeed => &[
+                ("rpm", 1.0),
+                ("1/min", 1.0),
+                ("min-1", 1.0),
+                ("min^-1", 1.0),
+                ("min⁻¹", 1.0),
+                ("r/min", 1.0),
+                ("U/min", 1.0),
+                ("1/s", 60.0),
+                ("Hz", 60.0),
+                ("rad/s", 30.0 / std::f64::consts::PI),
+            ],
+            // Two letters look like µ.
+            Self::Depth => {
+                &[("m", 1.0), ("mm", 1e-3), ("\u{b5}m", 1e-6), ("\u{3bc}m", 1e-6), ("um", 1e-6), ("cm", 1e-2)]
+            }
+            Self::Force | Self::Std => UNITS_OF_FORCE,
+        }
+    }
+
+    /// The names of its units.
+    pub fn unit_names(self) -> impl Iterator<Item = &'static str> {
+        self.units().iter().map(|(name, _)| *name)
+    }
+
+    /// The factor from a unit to that of the key.
+    fn factor(self, unit: &str) -> Option<f64> {
+        self.units().iter().find(|(name, _)| *name == unit.trim()).map(|(_, factor)| *factor)
+    }
+
+    /// The unit in which a number would be between two others, if it is not that of the key.
+    pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static str> {
+        let fits = |(_, factor): &&Unit| *factor != 1.0 && (least..=largest).contains(&(number * factor));
+        self.units().iter().find(fits).map(|(name, _)| *name)
+    }
+
+    /// The least number that a cell may have, and what the limits are in words.
+    fn least(self) -> (f64, &'static str) {
+        match self {
+            Self::Velocity | Self::RotationalSpeed | Self::Depth => (1.0 / LARGEST, "greater than 0, from 1e-100"),
+            Self::Force => (-LARGEST, "from -1e100"),
+            Self::Std => (0.0, "at least 0, from 0"),
+        }
+    }
+}
+
+/// A column that the input file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnName {
+    /// Its heading in the table.
+    pub heading: String,
+    /// Its unit. If there is none, that in the heading, or that of the key.
+    pub unit: Option<String>,
+}
+
+/// How a table is written, as far as the input file states it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Format {
+    /// What separates the cells of a row: one of [`SEPARATORS`](crate::cells::SEPARATORS).
+    pub separator: Option<char>,
+    /// A point or a comma.
+    pub decimal: Option<char>,
+    /// The columns that have other headings than their keys, each quantity at most once.
+    pub columns: Vec<(Quantity, ColumnName)>,
+    /// The heading of the column with the names of tools, if it is not [`TOOL`].
+    pub tool: Option<String>,
+    /// The names of the tools that the study compares.
+    pub tools: Vec<String>,
+}
+
+impl Format {
+    /// The form in which results keep the measured forces of a study.
+    #[must_use]
+    pub fn of_tools(study: &Study) -> Self {
+        Self { tools: study.tool_names(), ..Self::default() }
+    }
+
+    /// The heading of a quantity's column.
+    fn heading(&self, quantity: Quantity) -> &str {
+        self.named(quantity).map_or(quantity.key(), |column| &column.heading)
+    }
+
+    /// The position of the column with the names of tools: the one that is named, or else there under its own key. `None` if tools are not
+    /// compared, or the table does not say with which it was measured.
+    fn tool_column(&self, table: &Table<'_>) -> Result<Option<usize>, DataError> {
+        let heading = self.tool.as_deref().unwrap_or(TOOL);
+        let is_there = self.tool.is_some() || table.headings().iter().any(|own| own == heading);
+        if self.tools.is_empty() || !is_there { Ok(None) } else { Ok(Some(table.columns(&[heading])?[0])) }
+    }
+
+    fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
+        self.columns.iter().find(|(named, _)| *named == quantity).map(|(_, column)| column)
+    }
+
+    /// The quantities to read from a table with these headings: what is named, and what is there under its own key.
+    fn quantities(&self, headings: &[String]) -> Vec<Quantity> {
+        let is_there = |quantity| headings.iter().any(|heading| heading == self.heading(quantity));
+        let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
+        let speed = if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
+            // A table may have both under their own keys.
+            let has_both = self.named(Quantity::RotationalSpeed).is_none() && is_there(Quantity::Velocity);
+            if has_both { Quantity::Velocity } else { Quantity::RotationalSpeed }
+        } else {
+            Quantity::Velocity
+        };
+        let std = Some(Quantity::Std).filter(|&std| is_wanted(std));
+        [speed, Quantity::Depth, Quantity::Force].into_iter().chain(std).collect()
+    }
+
+    /// The separator of a table: the one stated, or else by its headings.
+    fn separator_of(&self, source: &Source<'_>) -> char {
+        let has_all = |headings: &[String]| {
+            self.quantities(headings).iter().all(|&quantity| headings.iter().any(|h| h == self.heading(quantity)))
+        };
+        self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
+    }
+
+    /// The column of rotational speeds of a table whose velocities are read.
+    fn second_speed(&self, table: &Table<'_>, source: &Source<'_>, columns: &[Column]) -> Option<Column> {
+        let has_velocity = columns.iter().any(|column| column.quantity == Quantity::Velocity);
+        // Nobody has asked for it: whatever is wrong with it does not matter.
+        has_velocity.then(|| column(Quantity::RotationalSpeed, table, source, self).ok()).flatten()
+    }
+}
+
+/// A column of a table.
+struct Column {
+    quantity: Quantity,
+    position: usize,
+    /// From its unit to that of the key.
+    factor: f64,
+}
+
+/// Reads a table of measured forces, written in a `format`. Errors use `name` for the table.
+///
+/// # Errors
+/// If a column is missing, or has a unit that is not known; a cell is not an allowed number; a point occurs twice; or there is no
+/// point.
+pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Measurement>, DataError> {
+    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+    let separator = format.separator_of(&source);
+    let table = source.table_separated_by(separator, ADVICE)?;
+    let columns = columns(&table, &source, format)?;
+    let has_comma = match format.decimal {
+        Some(decimal) => decimal == ',',
+        None => {
+            let positions: Vec<usize> = columns.iter().map(|column| column.position).collect();
+            has_decimal_comma(&table, &positions, separator)?
+        }
+    };
+    let second_speed = format.second_speed(&table, &source, &columns);
+    let tool = format.tool_column(&table)?;
+    let mut points: Vec<Measurement> = Vec::new();
+    let mut places = Places::default();
+    for row in table.rows() {
+        let speed = Speed::Velocity(0.0);
+        let mut point = Measurement {
+            speed,
+            second_speed_rpm: None,
+            penetration_depth_m: 0.0,
+            force_n: 0.0,
+            std_n: None,
+            tool: None,
+        };
+        if let Some(Column { position, factor, .. }) = second_speed {
+            point.second_speed_rpm =
+                number(row.get(position).unwrap_or_default(), has_comma).map(|speed| speed * factor);
+        }
+        if let Some(column) = tool {
+            let name = row.get(column).unwrap_or_default().trim();
+            point.tool = format.tools.iter().position(|own| own == name);
+            if point.tool.is_none() {
+                let tools = format.tools.join(", ");
+                let problem = format!("`{}` is none of the tools {tools}", shortened(name));
+                return Err(table.wrong(row, column, problem));
+            }
+        }
+        for &Column { quantity, position, factor } in &columns {
+            let cell = row.get(position).unwrap_or_default();
+            if quantity == Quantity::Std && cell.trim().is_empty() {
+                continue;
+            }
+            let wrong = |problem: String| Err(table.wrong(row, position, problem));
+            let Some(number) = number(cell, has_comma).map(|number| number * factor) else {
+                return wrong(not_a_number(cell, has_comma));
+            };
+            let (least, in_words) = quantity.least();
+            if !(least..=LARGEST).contains(&number) {
+                return wrong(format!("`{}` must be {in_words} to 1e100", shortened(cell)));
+            }
+            match quantity {
+                Quantity::Velocity => point.speed = Speed::Velocity(number),
+                Quantity::RotationalSpeed => point.speed = Speed::Rotational(number),
+                Quantity::Depth => point.penetration_depth_m = number,
+                Quantity::Force => point.force_n = number,
+                Quantity::Std => point.std_n = Some(number),
+            }
+        }
+        if let Some(first) = places.take(&points, point) {
+            let line = table.line(&table.rows()[first]);
+            let of = if matches!(point.speed, Speed::Velocity(_)) { "velocity" } else { "speed" };
+            let tool = if tool.is_some() { "tool, " } else { "" };
+            return Err(table.wrong(
+                row,
+                columns[0].position,
+                format!("the same {tool}{of} and depth as in line {line}"),
+            ));
+        }
+        points.push(point);
+    }
+    if points.is_empty() {
+        return Err(source.error(1, None, "there is no point below the heading", ADVICE));
+    }
+    Ok(points)
+}
+
+/// The columns to read, in the order of their quantities.
+fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Vec<Column>, DataError> {
+    let quantities = format.quantities(&table.headings());
+    quantities.into_iter().map(|quantity| column(quantity, table, source, format)).collect()
+}
+
+/// The column of a quantity.
+fn column(quantity: Quantity, table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Column, DataError> {
+    let heading = format.heading(quantity);
+    let position = table.columns(&[heading])?[0];
+    let unknown = |unit: &str| {
+        let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
+        let problem = format!("the unit `{}` is none of {units}", shortened(unit));
+        Err(source.error(1, Some(heading.to_owned()), problem, ADVICE))
+    };
+    // The key itself states its unit.
+    let unit = match format.named(quantity) {
+        Some(ColumnName { unit: Some(unit), .. }) => Some(unit.as_str()),
+        Some(_) if heading != quantity.key() => unit_in(heading),
+        _ => None,
+    };
+    let factor = match unit {
+        Some(unit) => match quantity.factor(unit) {
+            Some(factor) => factor,
+            None => return unknown(unit),
+        },
+        None => 1.0,
+    };
+    Ok(Column { quantity, position, factor })
+}
+
+/// The unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
+fn unit_in(heading: &str) -> Option<&str> {
+    let bracketed = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+        let (_, rest) = heading.rsplit_once(open)?;
+        rest.split_once(close).map(|(unit, _)| unit)
+    });
+    let after = || [" / ", " in "].into_iter().find_map(|word| heading.split_once(word)).map(|(_, unit)| unit);
+    bracketed.or_else(after).map(str::trim)
+}
+
+/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the names of the `tools` of the study. All have
+/// the same kind of speed, and a tool if the first has one.
+#[must_use]
+pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
+    let Some(first) = points.first() else { return String::new() };
+    let std = points.iter().any(|point| point.std_n.is_some()).then_some(Quantity::Std);
+    let numbers = [first.speed.quantity(), Quantity::Depth, Quantity::Force].into_iter().chain(std).map(Quantity::key);
+    let heading: Vec<&str> = first.tool.map(|_| TOOL).into_iter().chain(numbers).collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let written = "memory takes what is written to it";
+    writer.write_record(heading).expect(written);
+    for &Measurement { speed, penetration_depth_m, force_n, std_n, tool, .. } in points {
+        let number = |number: f64| format!("{number:?}");
+        let std = std.map(|_| std_n.map_or_else(String::new, number));
+        let numbers = [speed.value(), penetration_depth_m, force_n].map(number).into_iter().chain(std);
+        let row = tool.map(|tool| tools[tool].clone()).into_iter().chain(numbers);
+        writer.write_record(row).expect(written);
+    }
+    String::from_utf8(writer.into_inner().expect(written)).expect("numbers and names are UTF-8")
+}
+
+/// The points of a table by tool, speed and depth, to find equal ones in constant time.
+///
+/// Points are kept in cells somewhat wider than the tolerance of [`same`]: a point equals only those in its own cell and the eight
+/// around it, and few different points have room in a cell.
+#[derive(Default)]
+struct Places(HashMap<(Option<usize>, [u64; 2]), Vec<usize>>);
+
+impl Places {
+    /// Adds the next point, whose position is the number of `points`. If one of them has the same tool, speed and depth, returns
+    /// the position of the first.
+    fn take(&mut self, points: &[Measurement], point: Measurement) -> Option<usize> {
+        let at = |point: &Measurement| [point.speed.value(), point.penetration_depth_m];
+        let [speed, depth] = at(&point).map(cell);
+        let same = |&position: &usize| at(&points[position]).iter().zip(at(&point)).all(|(a, b)| same(*a, b));
+        let around = (speed - 1..=speed + 1).flat_map(|speed| (depth - 1..=depth + 1).map(move |depth| [speed, depth]));
+        let first = around.filter_map(|key| self.0.get(&(point.tool, key))).flatten().copied().filter(same).min();
+        self.0.entry((point.tool, [speed, depth])).or_default().push(points.len());
+        first
+    }
+}
+
+/// The number of the cell of a positive number that is not subnormal. The bits of such numbers increase with them, and leaving
+/// out the last 24 of 52 makes cells of 2⁻²⁸ of a power of two.
+fn cell(number: f64) -> u64 {
+    number.to_bits() >> 24
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::MAX_ROWS;
+
+    const HEADING: &str = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n";
+
+    fn read(text: &str) -> Result<Vec<Measurement>, DataError> {
+        read_measured(text, "forces.csv", &Format::default())
+    }
+
+    fn refusal(text: &str, format: &Format) -> String {
+        read_measured(text, "forces.csv", format).expect_err("refused").to_string()
+    }
+
+    fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
+        let speed = Speed::Velocity(velocity);
+        Measurement { speed, second_speed_rpm: None, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
+    }
+
+    /// A format with columns, each by its heading and its unit if one is stated.
+    fn format(columns: &[(Quantity, &str, Option<&str>)]) -> Format {
+        let column = |&(quantity, heading, unit): &(Quantity, &str, Option<&str>)| {
+            (quantity, ColumnName { heading: heading.to_owned(), unit: unit.map(str::to_owned) })
+        };
+        Format { columns: columns.iter().map(column).collect(), ..Format::default() }
+    }
+
+    #[test]
+    fn points_have_the_tools_that_they_were_measured_with() {
+        let tools: Vec<String> = ["fine", "steel, short"].map(str::to_owned).into();
+        let format =
+            |tool: Option<&str>| Format { tools: tools.clone(), tool: tool.map(str::to_owned), ..Format::default() };
+        let text = "tool,brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n\
+             fine,10.0,0.001,5.0,0.5\n\"steel, short\",10.0,0.001,7.0,\n";
+        let points = read_measured(text, "forces.csv", &format(None)).expect("a table");
+        assert_eq!(
+            points.iter().map(|point| (point.tool, point.std_n)).collect::<Vec<_>>(),
+            [(Some(0), Some(0.5)), (Some(1), None)]
+        );
+        assert_eq!(measured_text(&points, &tools), text);
+        // The column is of no use where tools are not compared, except that points are then given twice.
+        assert!(refusal(text, &Format::default()).contains("the same velocity and depth as in line 2"));
+        let other = text.replace("tool,", "Bürste,");
+        assert_eq!(read_measured(&other, "forces.csv", &format(Some("Bürste"))), Ok(points));
+        assert!(refusal(&other, &format(None)).contains("the same velocity and depth"));
+        let unknown = refusal(&text.replace("fine,", "coarse,"), &format(None));
+        assert!(
+            unknown.starts_with("forces.csv:2, column tool: `coarse` is none of the tools fine, steel, short"),
+            "{unknown}"
+        );
+        let twice = refusal(&text.replace("\"steel, short\"", "fine"), &format(None));
+        assert!(twice.contains("the same tool, velocity and depth as in line 2"), "{twice}");
+    }
+
+    #[test]
+    fn tables_of_laboratories_are_read_in_their_units() {
+        use Quantity::{Depth, Force, RotationalSpeed, Std, Velocity};
+        let rotational = |speed: f64, penetration_depth_m, force_n, std_n| Measurement {
+            speed: Speed::Rotational(speed),
+            second_speed_rpm: None,
+            penetration_depth_m,
+            force_n,
+            std_n,
+            tool: None,
+        };
+        let named = format(&[
+            (RotationalSpeed, "Drehzahl [1/min]", None),
+            (Depth, "ae [mm]", None),
+            (Force, "Fz [kN]", None),
+            (Std, "s [N]", None),
+        ]);
+        let text = "\u{feff}Nr.;Drehzahl [1/min];ae [mm];Fz [kN];s [N]\r\n1;600;0,5;0,125;4,5\r\n2;1200;1;0,25;3\r\n";
+        let expected = vec![rotational(600.0, 0.5e-3, 125.0, Some(4.5)), rotational(1200.0, 1e-3, 250.0, Some(3.0))];
+        assert_eq!(read_measured(text, "forces.csv", &named), Ok(expected.clone()));
+        let tabs = text.replace(';', "\t");
+        assert_eq!(read_measured(&tabs, "forces.csv", &named), Ok(expected.clone()));
+        let points = tabs.replace(',', ".").replace('\t', ",");
+        assert_eq!(read_measured(&points, "forces.csv", &named), Ok(expected));
+        // Units in the input file, and none for what is not named; without a standard deviation.
+        let stated = format(&[(Velocity, "v", Some("m/min")), (Depth, "ae", Some("µm")), (Force, "F", None)]);
+        let text = "v\tae\tF\n600\t500\t125\n";
+        let expected = Measurement { std_n: None, ..point(10.0, 0.5e-3, 125.0, 0.0) };
+        assert_eq!(read_measured(text, "forces.csv", &stated), Ok(vec![expected]));
+        for heading in ["Fz [N]", "Fz (N)", "Fz / N", "Fz in N"] {
+            assert_eq!(unit_in(heading), Some("N"), "{heading}");
+        }
+        assert_eq!((unit_in("v / m/s"), unit_in("Fz")), (Some("m/s"), None));
+    }
+
+    #[test]
+    fn the_text_of_points_is_read_to_the_bit() {
+        let velocities = vec![point(10.0 / 3.0, 1e-3 / 7.0, -1.1, 0.1), point(20.0, 1e-3, 2.0, 0.0)];
+        let unsure = Measurement { speed: Speed::Rotational(600.1), std_n: None, ..velocities[0] };
+        for points in [velocities, vec![unsure]] {
+            assert_eq!(read(&measured_text(&points, &[])), Ok(points));
+        }
+    }
+
+    #[test]
+    fn decimal_commas_are_recognised_unless_they_may_be_others() {
+        let semicolons = HEADING.replace(',', ";");
+        assert_eq!(read(&format!("{semicolons}10,5;1e-3;1,234;0\n")), Ok(vec![point(10.5, 1e-3, 1.234, 0.0)]));
+        assert_eq!(read(&format!("{semicolons}10;1;1,234;0\n")), Ok(vec![point(10.0, 1.0, 1.234, 0.0)]));
+        assert_eq!(read(&format!("{HEADING}\"10,5\",1,5,0\n")), Ok(vec![point(10.5, 1.0, 5.0, 0.0)]));
+        let thousands = format!("{HEADING}10,1,\"1,234\",0\n");
+        let message = refusal(&thousands, &Format::default());
+        assert!(
+            message.contains("column force_n: the comma of `1,234` may separate decimals or thousands"),
+            "{message}"
+        );
+        let stated = Format { decimal: Some(','), ..Format::default() };
+        assert_eq!(read_measured(&thousands, "forces.csv", &stated), Ok(vec![point(10.0, 1.0, 1.234, 0.0)]));
+        // With semicolons between cells, it is the point that may be that of thousands.
+        let thousands = format!("{semicolons}10;1;1.000;0\n20;1;1.250;0\n");
+        let message = refusal(&thousands, &Format::default());
+        assert!(message.starts_with("forces.csv:2, column force_n: the point of `1.000` may separate"), "{message}");
+        assert!(message.contains("decimal = \",\""), "{message}");
+        let point_stated = Format { decimal: Some('.'), ..Format::default() };
+        let decimals = vec![point(10.0, 1.0, 1.0, 0.0), point(20.0, 1.0, 1.25, 0.0)];
+        assert_eq!(read_measured(&thousands, "forces.csv", &point_stated), Ok(decimals.clone()));
+        let message = refusal(&thousands, &stated);
+        assert!(message.contains("`1.000` is not a finite number with a decimal comma"), "{message}");
+        // Any number that cannot have thousands settles it, and so do commas between cells.
+        let settled = read(&format!("{semicolons}10;1;1.000;0\n20;1;1.25;0\n"));
+        assert_eq!(settled, Ok(decimals.clone()));
+        assert_eq!(read(&format!("{HEADING}10,1,1.000,0\n20,1,1.250,0\n")), Ok(decimals));
+        let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &Format::default());
+        assert!(mixed.contains("`10,5` is not a finite number\n"), "{mixed}");
+        let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &stated);
+        assert!(mixed.contains("`1.5` is not a finite number with a decimal comma\n"), "{mixed}");
+    }
+
+    #[test]
+    fn columns_that_are_missing_or_have_unknown_units_are_refused() {
+        let named = format(&[(Quantity::Force, "Fz [lbf]", None)]);
+        let text = HEADING.replace("force_n", "Fz [lbf]") + "10,1,1,0\n";
+        let message = refusal(&text, &named);
+        assert!(message.contains("column Fz [lbf]: the unit `lbf` is none of N, kN, mN\n"), "{message}");
+        let message = refusal(&text, &format(&[(Quantity::Force, "Fz", None)]));
+        assert!(message.contains("there is no column `Fz`; there are `brushing_velocity_m_s`"), "{message}");
+        let message = refusal("v;F\n1;2\n", &Format::default());
+        assert!(message.contains("there is no column `brushing_velocity_m_s`; there are `v`, `F`"), "{message}");
+        assert!(message.contains("columns.penetration_depth_m = \"ae [mm]\""), "{message}");
+    }
+
+    #[test]
+    fn equal_points_are_found_wherever_they_are() {
+        let table = |rows: &str| read(&format!("{HEADING}{rows}"));
+        let error = |rows: &str| table(rows).expect_err("refused").to_string();
+        // From cell to cell and across powers of two.
+        for number in -2000..2000 {
+            let (velocity, depth) = (f64::from(number) * 0.1137, f64::from(number) * -0.0713);
+            let [velocity, depth] = [velocity, depth].map(f64::exp);
+            let rows = |relative: f64| {
+                let [fast, deep] = [velocity * (1.0 + relative), depth * (1.0 - relative)];
+                format!("7,3,0,0\n{velocity:?},{depth:?},1,1\n{fast:?},{deep:?},1,1\n")
+            };
+            let expected = "forces.csv:4, column brushing_velocity_m_s: the same velocity and depth as in line 3";
+            assert!(error(&rows(0.9e-9)).starts_with(expected));
+            assert!(table(&rows(1.1e-9)).is_ok());
+        }
+    }
+
+    /// Reading took a minute when each point was compared with all others.
+    #[test]
+    fn long_tables_are_read_in_linear_time() {
+        let rows = |count: usize| {
+            let row = |index: usize| format!("{}.5,{}e-6,1.0,0.1\n", index % 1000 + 1, index / 1000 + 1);
+            (0..count).fold(HEADING.to_owned(), |text, index| text + &row(index))
+        };
+        let seconds = |count: usize| {
+            let text = rows(count);
+            let start = std::time::Instant::now();
+            let points = read(&text).expect("points");
+            assert_eq!(points.len(), count);
+            start.elapsed().as_secs_f64()
+        };
+        let (few, many) = (seconds(20_000), seconds(200_000));
+        assert!(many < 40.0 * few.max(0.1), "{few} s, then {many} s for ten times as many points");
+        let error = read(&rows(MAX_ROWS + 1)).expect_err("too many").to_string();
+        assert!(error.starts_with("forces.csv:1000002: more than 1000000 rows"), "{error}");
+        let wide = format!("{HEADING}1,1,1,1\n{}", ",".repeat(100_000));
+        let error = read(&wide).expect_err("too wide").to_string();
+        assert!(error.starts_with("forces.csv:3: a line of more than 65536 bytes"), "{error}");
+    }
+
+    #[test]
+    fn forces_beyond_the_limit_are_refused() {
+        for force in ["1e101", "-1e308", "1e400", "NaN"] {
+            let error = read(&format!("{HEADING}1,1,{force},0\n")).expect_err("too large").to_string();
+            assert!(error.starts_with("forces.csv:2, column force_n"), "{error}");
+        }
+    }
+
+    #[test]
+    fn columns_of_one_name_are_refused_with_their_numbers() {
+        let text = "force_n,brushing_velocity_m_s,date,force_n,penetration_depth_m,std_n,date\n1,1,1,1,1,1,1\n";
+        let error = read(text).expect_err("two columns of forces").to_string();
+        assert!(error.starts_with("forces.csv:1: columns 1 and 4 are both named `force_n`\n"), "{error}");
+        assert!(read(&text.replacen("force_n", "old", 1)).is_ok(), "other columns are ignored");
+    }
+
+    #[test]
+    fn tables_may_have_further_columns_and_a_byte_order_mark() {
+        let text = "\u{feff}force_n, std_n, date, penetration_depth_m, brushing_velocity_m_s\r\n1.5,0,now,2e-3,5\r\n";
+        assert_eq!(read(text), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
+        let both = text.replace("date", "rotational_speed_rpm").replace("now", "300");
+        let both = read(&both).expect("a table");
+        assert_eq!(both, [Measurement { second_speed_rpm: Some(300.0), ..point(5.0, 2e-3, 1.5, 0.0) }]);
+        // The velocity is what counts, and what is kept.
+        assert_eq!(read(&measured_text(&both, &[])), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
+    }
+}

@@ -1,0 +1,156 @@
+//! Natural mistakes in the lines of an input file, and what to write instead.
+
+use std::f64::consts::PI;
+
+use bristle_text::shortened;
+use bristle_text::units::own_unit;
+
+use bristle_grid::without_rounding_noise;
+
+/// Units as people write them behind a number, each with the end of the keys that it may follow, and the factor to their unit.
+const WRITTEN_UNITS: &[(&str, &str, f64)] = &[
+    ("m", "_m", 1.0),
+    ("cm", "_m", 1e-2),
+    ("mm", "_m", 1e-3),
+    ("\u{b5}m", "_m", 1e-6),
+    ("\u{3bc}m", "_m", 1e-6),
+    ("um", "_m", 1e-6),
+    ("m/s", "_m_s", 1.0),
+    ("mm/s", "_m_s", 1e-3),
+    ("m/min", "_m_s", 1.0 / 60.0),
+    ("rpm", "_rpm", 1.0),
+    ("1/min", "_rpm", 1.0),
+    ("Hz", "_rpm", 60.0),
+    ("Pa", "_pa", 1.0),
+    ("MPa", "_pa", 1e6),
+    ("N/mm2", "_pa", 1e6),
+    ("N/mm²", "_pa", 1e6),
+    ("GPa", "_pa", 1e9),
+    ("kg/m3", "_kg_m3", 1.0),
+    ("kg/m³", "_kg_m3", 1.0),
+    ("g/cm3", "_kg_m3", 1e3),
+    ("g/cm³", "_kg_m3", 1e3),
+    ("N/m", "_n_m", 1.0),
+    ("N/mm", "_n_m", 1e3),
+    ("rad", "_rad", 1.0),
+    ("°", "_rad", PI / 180.0),
+    ("deg", "_rad", PI / 180.0),
+    ("%", "", 1e-2),
+];
+
+/// A number that people write and TOML does not know.
+#[derive(Debug)]
+pub(crate) struct Mistake {
+    /// What is wrong with it, in a clause about the number.
+    pub(crate) what: String,
+    /// What to write instead.
+    pub(crate) instead: String,
+}
+
+/// What is wrong with a number, or with one of a list, in a `line` that is not TOML. `None` if it is none of the usual mistakes.
+pub(crate) fn value_mistake(line: &str) -> Option<Mistake> {
+    let (key, value) = line.split_once('=')?;
+    let value = value.split('#').next()?.trim();
+    let key = key.trim().trim_matches('"');
+    match value.strip_prefix('[') {
+        // A comma separates the numbers of a list.
+        Some(list) => list.trim_end_matches(']').split(',').find_map(|number| number_mistake(key, number.trim())),
+        None => number_mistake(key, value),
+    }
+}
+
+/// What is wrong with the number at a key.
+fn number_mistake(key: &str, value: &str) -> Option<Mistake> {
+    let mistake = |what: &str, instead: String| Some(Mistake { what: format!("{} {what}", shortened(value)), instead });
+    let digits = value.strip_prefix(['+', '-']).unwrap_or(value);
+    if !digits.starts_with(|first: char| first.is_ascii_digit() || first == '.') {
+        return None;
+    }
+    if digits.starts_with('.') {
+        let instead = format!("write a digit before the decimal point: {}", value.replacen('.', "0.", 1));
+        return mistake("begins with its decimal point", instead);
+    }
+    let end = digits.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(digits.len());
+    let (number, rest) = digits.split_at(end);
+    // An exponent belongs to the number.
+    let exponent = rest.strip_prefix(['e', 'E']).map(|rest| rest.trim_start_matches(['+', '-']));
+    let after = exponent.map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    let rest = match (exponent, after) {
+        (Some(exponent), Some(after)) if after.len() < exponent.len() => after,
+        _ => rest,
+    };
+    let sign = &value[..value.len() - digits.len()];
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if let Some(decimals) = rest.strip_prefix(',')
+        && is_number(decimals.trim())
+    {
+        let instead = format!("write a decimal point instead of the comma: {sign}{number}.{}", decimals.trim());
+        return mistake("has a decimal comma", instead);
+    }
+    if let Some(thousands) = rest.strip_prefix([' ', '\'', '\u{a0}', '\u{202f}'])
+        && is_number(thousands)
+    {
+        return mistake("has a gap", format!("write the number without gaps: {sign}{number}{thousands}"));
+    }
+    let unit = rest.trim();
+    let is_unit = unit.starts_with(|first: char| first.is_alphabetic() || "°%".contains(first));
+    if is_unit {
+        let alone = value[..value.len() - rest.len()].trim();
+        let instead = match in_own_unit(key, alone, unit) {
+            Some(number) => format!("write the number without a unit, in that of the key: {number}"),
+            None => "write the number without a unit: the key states the unit, as in length_m".to_owned(),
+        };
+        return mistake("has a unit", instead);
+    }
+    if rest.is_empty() && number.ends_with('.') {
+        return mistake("ends with its decimal point", format!("write a digit after the decimal point: {value}0"));
+    }
+    None
+}
+
+/// A number with a unit in the unit of a key, if both are known.
+fn in_own_unit(key: &str, number: &str, unit: &str) -> Option<String> {
+    let own = own_unit(key);
+    let (.., factor) = WRITTEN_UNITS.iter().find(|(written, of, _)| *written == unit && *of == own)?;
+    let number = without_rounding_noise(number.parse::<f64>().ok()? * factor);
+    Some(if number.abs() >= 1e7 { format!("{number:e}") } else { number.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_as_people_write_them_are_recognised() {
+        let cases = [
+            ("length_m = 0,03", Some("0.03")),
+            ("length_m = -0,03 # free", Some("-0.03")),
+            ("length_m = 30 mm", Some("of the key: 0.03")),
+            ("length_m = 30mm", Some("of the key: 0.03")),
+            ("length_m = 2 in", Some("the key states the unit")),
+            ("youngs_modulus_pa = 3e9 Pa", Some("of the key: 3e9")),
+            ("youngs_modulus_pa = 3.3 GPa", Some("of the key: 3.3e9")),
+            ("brushing_velocity_m_s = 600 m/min", Some("of the key: 10")),
+            ("lateral_tilt_rad = 5°", Some("of the key: 0.0872664625997")),
+            ("damping_ratio = 5 %", Some("of the key: 0.05")),
+            ("penetration_depth_m = [1 mm, 2 mm]", Some("of the key: 0.001")),
+            ("penetration_depth_m = [1e-3, .5e-3]", Some(": 0.5e-3")),
+            ("length_m = .03", Some(": 0.03")),
+            ("length_m = 3.", Some(": 3.0")),
+            ("filament_count = 10 500", Some("10500")),
+            ("filament_count = 10'500", Some("10500")),
+            ("length_m = ", None),
+            ("length_m = long", None),
+            ("length_m = [1, 2", None),
+            ("nothing", None),
+        ];
+        for (line, expected) in cases {
+            let found = value_mistake(line);
+            let instead = found.as_ref().map(|mistake| mistake.instead.as_str());
+            match expected {
+                Some(part) => assert!(instead.is_some_and(|text| text.contains(part)), "{line}: {found:?}"),
+                None => assert_eq!(instead, None, "{line}"),
+            }
+        }
+    }
+}

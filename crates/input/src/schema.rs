@@ -1,0 +1,279 @@
+//! The JSON schema of an input file, for editors and for programs that write one.
+
+use std::ops::Bound;
+
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+use crate::cells::{DECIMALS, SEPARATORS};
+use crate::document::{SECTIONS, TOOLS};
+use crate::materials::MATERIALS;
+use crate::measured::Quantity;
+use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::settings::Settings;
+use bristle_grid::{SHORT_NAMES, TOOL};
+
+/// The section of the sweeps.
+const STUDY: &str = "study";
+
+/// The schema, with the limits of every number, as indented text.
+#[must_use]
+pub fn input_schema() -> String {
+    format!("{:#}\n", file_schema())
+}
+
+/// Whether a key of a section is the path of a setting of another: those of the sweeps are.
+pub fn is_stated_elsewhere(section: &str, key: &str) -> bool {
+    section == STUDY && key != TOOLS
+}
+
+/// The schema of an input file.
+pub fn file_schema() -> Value {
+    let mut schema = settings_schema();
+    schema["title"] = json!("Input file of Bristle");
+    for parameter in PARAMETERS {
+        if !parameter.instead_of.is_empty() {
+            let description = format!(
+                "{}{}, instead of `{}`.",
+                capitalised(parameter.name),
+                parameter.in_unit(),
+                parameter.instead_of
+            );
+            let property = json!({ "type": "number", "description": description });
+            schema["properties"][parameter.section()]["properties"][parameter.key()] = property;
+        }
+        let number = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
+        if let Value::Object(number) = number {
+            state_limits(number, parameter);
+        }
+    }
+    // Velocity and depth may come from [study] instead. Only the program checks this condition between sections.
+    schema["required"] = json!(["tool", "filament"]);
+    if let Value::Object(process) = &mut schema["properties"]["process"] {
+        process.remove("required");
+    }
+    for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
+        state_choice(&mut schema["properties"][parameter.section()], parameter);
+    }
+    schema["properties"]["measured"] = measured_schema();
+    schema["properties"]["filament"]["properties"]["material"] = json!({
+        "type": "string",
+        "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, as published for \
+                        dry material at room temperature. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
+        "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
+    });
+    schema["properties"][STUDY] = study_schema(tool_schema(&schema));
+    schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
+        "type": "string",
+        "minLength": 1,
+        "description": "Path of a CSV file with control points instead of `control_points_m`, relative to the directory of the input \
+                        file, with the columns x_m, y_m.",
+    });
+    schema
+}
+
+/// The schema that follows from the structures alone.
+fn settings_schema() -> Value {
+    SchemaSettings::draft2020_12()
+        .with(|settings| settings.inline_subschemas = true)
+        .into_generator()
+        .into_root_schema_for::<Settings>()
+        .to_value()
+}
+
+/// The words with a capital letter at the beginning.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// States that a section has exactly one of the settings that state the same, or at most one if it need not have any.
+fn state_choice(section: &mut Value, parameter: &Parameter) {
+    let keys: Vec<&str> = parameter.group().map(Parameter::key).collect();
+    let Value::Object(section) = section else { return };
+    if keys.len() < 2 {
+        return;
+    }
+    let is_required = match section.get_mut("required") {
+        Some(Value::Array(required)) => {
+            required.retain(|key| key != keys[0]);
+            true
+        }
+        _ => false,
+    };
+    let each: Vec<Value> = keys.iter().map(|key| json!({ "required": [key] })).collect();
+    if is_required {
+        section.insert("oneOf".to_owned(), json!(each));
+    } else {
+        section.insert("not".to_owned(), json!({ "required": keys }));
+    }
+}
+
+fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
+    number.remove("minimum");
+    let limits = [
+        ("minimum", "exclusiveMinimum", parameter.range.lower),
+        ("maximum", "exclusiveMaximum", parameter.range.upper),
+    ];
+    for (included, excluded, bound) in limits {
+        match bound {
+            Bound::Included(limit) => number.insert(included.to_owned(), json!(limit)),
+            Bound::Excluded(limit) => number.insert(excluded.to_owned(), json!(limit)),
+            Bound::Unbounded => None,
+        };
+    }
+}
+
+/// A named tool: settings of some sections, none of them required, under their sections or with their paths in quotes.
+fn tool_schema(schema: &Value) -> Value {
+    let mut properties = Map::new();
+    for section in SECTIONS {
+        let keys = &schema["properties"][section]["properties"];
+        let of_section = json!({ "type": "object", "properties": keys, "additionalProperties": false });
+        properties.insert(section.to_owned(), of_section);
+        let quoted = keys.as_object().into_iter().flatten();
+        properties.extend(quoted.map(|(key, property)| (format!("{section}.{key}"), property.clone())));
+    }
+    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+fn study_schema(tool: Value) -> Value {
+    let sweep = json!({
+        "anyOf": [
+            { "type": "array", "items": { "type": "number" }, "minItems": 1 },
+            {
+                "type": "object",
+                "properties": {
+                    "start": { "type": "number" },
+                    "stop": { "type": "number", "description": "Last value, included." },
+                    "step": { "type": "number" },
+                },
+                "required": ["start", "stop", "step"],
+                "additionalProperties": false,
+            },
+        ],
+    });
+    let paths = PARAMETERS.iter().map(|parameter| parameter.path);
+    let tools = json!({
+        "description": "Named tools that the study compares: what each states in place of the file, as in [study.tools.fine] with \
+                        filament.diameter_m = 0.6e-3 and tool.filament_count = 20000.",
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": tool,
+    });
+    let sweeps: Map<String, Value> = SHORT_NAMES
+        .into_iter()
+        .map(|(short, _)| short)
+        .chain(paths)
+        .map(|name| (name.to_owned(), sweep.clone()))
+        .chain([(TOOLS.to_owned(), tools)])
+        .collect();
+    json!({
+        "description": "The settings that `bristle study` sweeps, and the tools that it compares.",
+        "type": "object",
+        "properties": sweeps,
+        "additionalProperties": false,
+    })
+}
+
+fn measured_schema() -> Value {
+    let column = |quantity: Quantity| {
+        let heading = json!({ "type": "string", "minLength": 1, "description": "Heading of the column." });
+        let units: Vec<&str> = quantity.unit_names().collect();
+        let with_unit = json!({
+            "type": "object",
+            "properties": { "column": heading, "unit": { "enum": units } },
+            "required": ["column"],
+            "additionalProperties": false,
+        });
+        (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
+    };
+    let tool =
+        json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
+    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();
+    let keys = Quantity::ALL.map(Quantity::key);
+    json!({
+        "description": "Measured tool forces, which `bristle study` compares with simulated ones.",
+        "type": "object",
+        "properties": {
+            "file": {
+                "type": "string",
+                "minLength": 1,
+                "description": format!(
+                    "Path of a CSV file, relative to the directory of the input file. Its columns are {}, or those that `columns` names; \
+                     one of the first two is enough, and the last may be missing.",
+                    keys.join(", ")
+                ),
+            },
+            "columns": {
+                "type": "object",
+                "description": "Headings of the columns in the file, as in { force_n = \"Fz [kN]\" }. Their units are those in brackets in \
+                                the headings, or stated, as in { force_n = { column = \"Fz\", unit = \"kN\" } }.",
+                "properties": columns,
+                "additionalProperties": false,
+                "not": { "required": keys[..2] },
+            },
+            "separator": {
+                "enum": SEPARATORS,
+                "description": "What separates the cells of a row. Recognised if it is not stated.",
+            },
+            "decimal": {
+                "enum": DECIMALS,
+                "description": "Decimal point or comma of the numbers. Recognised if it is not stated.",
+            },
+        },
+        "required": ["file"],
+        "additionalProperties": false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The table of parameters and the settings structures agree on names, types and required numbers.
+    #[test]
+    fn the_table_of_parameters_is_complete() {
+        let schema = settings_schema();
+        let mut numbers = 0;
+        for (section, schema) in schema["properties"].as_object().expect("sections") {
+            for (key, schema_of_key) in schema["properties"].as_object().expect("keys") {
+                let whole = schema_of_key["type"] == json!("integer");
+                let path = format!("{section}.{key}");
+                if Parameter::find(&path).is_some_and(|parameter| !parameter.word.is_empty()) {
+                    // A number or a word.
+                    assert!(schema_of_key["anyOf"].is_array() || schema_of_key["oneOf"].is_array(), "{schema_of_key}");
+                    numbers += 1;
+                    continue;
+                }
+                if !whole && schema_of_key["type"] != json!("number") {
+                    continue;
+                }
+                numbers += 1;
+                let parameter = Parameter::find(&path).expect(&path);
+                let required = schema["required"].as_array().is_some_and(|keys| keys.contains(&json!(key)));
+                assert_eq!(parameter.range.whole, whole, "{path}");
+                assert_eq!(parameter.required, required, "{path}");
+            }
+        }
+        // Those that state others in their own way are in files only.
+        assert_eq!(numbers, PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()).count());
+    }
+
+    #[test]
+    fn limits_and_sweeps_are_stated() {
+        let schema: Value = serde_json::from_str(&input_schema()).expect("the schema is JSON");
+        let filament = &schema["properties"]["filament"]["properties"];
+        assert_eq!(filament["segments"]["maximum"], json!(400.0));
+        assert_eq!(filament["segments"]["default"], json!(25));
+        assert_eq!(filament["length_m"]["exclusiveMinimum"], json!(0.0));
+        let sweeps = &schema["properties"]["study"]["properties"];
+        assert!(sweeps["penetration_depth_m"].is_object());
+        assert!(sweeps["filament.segments"].is_object());
+        let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
+        assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
+        assert_eq!(process["not"]["required"], json!(["brushing_velocity_m_s", "rotational_speed_rpm"]));
+        assert_eq!(tool["required"], json!(["body_radius_m", "width_m"]));
+        assert_eq!(tool["oneOf"].as_array().map(Vec::len), Some(3));
+    }
+}

@@ -1,0 +1,126 @@
+//! What the cases that advice considers must satisfy.
+
+use std::fmt::{self, Display, Formatter};
+
+use bristle::model::settings::Settings;
+use serde::Serialize;
+
+use super::{AdviceError, Outcome};
+use bristle_text::number::short;
+
+/// Relative rounding noise of a setting that is at its limit.
+const NOISE: f64 = 1e-9;
+
+/// Limits on the cases that advice considers, and the force that is wanted of them. Those that are not given are not in JSON.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Limits {
+    /// Highest brushing velocity `v_b` in m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_velocity_m_s: Option<f64>,
+    /// Highest rotational speed `n_w` in revolutions per minute.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rotational_speed_rpm: Option<f64>,
+    /// Largest penetration depth `a_e` in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_depth_m: Option<f64>,
+    /// Highest force `F_n,w` in N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_force_n: Option<f64>,
+    /// Highest power `P_w` in W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_power_w: Option<f64>,
+    /// Lowest contact time ratio `ε_tc`, for filaments that sweep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_ratio: Option<f64>,
+    /// Highest contact time ratio `ε_tc`, for filaments that strike.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_ratio: Option<f64>,
+    /// The force `F_n,w` in N that is wanted. It excludes no case, but the nearest are ranked first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_force_n: Option<f64>,
+}
+
+/// Velocity and depth of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Place {
+    /// `v_b` in m/s.
+    pub brushing_velocity_m_s: f64,
+    /// `n_w` in revolutions per minute.
+    pub rotational_speed_rpm: f64,
+    /// `a_e` in m.
+    pub penetration_depth_m: f64,
+}
+
+impl Place {
+    /// Where these settings are.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        Self {
+            brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+            rotational_speed_rpm: settings.rotational_speed_rpm(),
+            penetration_depth_m: settings.process.penetration_depth_m,
+        }
+    }
+}
+
+impl Limits {
+    /// # Errors
+    /// If no case can satisfy all limits, or have the wanted force.
+    pub(super) fn check(&self) -> Result<(), AdviceError> {
+        match *self {
+            Self { min_ratio: Some(min_ratio), max_ratio: Some(max_ratio), .. } if min_ratio > max_ratio => {
+                Err(AdviceError::Ratios { min_ratio, max_ratio })
+            }
+            Self { max_force_n: Some(max_force_n), target_force_n: Some(target_force_n), .. }
+                if target_force_n > max_force_n =>
+            {
+                Err(AdviceError::Forces { max_force_n, target_force_n })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a case is within the limits.
+    pub(crate) fn allow(&self, place: &Place, outcome: &Outcome) -> bool {
+        let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit);
+        let is_set_at_most =
+            |value: f64, limit: Option<f64>| is_at_most(value, limit.map(|limit| limit * (1.0 + NOISE)));
+        is_set_at_most(place.brushing_velocity_m_s, self.max_velocity_m_s)
+            && is_set_at_most(place.rotational_speed_rpm, self.max_rotational_speed_rpm)
+            && is_set_at_most(place.penetration_depth_m, self.max_depth_m)
+            && is_at_most(outcome.tool_contact_normal_force_n, self.max_force_n)
+            && is_at_most(outcome.tool_power_w, self.max_power_w)
+            && self.min_ratio.is_none_or(|limit| outcome.contact_time_ratio >= limit)
+            && is_at_most(outcome.contact_time_ratio, self.max_ratio)
+    }
+
+    /// Whether there is no limit. A target is none.
+    pub(super) fn are_none(&self) -> bool {
+        Self { target_force_n: None, ..*self } == Self::default()
+    }
+
+    /// The force in N that suggestions are made for: the target, or else the limit.
+    pub(super) fn wanted_n(&self) -> Option<f64> {
+        self.target_force_n.or(self.max_force_n)
+    }
+
+    /// Whether the force is within its limit with its whole uncertainty.
+    pub(super) fn hold_with_band(&self, outcome: &Outcome) -> bool {
+        self.max_force_n.is_none_or(|limit| outcome.ends()[1] <= limit)
+    }
+}
+
+impl Display for Limits {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let parts = [
+            self.max_velocity_m_s.map(|limit| format!("v_b ≤ {limit} m/s")),
+            self.max_rotational_speed_rpm.map(|limit| format!("n_w ≤ {limit} rpm")),
+            self.max_depth_m.map(|limit| format!("a_e ≤ {} mm", short(1e3 * limit))),
+            self.max_force_n.map(|limit| format!("F_n,w ≤ {limit} N")),
+            self.max_power_w.map(|limit| format!("P_w ≤ {limit} W")),
+            self.min_ratio.map(|limit| format!("ε_tc ≥ {limit}")),
+            self.max_ratio.map(|limit| format!("ε_tc ≤ {limit}")),
+        ];
+        formatter.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
+    }
+}

@@ -1,0 +1,1161 @@
+//! What a study advises: where the tool force is high, and at what velocity, depth and contact time ratio.
+//!
+//! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by their rows in `runs.csv`,
+//! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
+//! interpolated [`Suggestion`]s, marked as such, which can be simulated.
+
+mod headline;
+mod limits;
+mod suggestion;
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::io;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+
+use bristle::model::settings::Settings;
+use serde::Serialize;
+use serde_json::Value;
+use thiserror::Error;
+
+use crate::edges::{EdgeAdvice, advise_on_edges};
+use crate::measured::relative_uncertainty;
+use crate::quantity::{Quantity, Readable};
+use crate::slices::{Side, Slice, process_slices};
+use crate::turns::vibrating_note;
+use bristle_grid::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
+use bristle_text::layout::{aligned, wrap, wrap_beside};
+use bristle_text::number::{counted, short, spanning};
+
+pub use headline::headline;
+pub use limits::{Limits, Place};
+pub use suggestion::{Simulated, Suggestion};
+
+use suggestion::suggestions;
+
+/// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
+const TIER: f64 = 0.5;
+/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53. Lower maxima lie at
+/// 0.75 and above and, in a finer grid, at 0.24, where filaments strike.
+const ALONG_TIER: Range<f64> = 0.3..0.6;
+
+/// Smallest relative fall of the force after a local maximum. The number of segments alone can cause smaller falls.
+const LEAST_FALL: f64 = 0.005;
+
+/// Largest number of cases that are ranked.
+const MOST_RANKED: usize = 5;
+
+/// The note where no suggestion is interpolated.
+const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbouring cases within the limits does the force pass what is asked for.";
+
+/// Why there is no advice.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum AdviceError {
+    /// There is nothing to compare.
+    #[error(
+        "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   = help: \
+         sweep one of them under [study]"
+    )]
+    NothingVaries,
+    /// No contact time ratio satisfies both limits.
+    #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
+    Ratios {
+        /// The lower limit.
+        min_ratio: f64,
+        /// The upper limit.
+        max_ratio: f64,
+    },
+    /// The wanted force is above its limit.
+    #[error("the target of {target_force_n} N is above the highest force of {max_force_n} N")]
+    Forces {
+        /// The limit in N.
+        max_force_n: f64,
+        /// The wanted force in N.
+        target_force_n: f64,
+    },
+}
+
+/// Advice from a study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Advice {
+    /// The limits requested.
+    pub limits: Limits,
+    /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolAdvice>,
+    /// The names of the tools that are left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools_without_case: Vec<String>,
+    /// One section for each combination of the settings swept in addition to velocity and depth.
+    pub sections: Vec<Section>,
+    /// Advice on edges, if a filament touches one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<EdgeAdvice>,
+    /// The cases that were repeated more precisely, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checked: Option<Checked>,
+    #[serde(skip)]
+    forces: Readable,
+    /// What the drive and the workpiece feel.
+    #[serde(skip)]
+    machine: Vec<Readable>,
+}
+
+/// The cases that were repeated more precisely: passes at a tenth of the tolerance, brushes in steps of half the length.
+#[derive(Clone, Debug, Serialize)]
+pub struct Checked {
+    /// Their rows in `runs.csv`, counted below the heading.
+    pub rows: Vec<usize>,
+    /// The largest relative change of a headline metric.
+    pub largest_change: f64,
+    /// The row of the case in which that was.
+    pub row: usize,
+    /// The number of all cases.
+    #[serde(skip)]
+    total: usize,
+}
+
+impl Checked {
+    fn of(results: &[CaseResult]) -> Option<Self> {
+        let change =
+            |(case, result): (usize, &CaseResult)| Some((case + 1, result.as_ref().ok()?.change_when_checked?));
+        let changes: Vec<(usize, f64)> = results.iter().enumerate().filter_map(change).collect();
+        let &(row, largest_change) = changes.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let rows = changes.iter().map(|(row, _)| *row).collect();
+        Some(Self { rows, largest_change, row, total: results.len() })
+    }
+
+    /// In a sentence.
+    fn text(&self) -> String {
+        let spans = self.rows.chunk_by(|a, b| a + 1 == *b).map(|span| match span {
+            [row] => row.to_string(),
+            [first, .., last] => format!("{first} to {last}"),
+            [] => String::new(),
+        });
+        let which = match self.rows.len() {
+            count if count == self.total => "All cases were".to_owned(),
+            1 => format!("Of {} cases, that of row {} was", self.total, self.row),
+            _ => format!("Of {} cases, those of rows {} were", self.total, spans.collect::<Vec<_>>().join(", ")),
+        };
+        let (change, row) = (100.0 * self.largest_change, self.row);
+        format!("{which} checked (`study --check`); no metric changed by more than {change:.2} % (row {row}).")
+    }
+}
+
+/// Advice from cases that differ only in velocity and depth.
+#[derive(Clone, Debug, Serialize)]
+pub struct Section {
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
+    /// The advice, topic by topic.
+    pub advice: Vec<Sentence>,
+    /// Settings between simulated cases, if a force is asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interpolated: Vec<Suggestion>,
+    /// What the advice leaves out, and why.
+    pub notes: Vec<String>,
+    #[serde(skip)]
+    slice: Slice,
+}
+
+/// The best case of a named tool.
+#[derive(Clone, Debug, Serialize)]
+pub struct ToolAdvice {
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
+    /// The advice.
+    #[serde(flatten)]
+    pub advice: Sentence,
+    #[serde(skip)]
+    slice: Slice,
+}
+
+/// One piece of advice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sentence {
+    /// Its topic.
+    pub topic: Topic,
+    /// The case that it describes.
+    #[serde(flatten)]
+    pub cell: Cited,
+    /// The sentence itself.
+    pub sentence: String,
+    /// Rows of the other cases that it mentions.
+    pub other_rows: Vec<usize>,
+}
+
+/// The topic of a piece of advice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    /// The highest force of all.
+    Highest,
+    /// The highest forces within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first.
+    WithinLimits,
+    /// The forces within the limits that are nearest to the target, ranked.
+    NearTarget,
+    /// The highest force of a laterally stable case, within the limits if there are any. Only where those above are unstable.
+    Stable,
+    /// The highest force at each brushing velocity.
+    AtVelocity,
+    /// The highest force at each penetration depth.
+    AtDepth,
+    /// The most force per brushing velocity.
+    PerVelocity,
+    /// The most force per penetration depth.
+    PerDepth,
+    /// A local maximum over the velocity along the tier.
+    Tier,
+    /// The best case of a named tool.
+    OfTool,
+}
+
+/// A case that advice cites.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cited {
+    /// Row of `runs.csv`, counted from 1 below the heading.
+    pub row: usize,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: Place,
+    /// What came out.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// Velocity or rotational speed, as the study states it.
+    #[serde(skip)]
+    speed: String,
+    /// Positions of velocity and depth along the sides of the slice.
+    #[serde(skip)]
+    position: [usize; 2],
+}
+
+/// What advice considers of a result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// `F_n,w` in N.
+    pub tool_contact_normal_force_n: f64,
+    /// `F_t,w` in N.
+    pub tool_tangential_force_n: f64,
+    /// `M_w` in N m.
+    pub tool_torque_n_m: f64,
+    /// `P_w` in W.
+    pub tool_power_w: f64,
+    /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
+    pub uncertainty_n: f64,
+    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where filaments scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_lower_95_n: Option<f64>,
+    /// Upper end of the band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_upper_95_n: Option<f64>,
+    /// `ε_tc`.
+    pub contact_time_ratio: f64,
+    /// Growth of a lateral imperfection; see [`Metrics`](bristle::model::metrics::Metrics).
+    pub lateral_amplification: f64,
+    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
+    pub laterally_unstable: bool,
+}
+
+impl Outcome {
+    /// From the summary of a case with these settings.
+    pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
+        let CaseSummary { metrics, scatter, .. } = summary;
+        Self {
+            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
+            tool_tangential_force_n: metrics.tool_tangential_force_n,
+            tool_torque_n_m: metrics.tool_torque_n_m,
+            tool_power_w: metrics.tool_power_w,
+            uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
+            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
+            contact_time_ratio: metrics.contact_time_ratio,
+            lateral_amplification: metrics.lateral_amplification,
+            laterally_unstable: metrics.laterally_unstable,
+        }
+    }
+
+    /// The band of the force, where filaments scatter.
+    fn band(&self) -> Option<[f64; 2]> {
+        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
+    }
+
+    /// The ends of the band, or else of the uncertainty from the number of filaments, in N.
+    fn ends(&self) -> [f64; 2] {
+        let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
+        self.band().unwrap_or([force - uncertainty, force + uncertainty])
+    }
+
+    fn motion(&self) -> &'static str {
+        if self.contact_time_ratio > TIER { "sweeps" } else { "strikes" }
+    }
+}
+
+/// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at the lowest velocity.
+///
+/// # Errors
+/// If the study has only one velocity and one depth, or the limits contradict each other.
+pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<Advice, AdviceError> {
+    limits.check()?;
+    let mut slices = process_slices(study, usize::MAX).chosen;
+    let edges = advise_on_edges(study, results, &limits);
+    if slices.iter().all(|slice| !slice.x.varies() && !slice.y.varies()) {
+        if edges.is_none() {
+            return Err(AdviceError::NothingVaries);
+        }
+        slices.clear();
+    }
+    let forces = Readable::tool_forces(results);
+    let section = |slice: Slice| {
+        let cells = cells(study, results, &slice);
+        let (advice, mut notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
+        let interpolated = suggestions(study, results, &slice, &cells, &limits);
+        if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
+            notes.push(NOTHING_BETWEEN.to_owned());
+        }
+        notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
+        let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
+        let cases = touching.map(|cell| cell.row - 1);
+        notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
+        let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
+        Section { settings, advice, interpolated, notes, slice }
+    };
+    let sections: Vec<Section> = slices.into_iter().map(section).collect();
+    let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
+    let tools = best_of_tools(study, &sections, &limits);
+    let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
+    let names = study.tools().iter().map(|tool| tool.name.clone());
+    let tools_without_case = names.filter(|name| !is_advised(name)).collect();
+    let checked = Checked::of(results);
+    Ok(Advice { limits, tools, tools_without_case, sections, edges, checked, forces, machine })
+}
+
+/// The best case of each named tool, ranked as the cases of a section are.
+fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<ToolAdvice> {
+    let rank = |a: &Cited, b: &Cited| match limits.target_force_n {
+        Some(target) => (force(a) - target).abs().total_cmp(&(force(b) - target).abs()),
+        None => {
+            let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
+            holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a)))
+        }
+    };
+    // The first that is within the limits, if there are any.
+    let is_best = |sentence: &&Sentence| match sentence.topic {
+        Topic::Highest => *limits == Limits::default(),
+        topic => [Topic::WithinLimits, Topic::NearTarget].contains(&topic),
+    };
+    let best = |tool: &Tool| {
+        let is_own = |section: &&Section| section.settings.get(TOOL).is_some_and(|name| *name == tool.name);
+        let of_tool = sections.iter().filter(is_own);
+        let cells = of_tool.filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
+        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(a, b))?;
+        let sentence = format!("Tool {}; it {}.", tool.name, cell.outcome.motion());
+        let advice = about(Topic::OfTool, cell, sentence, &[]);
+        Some(ToolAdvice { settings: section.settings.clone(), advice, slice: section.slice.clone() })
+    };
+    let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
+    tools.sort_by(|a, b| rank(&a.advice.cell, &b.advice.cell));
+    tools
+}
+
+/// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
+fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<String> {
+    let case = top.cell.row - 1;
+    if study.settings(case).contact.friction_coefficient == 0.0 {
+        return Some(format!(
+            "These forces are without friction, which lowers them: take them as upper bounds. The brush of Uhlmann and Hoyer \
+             (2021) at v_b = 10 m/s and a_e = 1 mm has 165, 109, 65 and 46 N with µ = 0, 0.1, 0.3 and 0.5. State {FRICTION}, or \
+             sweep it."
+        ));
+    }
+    let at = study.sweeps().iter().position(|sweep| sweep.path() == FRICTION)?;
+    let stride: usize = study.sweeps()[at + 1..].iter().map(|sweep| sweep.values().len()).product();
+    let values = study.sweeps()[at].values();
+    let here = case / stride % values.len();
+    let least = (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).filter(|&least| least != here)?;
+    let other = case - here * stride + least * stride;
+    Some(format!(
+        "With µ = {} instead of {}, velocity and depth of the highest force give {} {} (row {}).",
+        short(values[least]),
+        short(values[here]),
+        forces.text(other),
+        forces.unit(),
+        other + 1
+    ))
+}
+
+/// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
+fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
+    let cell = |x: usize, y: usize| {
+        let case = slice.case(x, y);
+        let summary = results[case].as_ref().ok()?;
+        let settings = study.settings(case);
+        Some(Cited {
+            row: case + 1,
+            place: Place::of(&settings),
+            outcome: Outcome::new(&settings, summary),
+            speed: slice.x.setting.text(slice.x.values[x]),
+            position: [x, y],
+        })
+    };
+    (0..slice.y.values.len()).map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect()).collect()
+}
+
+/// The data from which the sentences of a section are made.
+struct Adviser<'a> {
+    slice: &'a Slice,
+    forces: &'a Readable,
+    cells: &'a [Vec<Option<Cited>>],
+}
+
+impl Adviser<'_> {
+    /// The sentences, and the notes.
+    fn advise(&self, limits: Limits) -> (Vec<Sentence>, Vec<String>) {
+        let cells: Vec<&Cited> = self.cells.iter().flatten().flatten().collect();
+        let (mut advice, mut notes) = (Vec::new(), Vec::new());
+        let failures = self.cells.iter().map(Vec::len).sum::<usize>() - cells.len();
+        if cells.is_empty() {
+            notes.push(format!("All {} failed.", counted(failures)));
+            return (advice, notes);
+        }
+        if failures > 0 {
+            let are = if failures == 1 { "is" } else { "are" };
+            notes.push(format!("{failures} of {} cases failed and {are} left out.", failures + cells.len()));
+        }
+        let Some(top) = highest(&cells, force).filter(|cell| force(cell) > 0.0) else {
+            notes.push("No case has a contact normal force.".to_owned());
+            return (advice, notes);
+        };
+        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
+        advice.push(about(Topic::Highest, top, sentence, &[]));
+
+        let within: Vec<&Cited> =
+            cells.iter().copied().filter(|cell| limits.allow(&cell.place, &cell.outcome)).collect();
+        if limits != Limits::default() {
+            if within.is_empty() {
+                notes.push(format!("No case has {limits}."));
+            }
+            advice.extend(self.ranked(&within, &limits));
+        }
+        let best = advice.iter().find(|sentence| sentence.topic != Topic::Highest).or(advice.first());
+        if !within.is_empty() && best.is_some_and(|sentence| sentence.cell.outcome.laterally_unstable) {
+            let stable: Vec<&Cited> = within.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
+            match highest(&stable, force) {
+                Some(top) => {
+                    let sentence = format!("The highest of {}; it {}.", counted(stable.len()), top.outcome.motion());
+                    advice.push(about(Topic::Stable, top, sentence, &[]));
+                }
+                None => notes.push("None of these cases is laterally stable.".to_owned()),
+            }
+        }
+        let (velocities, depths) = (self.slice.x.varies(), self.slice.y.varies());
+        if velocities && depths {
+            let column = |x: usize| self.cells.iter().filter_map(|row| row[x].as_ref()).collect::<Vec<_>>();
+            let columns = (0..self.slice.x.values.len()).map(column);
+            advice.extend(columns.filter_map(|cells| self.best(Topic::AtVelocity, &cells)));
+            let rows = self.cells.iter().map(|row| row.iter().flatten().collect::<Vec<_>>());
+            advice.extend(rows.filter_map(|cells| self.best(Topic::AtDepth, &cells)));
+        }
+        if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.brushing_velocity_m_s) {
+            let share = self.share(top, top.place.brushing_velocity_m_s);
+            let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
+            advice.push(about(Topic::PerVelocity, top, sentence, &[]));
+        }
+        if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.penetration_depth_m) {
+            let share = self.share(top, 1e3 * top.place.penetration_depth_m);
+            let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
+            advice.push(about(Topic::PerDepth, top, sentence, &[]));
+        }
+        if velocities {
+            let mut without = Vec::new();
+            for (row, &at) in self.cells.iter().zip(&self.slice.y.values) {
+                match self.along_tier(row) {
+                    Some(sentence) => advice.push(sentence),
+                    None => without.push(short(1e3 * at)),
+                }
+            }
+            if !without.is_empty() {
+                let Range { start, end } = ALONG_TIER;
+                let depths = without.join(", ");
+                notes.push(format!(
+                    "At a_e = {depths} mm no local maximum lies along the tier, between ε_tc = {start} and {end}."
+                ));
+            }
+        }
+        (advice, notes)
+    }
+
+    /// The best of the cases `within` the limits, ranked.
+    fn ranked(&self, within: &[&Cited], limits: &Limits) -> Vec<Sentence> {
+        let mut ranked = within.to_vec();
+        let count = counted(within.len());
+        let with = if limits.are_none() { String::new() } else { format!(" with {limits}") };
+        if let Some(target) = limits.target_force_n {
+            let deviation = |cell: &Cited| (force(cell) - target).abs();
+            ranked.sort_by(|a, b| deviation(a).total_cmp(&deviation(b)));
+            let sentence = |(rank, cell): (usize, &&Cited)| {
+                let what = if rank == 0 { format!("The nearest of {count}{with}. ") } else { String::new() };
+                let [lower, upper] = cell.outcome.ends();
+                let band = if lower < target && target < upper { " The target is within the uncertainty." } else { "" };
+                let sentence =
+                    format!("{what}{}; it {}.{band}", off_target(force(cell), target), cell.outcome.motion());
+                about(Topic::NearTarget, cell, sentence, &[])
+            };
+            return ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect();
+        }
+        let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
+        ranked.sort_by(|a, b| holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a))));
+        let sure = within.iter().filter(|cell| holds(cell)).count();
+        let sentence = |(rank, cell): (usize, &&Cited)| {
+            let what = match rank {
+                0 if sure > 0 && sure < within.len() => {
+                    format!("The highest of {sure} whose whole uncertainty is within the limit, of {count}{with}; it")
+                }
+                0 => format!("The highest of {count}{with}; it"),
+                _ => "It".to_owned(),
+            };
+            let beyond = if holds(cell) { String::new() } else { beyond(self.forces, &cell.outcome) };
+            about(Topic::WithinLimits, cell, format!("{what} {}.{beyond}", cell.outcome.motion()), &[])
+        };
+        ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect()
+    }
+
+    /// Compares the highest force of some cases with the lowest. `None` if there is nothing to compare, or no force.
+    fn best(&self, topic: Topic, cells: &[&Cited]) -> Option<Sentence> {
+        let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
+        let least = highest(cells, |cell| -force(cell))?;
+        if force(least) == force(top) {
+            return Some(about(
+                topic,
+                top,
+                format!("It {}; all others have the same force.", top.outcome.motion()),
+                &[],
+            ));
+        }
+        let place = if topic == Topic::AtVelocity { depth(least) } else { least.speed.clone() };
+        let sentence = format!(
+            "It {}; the lowest is {} at {place} (row {}).",
+            top.outcome.motion(),
+            self.newtons(least),
+            least.row
+        );
+        Some(about(topic, top, sentence, &[least]))
+    }
+
+    /// The local maximum of the force over the velocity along the tier. If there are several, the one nearest to the tier.
+    fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
+        let distance = |cell: &Cited| (cell.outcome.contact_time_ratio - TIER).abs();
+        let peaks = row.windows(3).filter_map(|cells| match cells {
+            [Some(before), Some(peak), Some(after)] => {
+                let falls = force(after) < (1.0 - LEAST_FALL) * force(peak);
+                (force(peak) > force(before) && falls).then_some(peak)
+            }
+            _ => None,
+        });
+        let along = peaks.filter(|peak| ALONG_TIER.contains(&peak.outcome.contact_time_ratio));
+        let peak = along.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let faster = &row[peak.position[0] + 1..];
+        let solved: Vec<&Cited> = faster.iter().flatten().collect();
+        let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
+        let least = highest(&solved[..below], |cell| -force(cell))?;
+        let falls = format!(
+            "Above this {} it falls to {} at {} (row {})",
+            self.slice.x.setting.word(),
+            self.newtons(least),
+            least.speed,
+            least.row
+        );
+        Some(match solved.get(below) {
+            Some(more) => {
+                let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", more.speed, more.row);
+                about(Topic::Tier, peak, sentence, &[least, more])
+            }
+            None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
+            None => about(Topic::Tier, peak, format!("{falls}; no faster case exceeds the maximum."), &[least]),
+        })
+    }
+
+    /// The force of a case, as the tables show it.
+    fn newtons(&self, cell: &Cited) -> String {
+        format!("{} {}", self.forces.text(cell.row - 1), self.forces.unit())
+    }
+
+    /// The force of a case, divided by `divisor`.
+    fn share(&self, cell: &Cited, divisor: f64) -> String {
+        format!("{} {}", short(self.forces.factor() * force(cell) / divisor), self.forces.unit())
+    }
+}
+
+/// A sentence about a case. It ends with a warning if the case is laterally unstable.
+fn about(topic: Topic, cell: &Cited, mut sentence: String, others: &[&Cited]) -> Sentence {
+    warn_of_instability(&mut sentence, &cell.outcome);
+    Sentence { topic, cell: cell.clone(), sentence, other_rows: others.iter().map(|cell| cell.row).collect() }
+}
+
+/// Adds a warning to a sentence about a laterally unstable case.
+fn warn_of_instability(sentence: &mut String, outcome: &Outcome) {
+    if outcome.laterally_unstable {
+        sentence.push_str(&format!(" Laterally unstable: {}-fold.", spanning(outcome.lateral_amplification)));
+    }
+}
+
+/// That the uncertainty of a force is beyond its limit.
+fn beyond(forces: &Readable, outcome: &Outcome) -> String {
+    format!(
+        " Its uncertainty reaches {} {}, beyond the limit.",
+        short(forces.factor() * outcome.ends()[1]),
+        forces.unit()
+    )
+}
+
+/// How far a force is from the target, in N.
+fn off_target(force_n: f64, target_n: f64) -> String {
+    let off = short((force_n - target_n).abs());
+    match force_n.total_cmp(&target_n) {
+        Ordering::Less => format!("{off} N below {target_n} N"),
+        Ordering::Equal => format!("exactly {target_n} N"),
+        Ordering::Greater => format!("{off} N above {target_n} N"),
+    }
+}
+
+fn force(cell: &Cited) -> f64 {
+    cell.outcome.tool_contact_normal_force_n
+}
+
+fn depth(cell: &Cited) -> String {
+    format!("{} mm", short(1e3 * cell.place.penetration_depth_m))
+}
+
+/// The first of the cells with the highest value.
+fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a Cited> {
+    cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
+}
+
+impl Topic {
+    /// Whether its cases are the best of all, or within the limits.
+    fn is_ranking(self) -> bool {
+        matches!(self, Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable)
+    }
+
+    fn heading(self) -> &'static str {
+        match self {
+            Self::Highest => "Highest force F_n,w of the tool",
+            Self::WithinLimits => "Highest force within the limits",
+            Self::NearTarget => "Nearest to the target force",
+            Self::Stable => "Highest force of a laterally stable case",
+            Self::AtVelocity => "Highest force at each brushing velocity",
+            Self::AtDepth => "Highest force at each penetration depth",
+            Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
+            Self::PerDepth => "Most force per penetration depth",
+            Self::OfTool => "Best case of each tool",
+            Self::Tier => {
+                "Local maxima over the velocity along the tier, the line ε_tc = ½ between sweeping and striking"
+            }
+        }
+    }
+}
+
+impl Advice {
+    /// Simulates the interpolated suggestions.
+    ///
+    /// # Errors
+    /// If the threads cannot be started.
+    pub fn verify(&mut self, threads: Option<NonZeroUsize>) -> io::Result<()> {
+        let suggestions = self.sections.iter_mut().flat_map(|section| &mut section.interpolated);
+        suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
+    }
+
+    /// The advice in lines of at most `width` columns: a table with one sentence per row.
+    #[must_use]
+    pub fn text(&self, width: usize) -> String {
+        let mut text = String::new();
+        if let Some(best) = self.tools.first() {
+            let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
+            self.write_lines(&mut text, &best.slice, &lines, width);
+        }
+        if !self.tools_without_case.is_empty() {
+            wrap(width, &mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
+        }
+        if !self.tools.is_empty() || !self.tools_without_case.is_empty() {
+            text.push('\n');
+        }
+        for section in &self.sections {
+            self.write_section(&mut text, section, width);
+            text.push('\n');
+        }
+        if let Some(edges) = &self.edges {
+            edges.write(&mut text, width);
+        }
+        let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
+        let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
+        if cells().any(|cell| cell.outcome.band().is_none() && cell.outcome.uncertainty_n > 0.0) {
+            legend.push_str(" ± is the uncertainty from the number of filaments, which scales all forces alike.");
+        }
+        if cells().any(|cell| cell.outcome.band().is_some()) {
+            legend.push_str(" Brackets give the band that contains 95 % of the sampled tools.");
+        }
+        if cells().any(|cell| cell.outcome.laterally_unstable) {
+            legend.push_str(
+                " In a laterally unstable case, an imperfection of the filament grows by the factor given and can change \
+                 the force: sweep filament.lateral_tilt_rad to see how much.",
+            );
+        }
+        if self.sections.iter().any(|section| !section.interpolated.is_empty()) {
+            legend.push_str(" ≈ marks a force interpolated between the cases of two rows; --verify simulates it.");
+        }
+        legend.push_str(
+            " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
+             and strikes elsewhere.",
+        );
+        if let Some(checked) = &self.checked {
+            legend.push(' ');
+            legend.push_str(&checked.text());
+        }
+        wrap(width, &mut text, "", &legend);
+        text
+    }
+
+    fn write_section(&self, text: &mut String, section: &Section, width: usize) {
+        let Section { slice, advice, interpolated, notes, .. } = section;
+        let condition = slice.condition();
+        if !condition.is_empty() {
+            wrap(width, text, "", &format!("With {condition}"));
+        }
+        // Suggestions follow what they are an alternative to.
+        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
+        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
+        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
+        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat(), width);
+        notes.iter().for_each(|note| wrap(width, text, "", note));
+    }
+
+    /// Writes lines about cases of a slice, below the headings of their cells.
+    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line], width: usize) {
+        let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
+        let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
+        let headings = [
+            [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
+            [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
+        ]
+        .map(|heading| heading.into_iter().map(str::to_owned).collect());
+        let rows: Vec<Vec<String>> = headings.into_iter().chain(lines.iter().map(|line| line.cells.clone())).collect();
+        let mut aligned = aligned(&rows).into_iter();
+        if !lines.is_empty() {
+            aligned.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
+        }
+        let mut heading = "";
+        for (cells, line) in aligned.zip(lines) {
+            if heading != line.heading {
+                heading = &line.heading;
+                wrap(width, text, "", heading);
+            }
+            wrap_beside(width, text, &cells, &line.sentence);
+        }
+    }
+
+    /// The line of a sentence.
+    fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> Line {
+        let sides = [&slice.x, &slice.y];
+        let [velocity, depth] = [0, 1].map(|side| {
+            let at = cell.position[side];
+            let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
+            let is_end = at == 0 || at + 1 == sides[side].values.len();
+            let Side { setting, values, .. } = sides[side];
+            let label = &setting.labels(values.iter().copied())[at];
+            format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
+        });
+        // The study states the velocity or the rotational speed.
+        let heading = match topic {
+            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.setting.name()),
+            _ => topic.heading().to_owned(),
+        };
+        let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
+        let place = [cell.row.to_string(), velocity, depth];
+        Line::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
+    }
+
+    /// The line of a suggestion, and that of its simulation.
+    fn lines_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> Vec<Line> {
+        let heading = "Interpolated, farthest from the line ε_tc = ½ first";
+        let machine = |summary: &CaseSummary| self.machine.iter().map(|each| each.text_of(summary)).collect();
+        let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
+        let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
+        let expected = &suggestion.interpolated;
+        let force = format!("≈ {}", self.force(expected));
+        let place = [rows, velocity.clone(), depth.clone()];
+        let mut sentence = format!("Not simulated; it {}.", expected.motion());
+        warn_of_instability(&mut sentence, expected);
+        let mut lines =
+            vec![Line::new(heading.to_owned(), place, force, machine(&suggestion.summary), expected, sentence)];
+        match &suggestion.simulated {
+            Some(Simulated::Ok { is_within_limits, outcome, summary }) => {
+                lines[0].sentence = "As interpolated.".to_owned();
+                let change = outcome.tool_contact_normal_force_n / expected.tool_contact_normal_force_n - 1.0;
+                let within = if *is_within_limits { "within" } else { "beyond" };
+                let mut sentence =
+                    format!("As simulated: {:+.1} %, {within} the limits; it {}.", 1e2 * change, outcome.motion());
+                if *is_within_limits && !self.limits.hold_with_band(outcome) {
+                    sentence.push_str(&beyond(&self.forces, outcome));
+                }
+                warn_of_instability(&mut sentence, outcome);
+                let place = [String::new(), velocity, depth];
+                let force = self.force(outcome);
+                lines.push(Line::new(heading.to_owned(), place, force, machine(summary), outcome, sentence));
+            }
+            Some(Simulated::Failed { error }) => {
+                lines[0].sentence = format!("As interpolated; the simulation failed: {error}")
+            }
+            None => {}
+        }
+        lines
+    }
+
+    /// The force with its band, or else with its uncertainty.
+    fn force(&self, outcome: &Outcome) -> String {
+        let force = outcome.tool_contact_normal_force_n;
+        match outcome.band() {
+            Some(band) => self.forces.text_with_band(force, band),
+            None => self.forces.text_with_uncertainty(force, outcome.uncertainty_n),
+        }
+    }
+}
+
+/// A line of the table.
+#[derive(Clone)]
+struct Line {
+    /// Stands above lines that share it.
+    heading: String,
+    cells: Vec<String>,
+    sentence: String,
+}
+
+impl Line {
+    fn new(
+        heading: String,
+        place: [String; 3],
+        force: String,
+        machine: Vec<String>,
+        outcome: &Outcome,
+        sentence: String,
+    ) -> Self {
+        let ratio = format!("{:.3}", outcome.contact_time_ratio);
+        let cells = place.into_iter().chain([force]).chain(machine).chain([ratio]).collect();
+        Self { heading, cells, sentence }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::model::metrics::{ContactRecord, Metrics};
+    use bristle::simulation::Pass;
+    use bristle_input::document::Document;
+    use bristle_text::layout::WIDTH;
+
+    fn study(sweeps: &str) -> Study {
+        let text = format!(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\nfilament_count_uncertainty = 100\n\
+             [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
+             penetration_depth_m = 1e-3\n[contact]\nfriction_coefficient = 0.3\n[study]\n{sweeps}"
+        );
+        Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
+    }
+
+    /// Force in N and contact time ratio of a case; `None` if it failed.
+    type Case = Option<(f64, f64)>;
+
+    /// Results with these forces in N and contact time ratios. `None` is a case that failed.
+    fn results(study: &Study, cases: &[Case]) -> Vec<CaseResult> {
+        let nominal = *Pass::new(&study.settings(0)).nominal();
+        let result = |case: &Case| {
+            let (force, ratio) = case.ok_or("failed")?;
+            let metrics = Metrics {
+                tool_contact_normal_force_n: force,
+                contact_time_ratio: ratio,
+                ..Metrics::new(&nominal, &ContactRecord::default(), 1.0)
+            };
+            Ok(CaseSummary { metrics, ..CaseSummary::default() })
+        };
+        assert_eq!(cases.len(), study.case_count());
+        cases.iter().map(result).collect()
+    }
+
+    /// Two depths and four velocities, neither in ascending order. There is a maximum along the tier at 1 mm and 10 m/s.
+    const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
+    const CASES: [Case; 8] = [
+        Some((290.0, 0.7)),
+        Some((240.0, 0.95)),
+        Some((235.0, 0.8)),
+        Some((230.0, 0.9)),
+        Some((300.0, 0.25)),
+        Some((150.0, 0.9)),
+        Some((160.0, 0.3)),
+        Some((200.0, 0.52)),
+    ];
+
+    fn section(sweeps: &str, cases: &[Case], limits: Limits) -> Section {
+        let study = study(sweeps);
+        advise(&study, &results(&study, cases), limits).expect("advice").sections.remove(0)
+    }
+
+    fn rows(section: &Section, topic: Topic) -> Vec<usize> {
+        section.advice.iter().filter(|about| about.topic == topic).map(|about| about.cell.row).collect()
+    }
+
+    #[test]
+    fn the_right_cases_are_cited() {
+        let section = section(SWEEPS, &CASES, Limits::default());
+        assert_eq!(rows(&section, Topic::Highest), [5]);
+        assert_eq!(rows(&section, Topic::AtVelocity), [2, 4, 3, 5]);
+        assert_eq!(rows(&section, Topic::AtDepth), [5, 1]);
+        assert_eq!(rows(&section, Topic::PerVelocity), [2], "48 N for each m/s");
+        assert_eq!(rows(&section, Topic::PerDepth), [5], "300 N for each mm");
+        assert_eq!(rows(&section, Topic::Tier), [8]);
+        assert_eq!(rows(&section, Topic::WithinLimits), [0; 0]);
+        let notes = [
+            "At a_e = 2 mm no local maximum lies along the tier, between ε_tc = 0.3 and 0.6.",
+            "In 2 of 8 cases the filament comes back still vibrating, with up to 6 % of its vibration (row 1): simulate \
+             turn after turn with process.turns = \"steady\".",
+        ];
+        assert_eq!(section.notes, notes);
+        let cell = &section.advice[0].cell;
+        assert_eq!((cell.place.brushing_velocity_m_s, cell.place.penetration_depth_m), (20.0, 1e-3));
+        assert!((cell.outcome.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
+    }
+
+    #[test]
+    fn a_headline_is_true_of_any_study() {
+        let of = |sweeps: &str, cases: &[Case], unstable: &[usize]| {
+            let study = study(sweeps);
+            let mut results = results(&study, cases);
+            for &row in unstable {
+                results[row - 1].as_mut().expect("a result").metrics.laterally_unstable = true;
+            }
+            headline(&study, &results)
+        };
+        let strikes =
+            "F_n,w = 300 ± 30 N at v_b = 20 m/s, a_e = 1 mm (row 5), where the filaments strike (ε_tc = 0.250)";
+        let sweeps = |force: &str| {
+            format!("Where the filaments sweep (ε_tc ≥ ½) in a laterally stable pass, the highest is {force}.")
+        };
+        let lowest = "The lowest is 150 ± 15 N at v_b = 5 m/s, a_e = 1 mm (row 6).";
+        let mut some = CASES;
+        some[4] = None;
+        let one = "brushing_velocity_m_s = [10.0]";
+        let segments = "\"filament.segments\" = [5, 10]";
+        let table: [(&str, &[Case], &[usize], String); 12] = [
+            (SWEEPS, &CASES, &[], format!("The highest tool force of 8 cases is {strikes}. {}", sweeps("290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1)"))),
+            (SWEEPS, &CASES, &[5, 1], format!("The highest tool force of 8 cases is {strikes}, and the pass is laterally unstable. {}", sweeps("240 ± 24 N at v_b = 5 m/s, a_e = 2 mm (row 2)"))),
+            (SWEEPS, &CASES, &[1, 2, 3, 4, 6, 8], format!("The highest tool force of 8 cases is {strikes}. In no laterally stable case do the filaments sweep (ε_tc ≥ ½).")),
+            (SWEEPS, &some, &[], format!("The highest tool force of the 7 of 8 cases that did not fail is F_n,w = 290 ± 29 N at v_b = 20 m/s, a_e = 2 mm (row 1), where the filaments sweep (ε_tc = 0.700). {lowest}")),
+            (SWEEPS, &[None; 8], &[], "All 8 cases failed. Their errors stand below.".to_owned()),
+            (SWEEPS, &[Some((0.0, 0.0)); 8], &[], "There is no contact normal force in 8 cases. The filaments do not touch the workpiece.".to_owned()),
+            (one, &[Some((54.321, 0.75))], &[], "At v_b = 10 m/s, a_e = 1 mm, the tool presses with F_n,w = 54.3 ± 5.4 N, and its filaments sweep (ε_tc = 0.750). The pass is laterally stable.".to_owned()),
+            (one, &[Some((54.321, 0.25))], &[1], "At v_b = 10 m/s, a_e = 1 mm, the tool presses with F_n,w = 54.3 ± 5.4 N, and its filaments strike (ε_tc = 0.250). The pass is laterally unstable, so that an imperfection of the filament can change the force.".to_owned()),
+            (one, &[Some((0.0, 0.0))], &[], "There is no contact normal force in one case. The filaments do not touch the workpiece.".to_owned()),
+            (one, &[None], &[], "The case failed. Its error stands below.".to_owned()),
+            (segments, &[Some((60.0, 0.75)), Some((50.0, 0.75))], &[], "The highest tool force of 2 cases is F_n,w = 60.0 ± 6.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 5 (row 1), where the filaments sweep (ε_tc = 0.750). The lowest is 50.0 ± 5.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 10 (row 2).".to_owned()),
+            (segments, &[Some((60.0, 0.75)); 2], &[], "The highest tool force of 2 cases is F_n,w = 60.0 ± 6.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 5 (row 1), where the filaments sweep (ε_tc = 0.750). All cases have the same force.".to_owned()),
+        ];
+        for (sweeps, cases, unstable, expected) in table {
+            assert_eq!(of(sweeps, cases, unstable), expected);
+        }
+    }
+
+    #[test]
+    fn limits_are_kept_to() {
+        let within = |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
+            let limits = Limits { max_velocity_m_s, min_ratio, max_ratio, ..Limits::default() };
+            let section = section(SWEEPS, &CASES, limits);
+            (rows(&section, Topic::WithinLimits), section.notes)
+        };
+        assert_eq!(within(Some(15.0), None, None).0, [2, 3, 4, 8, 7], "the highest first, and no more than five");
+        assert_eq!(within(None, Some(0.7), None).0, [1, 2, 3, 4, 6], "the limit itself is within");
+        assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
+        let unmet = within(Some(4.0), Some(0.5), Some(0.6));
+        assert_eq!(unmet.0, [0; 0]);
+        assert_eq!(unmet.1[0], "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6.");
+
+        let study = study(SWEEPS);
+        let limits = Limits { min_ratio: Some(0.6), max_ratio: Some(0.5), ..Limits::default() };
+        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
+        assert_eq!(error, AdviceError::Ratios { min_ratio: 0.6, max_ratio: 0.5 });
+        let limits = Limits { max_force_n: Some(200.0), target_force_n: Some(201.0), ..Limits::default() };
+        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
+        assert_eq!(error, AdviceError::Forces { max_force_n: 200.0, target_force_n: 201.0 });
+    }
+
+    #[test]
+    fn limits_of_the_machine_are_kept_to() {
+        let within = |limits| rows(&section(SWEEPS, &CASES, limits), Topic::WithinLimits);
+        assert_eq!(within(Limits { max_depth_m: Some(1e-3), ..Limits::default() }), [5, 8, 7, 6]);
+        // 10 m/s at the tips are 530.5 rpm.
+        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(531.0), ..Limits::default() }), [2, 4, 8, 6]);
+        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(530.0), ..Limits::default() }), [2, 6]);
+    }
+
+    /// The rows between which suggestions lie, and their depths in m.
+    fn interpolated(section: &Section) -> Vec<([usize; 2], f64)> {
+        let suggestions = section.interpolated.iter();
+        suggestions.map(|each| (each.between_rows, each.place.penetration_depth_m)).collect()
+    }
+
+    #[test]
+    fn a_highest_force_ranks_first_what_is_within_it_with_its_uncertainty() {
+        let section = section(SWEEPS, &CASES, Limits { max_force_n: Some(250.0), ..Limits::default() });
+        assert_eq!(rows(&section, Topic::WithinLimits), [8, 7, 6, 2, 3]);
+        let ranked: Vec<&Sentence> =
+            section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits).collect();
+        assert_eq!(
+            ranked[0].sentence,
+            "The highest of 3 whose whole uncertainty is within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps."
+        );
+        assert_eq!(ranked[1].sentence, "It strikes.");
+        assert_eq!(ranked[3].sentence, "It sweeps. Its uncertainty reaches 264 N, beyond the limit.");
+        // The upper end of the uncertainty reaches 250 N a little deeper.
+        assert_eq!(interpolated(&section), [([6, 2], 1.85e-3), ([8, 4], 1.9e-3), ([7, 3], 1.89e-3)]);
+        let Outcome { tool_contact_normal_force_n, uncertainty_n, contact_time_ratio, .. } =
+            section.interpolated[0].interpolated;
+        let expected = [226.5, 22.65, 0.9425];
+        let values = [tool_contact_normal_force_n, uncertainty_n, contact_time_ratio];
+        assert!(values.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 1e-9), "{values:?}");
+    }
+
+    #[test]
+    fn a_target_ranks_the_nearest_first() {
+        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let near = section(SWEEPS, &CASES, limits);
+        assert_eq!(rows(&near, Topic::NearTarget), [4, 3, 8, 2, 7]);
+        assert_eq!(
+            near.advice[1].sentence,
+            "The nearest of 8 cases. 10 N above 220 N; it sweeps. The target is within the uncertainty."
+        );
+        assert_eq!(near.advice[5].sentence, "60 N below 220 N; it strikes.");
+        assert_eq!(interpolated(&near), [([6, 2], 1.78e-3), ([8, 4], 1.67e-3), ([7, 3], 1.8e-3)]);
+        // What is interpolated is within the other limits, too.
+        let shallow = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.7e-3), ..limits });
+        assert_eq!(interpolated(&shallow), [([8, 4], 1.67e-3)]);
+        let none = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.6e-3), ..limits });
+        assert!(none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN));
+
+        let velocities = "brushing_velocity_m_s = [5.0, 10.0]";
+        let one_depth = section(
+            velocities,
+            &[Some((100.0, 0.9)), Some((200.0, 0.6))],
+            Limits { target_force_n: Some(150.0), ..Limits::default() },
+        );
+        assert_eq!(one_depth.interpolated[0].place.brushing_velocity_m_s, 7.5);
+    }
+
+    #[test]
+    fn nothing_is_interpolated_next_to_cases_that_failed_or_have_no_force() {
+        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let mut cases = CASES;
+        cases[1] = None;
+        cases[3] = Some((0.0, 0.0));
+        assert_eq!(interpolated(&section(SWEEPS, &cases, limits)), [([7, 3], 1.8e-3)]);
+    }
+
+    /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
+    fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
+        let velocities: Vec<usize> = (1..=cases.len()).collect();
+        let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
+        let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
+        assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("At a_e = ")));
+        about.map(|about| (about.cell.place.brushing_velocity_m_s, about.sentence, about.other_rows))
+    }
+
+    #[test]
+    fn a_maximum_along_the_tier_says_what_is_gained_by_more_velocity() {
+        let slow = [(100.0, 0.9), (110.0, 0.8), (105.0, 0.7), (150.0, 0.55)];
+        let row = |fast: &[(f64, f64)]| slow.iter().chain(fast).copied().map(Some).collect::<Vec<_>>();
+        let (velocity, sentence, others) = tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
+        assert_eq!(velocity, 4.0);
+        assert_eq!(
+            sentence,
+            "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7)."
+        );
+        assert_eq!(others, [6, 7]);
+        let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
+        assert_eq!(
+            sentence,
+            "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum."
+        );
+        assert_eq!(others, [5]);
+        // Of two maxima, the one nearer to the line counts, although the other is higher.
+        let two = tier(&row(&[(140.0, 0.4), (160.0, 0.35), (155.0, 0.3)])).expect("a maximum");
+        assert_eq!(two.0, 4.0);
+        // There is none far from the line, at an end, or where the force is level.
+        assert_eq!(tier(&row(&[])), None);
+        assert_eq!(tier(&row(&[(150.0, 0.4), (120.0, 0.3)])), None);
+        // Next to a case that failed, a maximum cannot be told.
+        let mut failed = row(&[(140.0, 0.4), (130.0, 0.3)]);
+        failed[4] = None;
+        assert_eq!(tier(&failed), None);
+    }
+
+    #[test]
+    fn cases_that_failed_or_have_no_force_are_no_advice() {
+        let mut cases = CASES;
+        cases[4] = None;
+        cases[1] = Some((0.0, 0.0));
+        cases[5] = Some((0.0, 0.0));
+        let advice = section(SWEEPS, &cases, Limits::default());
+        assert_eq!(rows(&advice, Topic::Highest), [1]);
+        assert_eq!(rows(&advice, Topic::AtVelocity), [4, 3], "nothing at 5 m/s, nothing to compare at 20 m/s");
+        assert_eq!(advice.notes[0], "1 of 8 cases failed and is left out.");
+
+        let none = section(SWEEPS, &[Some((0.0, 0.0)); 8], Limits::default());
+        assert_eq!((none.advice.len(), none.notes), (0, vec!["No case has a contact normal force.".to_owned()]));
+        let failed = section(SWEEPS, &[None; 8], Limits::default());
+        assert_eq!((failed.advice.len(), &failed.notes[..]), (0, &["All 8 cases failed.".to_owned()][..]));
+    }
+
+    #[test]
+    fn of_equal_forces_the_first_is_cited() {
+        let level = section(SWEEPS, &[Some((100.0, 0.9)); 8], Limits::default());
+        assert_eq!(rows(&level, Topic::Highest), [6], "at 5 m/s and 1 mm");
+        assert_eq!(rows(&level, Topic::AtVelocity), [6, 8, 7, 5]);
+        assert_eq!(rows(&level, Topic::AtDepth), [6, 2]);
+    }
+
+    #[test]
+    fn advice_is_on_what_varies() {
+        let topics = |sweeps: &str| {
+            let section = section(sweeps, &[Some((100.0, 0.9)), Some((110.0, 0.9))], Limits::default());
+            section.advice.into_iter().map(|about| about.topic).collect::<Vec<_>>()
+        };
+        assert_eq!(topics("brushing_velocity_m_s = [5.0, 10.0]"), [Topic::Highest, Topic::PerVelocity]);
+        assert_eq!(topics("penetration_depth_m = [1e-3, 2e-3]"), [Topic::Highest, Topic::PerDepth]);
+        let study = study("\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]");
+        let error = advise(&study, &results(&study, &[Some((1.0, 1.0)); 2]), Limits::default());
+        assert_eq!(error.expect_err("nothing to compare"), AdviceError::NothingVaries);
+    }
+
+    #[test]
+    fn friction_is_said_to_lower_the_force() {
+        let sweeps = "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
+        let study = study(sweeps);
+        let cases = [Some((60.0, 0.9)), Some((65.0, 0.9)), Some((160.0, 0.9)), Some((165.0, 0.9))];
+        let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
+        let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
+        assert_eq!(
+            note(&sections[1]),
+            "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
+        );
+        assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
+    }
+
+    #[test]
+    fn each_further_setting_has_its_section_and_its_uncertainty() {
+        let study = study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
+        let cases = [Some((10.0, 0.9)), Some((20.0, 0.9)), Some((40.0, 0.9)), Some((20.0, 0.9))];
+        let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
+        let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
+        assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
+        let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
+        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [Some(1000.0), Some(2000.0)]);
+        let text = advice.text(WIDTH);
+        assert!(text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"), "{text}");
+    }
+}

@@ -1,0 +1,51 @@
+//! Passes whose work was limited, so that steps miss the tolerance.
+
+use bristle::simulation::Statistics;
+
+use bristle_grid::CaseResult;
+use bristle_text::layout::warning;
+
+/// What a limit of work means for results, and what avoids it.
+const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and peak forces to some ten per cent; the lateral \
+                           amplification means nothing. Some damping (`filament.damping_ratio`) avoids this.";
+
+/// The warning about the cases of a study whose work was limited, for a terminal 80 columns wide. `None` if there are none.
+#[must_use]
+pub fn study_work_warning(results: &[CaseResult]) -> Option<String> {
+    let limited = |result: &&CaseResult| result.as_ref().is_ok_and(|summary| summary.statistics.unresolved_steps > 0);
+    let count = results.iter().filter(limited).count();
+    let (cases, miss) = (if results.len() == 1 { "case" } else { "cases" }, if count == 1 { "misses" } else { "miss" });
+    (count > 0).then(|| {
+        warning(&format!(
+            "{count} of {} {cases} {miss} the relative tolerance in some steps, as the work of a pass is limited (column \
+             unresolved_steps of runs.csv). {CONSEQUENCE}",
+            results.len()
+        ))
+    })
+}
+
+/// The warning about one contact whose work was limited, for a terminal 80 columns wide.
+#[must_use]
+pub fn case_work_warning(statistics: &Statistics) -> Option<String> {
+    let Statistics { steps, unresolved_steps, .. } = statistics;
+    (*unresolved_steps > 0).then(|| {
+        warning(&format!(
+            "{unresolved_steps} of {steps} steps miss the relative tolerance, as the work of a pass is limited. {CONSEQUENCE}"
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limited_work_is_told_at_80_columns() {
+        assert_eq!(case_work_warning(&Statistics { steps: 10, ..Statistics::default() }), None);
+        let limited = Statistics { steps: 123_456, unresolved_steps: 120_000, ..Statistics::default() };
+        let text = case_work_warning(&limited).expect("steps miss the tolerance");
+        assert!(text.starts_with("warning: 120000 of 123456 steps miss the relative tolerance"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert_eq!(study_work_warning(&[]), None);
+    }
+}

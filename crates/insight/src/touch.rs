@@ -1,0 +1,108 @@
+//! Passes that are not what their settings mean: edges that are penetrated too deeply.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
+use bristle::workpiece::{Edge, Part, Workpiece};
+
+use bristle_grid::{CaseResult, Study};
+use bristle_text::layout::warning;
+use bristle_text::number::short;
+
+/// The share of an edge's radius down to which the contact law is meant for it.
+const DEEPEST_SHARE: f64 = 0.5;
+
+/// What a deep penetration means for results, and what avoids it.
+const DEEP: &str = "The force then depends on the contact stiffness: a larger `contact.stiffness_n_m` penetrates less.";
+
+/// The warning about one contact, for a terminal 80 columns wide.
+#[must_use]
+pub fn case_touch_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
+    let radius = edge_radius(settings);
+    is_deep(settings, metrics).then(|| {
+        warning(&format!(
+            "the filament penetrates an edge by {} mm, more than half of its radius of {} mm. {DEEP}",
+            short(1e3 * metrics.max_edge_penetration_m),
+            short(1e3 * radius)
+        ))
+    })
+}
+
+/// The warning about the cases of a study, for a terminal 80 columns wide.
+#[must_use]
+pub fn study_touch_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
+    let row = |(case, result): (usize, &CaseResult)| {
+        let is_deep = result.as_ref().is_ok_and(|summary| is_deep(&study.settings(case), &summary.metrics));
+        is_deep.then_some(case + 1)
+    };
+    let deep: Vec<usize> = results.iter().enumerate().filter_map(row).collect();
+    let total = results.len();
+    let cases = if total == 1 { "case" } else { "cases" };
+    deep.first().map(|first| {
+        warning(&format!(
+            "in {} of {total} {cases} the filament penetrates an edge by more than half of its radius, first in row {first} \
+             of runs.csv (column max_edge_penetration_m). {DEEP}",
+            deep.len()
+        ))
+    })
+}
+
+/// Whether the penetration of an edge is not small against its radius.
+fn is_deep(settings: &Settings, metrics: &Metrics) -> bool {
+    metrics.max_edge_penetration_m > 0.0 && metrics.max_edge_penetration_m > DEEPEST_SHARE * edge_radius(settings)
+}
+
+/// The smallest radius of the workpiece's edges, in m; infinite without edges.
+fn edge_radius(settings: &Settings) -> f64 {
+    let radius = |edge: &Edge| edge.radius();
+    Part::of(settings).map_or(f64::INFINITY, |(part, _)| part.edges().iter().map(radius).fold(f64::INFINITY, f64::min))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::brush;
+    use bristle_grid::CaseSummary;
+    use bristle_input::document::Document;
+
+    const FILE: &str = concat!(
+        brush!(8),
+        "
+        [workpiece]
+        kind = \"edge\"
+        edge_radius_m = 0.2e-3
+        [process]
+        brushing_velocity_m_s = 10.0
+        penetration_depth_m = 1.0e-3
+        [study]
+        brushing_velocity_m_s = [5.0, 10.0, 15.0]
+        "
+    );
+
+    fn metrics(max_edge_penetration_m: f64) -> Metrics {
+        Metrics { max_edge_penetration_m, ..Metrics::default() }
+    }
+
+    #[test]
+    fn deep_edges_are_told_at_80_columns() {
+        let document = Document::parse(FILE, "case.toml").expect("a document");
+        let settings = document.settings().expect("settings");
+        assert_eq!(case_touch_warning(&settings, &metrics(0.1e-3)), None, "half of the radius is not too deep");
+        let deep = case_touch_warning(&settings, &metrics(0.123456e-3));
+        assert_eq!(
+            deep.as_deref(),
+            Some(
+                "warning: the filament penetrates an edge by 0.1235 mm, more than half of its\n         radius of 0.2 mm. \
+              The force then depends on the contact stiffness: a\n         larger `contact.stiffness_n_m` penetrates less."
+            )
+        );
+
+        let study = document.study().expect("a study");
+        let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
+        let results = [result(metrics(0.0)), Err("failed".to_owned()), result(metrics(1e-3))];
+        let told = study_touch_warning(&study, &results).expect("a warning");
+        assert!(told.starts_with("warning: in 1 of 3 cases the filament penetrates an edge by more than half of"));
+        assert!(told.replace("\n         ", " ").contains("first in row 3"), "{told:?}");
+        assert!(told.lines().all(|line| line.chars().count() <= 80));
+        assert_eq!(study_touch_warning(&study, &results[..2]), None);
+    }
+}

@@ -1,0 +1,175 @@
+//! Filaments that come back still vibrating, and turns that do not become steady.
+//!
+//! A pass begins with a straight filament at rest relative to the tool. A filament of a fast brush is not at rest when it comes
+//! back: its impulse then differs from that of its first pass.
+
+use bristle::model::filament::first_natural_frequency;
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::MAX_TURNS;
+use bristle::model::settings::{Settings, Turns};
+use bristle::simulation::Pass;
+
+use crate::stability::place_in;
+use bristle_grid::{CaseResult, Study, TURNS};
+use bristle_text::layout::{help, warning};
+
+/// Above this share of its vibration, a filament comes back still vibrating.
+const MUCH: f64 = 0.05;
+/// The line that simulates turn after turn.
+const LINE: &str = "turns = \"steady\"";
+
+/// The share of a filament's vibration after a contact that is left when it comes back: `e^(−ζ Ω_1 T)` with the time `T` from
+/// nominal exit to the next nominal entry (MODEL, "Turns"). Of two modes that do not oscillate, the slower one counts.
+#[must_use]
+pub fn residual_vibration(settings: &Settings) -> f64 {
+    let ratio = settings.filament.damping_ratio;
+    let decay = if ratio > 1.0 { 1.0 / (ratio + (ratio * ratio - 1.0).sqrt()) } else { ratio };
+    let pass = Pass::new(settings);
+    let [entry, exit] = pass.nominal_times();
+    (-decay * first_natural_frequency(&settings.filament) * (pass.turn_time() - (exit - entry))).exp()
+}
+
+/// The share of the vibration that a single pass leaves out, if it is [`MUCH`].
+fn left_out(settings: &Settings) -> Option<f64> {
+    let residual = (settings.process.turns == Turns::Count(1)).then(|| residual_vibration(settings))?;
+    (residual > MUCH).then_some(residual)
+}
+
+/// The cases in which a single pass leaves out much vibration, and the one in which it leaves out most.
+struct Vibrating {
+    count: usize,
+    worst: usize,
+    residual: f64,
+}
+
+impl Vibrating {
+    fn among(study: &Study, cases: &[usize]) -> Option<Self> {
+        let all = || cases.iter().filter_map(|&case| Some((case, left_out(&study.settings(case))?)));
+        // Of equal ones the first.
+        let (worst, residual) = all().reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
+        Some(Self { count: all().count(), worst, residual })
+    }
+}
+
+/// The note of advice about cases among `cases`, counted from 0, in which a single pass leaves out much vibration.
+pub(crate) fn vibrating_note(study: &Study, cases: &[usize]) -> Option<String> {
+    let Vibrating { count, worst, residual } = Vibrating::among(study, cases)?;
+    let (of_cases, comes) =
+        (if cases.len() == 1 { "case" } else { "cases" }, "the filament comes back still vibrating");
+    Some(format!(
+        "In {count} of {} {of_cases} {comes}, with up to {} of its vibration (row {}): simulate turn after turn with {TURNS} = \
+         \"{}\".",
+        cases.len(),
+        percent(residual),
+        worst + 1,
+        Turns::STEADY
+    ))
+}
+
+/// The warnings about the turns of a study, for a terminal 80 columns wide.
+#[must_use]
+pub fn study_turns_warnings(study: &Study, results: &[CaseResult]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let unsteady = results.iter().filter(|result| result.as_ref().is_ok_and(|summary| summary.metrics.unsteady_turns));
+    let (unsteady, cases) = (unsteady.count(), if results.len() == 1 { "case" } else { "cases" });
+    if unsteady > 0 {
+        let are = if unsteady == 1 { "is" } else { "are" };
+        warnings.push(warning(&format!(
+            "{unsteady} of {} {cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}",
+            results.len()
+        )));
+    }
+    let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
+    if let Some(Vibrating { count, worst, residual }) = Vibrating::among(study, &solved) {
+        let statement = format!(
+            "in {count} of {} {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of \
+             runs.csv): its impulse then differs from that of its first pass.",
+            results.len(),
+            percent(residual),
+            place_in(study, worst),
+            worst + 1
+        );
+        warnings.push(with_help(&statement));
+    }
+    warnings
+}
+
+/// The warnings about the turns of one contact, for a terminal 80 columns wide.
+#[must_use]
+pub fn case_turns_warnings(settings: &Settings, metrics: &Metrics) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if metrics.unsteady_turns {
+        warnings.push(warning(&format!("this contact is not steady after {MAX_TURNS} turns. {UNSTEADY}")));
+    }
+    if let Some(residual) = left_out(settings) {
+        let statement = format!(
+            "the filament comes back still vibrating, with {} of its vibration: its impulse then differs from that of its \
+             first pass.",
+            percent(residual)
+        );
+        warnings.push(with_help(&statement));
+    }
+    warnings
+}
+
+/// What unsteady turns mean.
+const UNSTEADY: &str = "The impulse still changes by more than 0.1 % from turn to turn; the metrics are those of the last one. \
+                        Take the mean of the impulses of many turns, or more damping (`filament.damping_ratio`).";
+
+/// A warning with the line that avoids it.
+fn with_help(statement: &str) -> String {
+    let how = "simulate turn after turn until the impulse is steady, by this line under [process]:";
+    format!("{}\n{}", warning(statement), help(how, LINE))
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::model::parameters::Parameter;
+    use bristle_grid::{Sweep, VELOCITY};
+
+    #[test]
+    fn the_paper_s_brush_keeps_its_vibration_at_high_speed() {
+        // MODEL, "Turns"
+        for (velocity, expected) in [(10.0, 0.003), (30.0, 0.14)] {
+            let residual = residual_vibration(&Settings::paper(velocity, 1e-3));
+            assert!((residual / expected - 1.0).abs() < 0.05, "{residual}");
+        }
+        let overdamped = |ratio: f64| {
+            let mut settings = Settings::paper(30.0, 1e-3);
+            settings.filament.damping_ratio = ratio;
+            residual_vibration(&settings)
+        };
+        assert!(overdamped(10.0) > overdamped(1.0) && overdamped(0.5) > overdamped(1.0) && overdamped(0.0) == 1.0);
+    }
+
+    #[test]
+    fn what_a_single_pass_leaves_out_is_told_at_80_columns() {
+        let told = |settings: &Settings| case_turns_warnings(settings, &Metrics::default()).concat();
+        let mut settings = Settings::paper(30.0, 1e-3);
+        let text = told(&settings);
+        assert!(text.contains("14 % of its vibration") && text.ends_with("\n           turns = \"steady\""), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert_eq!(told(&Settings::paper(10.0, 1e-3)), "");
+        settings.process.turns = Turns::Count(2);
+        assert_eq!(told(&settings), "");
+        let unsteady = Metrics { unsteady_turns: true, ..Metrics::default() };
+        let text = case_turns_warnings(&settings, &unsteady).concat();
+        assert!(text.starts_with("warning: this contact is not steady after 50 turns."), "{text}");
+    }
+
+    #[test]
+    fn a_study_tells_how_many_cases_and_the_worst() {
+        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 25.0, 20.0]);
+        let study = Study::new(Settings::paper(10.0, 1e-3), vec![velocities.expect("right")]).expect("right");
+        let results = vec![Err("failed".to_owned()); 4];
+        assert_eq!(study_turns_warnings(&study, &results), Vec::<String>::new());
+        let note = vibrating_note(&study, &[0, 1, 2, 3]).expect("they vibrate");
+        assert!(note.starts_with("In 3 of 4 cases") && note.contains("up to 14 % of its vibration (row 2)"), "{note}");
+        assert_eq!(vibrating_note(&study, &[0]), None);
+    }
+}

@@ -1,0 +1,161 @@
+//! Saved results that describe themselves: `study.json` with `runs.csv`, `case.json` with `history.csv`.
+//!
+//! This module writes studies, settings and tables as text and reads them back: the same numbers to the bit, or an error that
+//! states where the text is wrong. The program handles the files.
+
+mod brush;
+mod saved;
+mod tables;
+
+pub use brush::{
+    Moment, Pair, Place, Rest, read_brush_history, read_contacts, read_filaments, read_interaction,
+    write_brush_history, write_brush_metrics, write_contacts, write_filaments,
+};
+pub use saved::{
+    FileHashes, Origin, SavedCase, SavedStudy, case_text, read_case, read_study, study_text, study_text_from,
+};
+pub use tables::{
+    Cell, FIXED_COLUMNS, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses,
+    run_columns, run_rows, write_history, write_metrics, write_profile, write_runs, write_shapes,
+};
+
+#[cfg(test)]
+mod tests {
+    use bristle::equations::FINGERPRINT;
+
+    use super::*;
+    use crate::digest::digest;
+    use crate::testing::brush;
+    use bristle::simulation::{Sampling, Simulation, simulate_with, simulate_with_history};
+    use bristle_grid::{CaseResult, Study, run_study};
+    use bristle_input::document::Document;
+    use bristle_input::table::AGAIN;
+
+    const FILE: &str = concat!(
+        brush!(3),
+        "
+        [solver]
+        relative_tolerance = 1e-3
+        [process]
+        brushing_velocity_m_s = 10.0
+        penetration_depth_m = 1.0e-3
+        [study]
+        \"contact.stiffness_n_m\" = [1e300, 1e5]
+        penetration_depth_m = [3e-3, 0.1e-2]
+        brushing_velocity_m_s = { start = 10.1, stop = 10.4, step = 0.1 }
+        "
+    );
+
+    fn texts(file: &str) -> (Study, Vec<CaseResult>, String, String) {
+        let study = Document::parse(file, "case.toml").and_then(|document| document.study()).expect("a study");
+        let results = run_study(&study, None, || {}).expect("threads");
+        let mut runs = Vec::new();
+        write_runs(&mut runs, &study, &results).expect("a table");
+        let runs = String::from_utf8(runs).expect("text");
+        let saved = study_text(&study, runs.as_bytes(), false);
+        (study, results, saved, runs)
+    }
+
+    #[test]
+    fn what_was_written_is_read_to_the_bit() {
+        let (study, mut results, saved, runs) = texts(FILE);
+        let read = read_study(&saved, "study.json").expect("a study");
+        assert_eq!(study_text(&read.study, runs.as_bytes(), read.measured), saved);
+        assert_eq!(read.origin, Origin::here());
+        assert_eq!(read.origin.equations, FINGERPRINT);
+        for case in 0..study.case_count() {
+            assert_eq!(read.study.settings(case), study.settings(case));
+        }
+        assert!(results[..8].iter().all(Result::is_err) && results[8..].iter().all(Result::is_ok));
+        // This number is not written to files.
+        results.iter_mut().flatten().for_each(|summary| summary.statistics.chart_changes = 0);
+        assert_eq!(read_runs(&runs, "runs.csv", &read), Ok(results));
+    }
+
+    /// The sweeps are the same, so no row reveals it. A crash between writing the two files leaves such a pair.
+    #[test]
+    fn rows_of_other_settings_are_refused() {
+        let (_, _, saved, _) = texts(FILE);
+        let (_, _, _, runs) = texts(&FILE.replace("length_m = 0.040", "length_m = 0.041"));
+        let study = read_study(&saved, "study.json").expect("a study");
+        let error = read_runs(&runs, "runs.csv", &study).expect_err("rows of another study").to_string();
+        let expected = "runs.csv:1: study.json does not belong to these results\n   = help: ";
+        assert_eq!(error, format!("{expected}{AGAIN}"));
+    }
+
+    #[test]
+    fn a_history_is_read_to_the_bit() {
+        let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        let history = simulate_with_history(&settings, 50).expect("a pass").history;
+        let mut text = Vec::new();
+        write_history(&mut text, &history).expect("a table");
+        let text = String::from_utf8(text).expect("text");
+        assert_eq!(read_history(&text, "history.csv"), Ok(history));
+        let files = FileHashes::from([("history.csv".to_owned(), digest(text.as_bytes()))]);
+        let case = read_case(&case_text(&settings, &files), "case.json").expect("a case");
+        assert_eq!(case.settings, settings);
+        assert_eq!(case.check("history.csv", &text, "history.csv"), Ok(()));
+        // Every row is as valid as before.
+        let other = text.replacen("\n0.0,", "\n-0.0,", 1);
+        for (file, text) in [("history.csv", &other), ("metrics.json", &text)] {
+            let error = case.check(file, text, file).expect_err("not of this case").to_string();
+            assert!(error.contains("case.json does not belong to these results"), "{error}");
+        }
+        let error = read_history(&text.replacen(",0.0,", ",none,", 1), "history.csv").expect_err("no number");
+        assert_eq!((error.line, error.column.is_some()), (2, true), "{error}");
+    }
+
+    #[test]
+    fn profiles_and_shapes_are_read_to_the_bit() {
+        let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        let sampling = Sampling { shapes: 7, profile: true, ..Sampling::default() };
+        let Simulation { profile, shapes, .. } = simulate_with(&settings, sampling).expect("a pass");
+        let text = |write: &dyn Fn(&mut Vec<u8>)| {
+            let mut text = Vec::new();
+            write(&mut text);
+            String::from_utf8(text).expect("text")
+        };
+        let table = text(&|out| write_profile(out, &profile).expect("a table"));
+        assert_eq!(read_profile(&table, "profile.csv"), Ok(profile));
+        let table = text(&|out| write_shapes(out, &shapes).expect("a table"));
+        assert_eq!(read_shapes(&table, "shapes.csv"), Ok(shapes));
+        // Without a cell, and without a shape.
+        let empty = text(&|out| write_profile(out, &[]).expect("a heading"));
+        assert_eq!(read_profile(&empty, "profile.csv"), Ok(Vec::new()));
+        let empty = text(&|out| write_shapes(out, &[]).expect("a heading"));
+        assert_eq!(read_shapes(&empty, "shapes.csv"), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn damaged_results_are_refused_with_their_place() {
+        let (_, _, saved, runs) = texts(FILE);
+        let study_error = |old: &str, new: &str| {
+            assert!(saved.contains(old), "{old}");
+            read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
+        };
+        assert!(study_error("\"format\": 5", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 5", "\"format\": two").starts_with("study.json:2, column"));
+        assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
+        assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
+        assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));
+        assert!(study_error("\"runs_sha256\"", "\"runs\"").contains("runs_sha256"));
+        assert!(study_error("0.04,", "0.05,").contains("has changed"));
+        assert!(study_error("10.3", "10.35").contains("has changed"));
+        assert!(study_error("\"measured\": false", "\"measured\": true").contains("has changed"));
+
+        let study = read_study(&saved, "study.json").expect("a study");
+        let error = |text: &str| read_runs(text, "runs.csv", &study).expect_err("damaged").to_string();
+        assert!(error("").contains("empty"));
+        assert!(error(&runs.replacen(",contact_time_s", ",contact_time", 1)).contains("no column `contact_time_s`"));
+        let last = runs.trim_end().rfind('\n').expect("rows");
+        assert!(error(&runs[..=last]).contains("15 rows"));
+        assert!(
+            error(&runs.replacen("\n10.2,", "\n10.25,", 1)).starts_with("runs.csv:3, column brushing_velocity_m_s")
+        );
+        let broken = error(&runs.replacen(",ok\n", ",0,ok\n", 1));
+        assert!(broken.starts_with("runs.csv:10"), "{broken}");
+        let cells: Vec<&str> = runs.lines().nth(9).expect("a good row").split(',').collect();
+        let not_finite = runs.replacen(cells[6], "NaN", 1);
+        assert!(error(&not_finite).contains("column contact_angle_rad") || error(&not_finite).contains("`NaN`"));
+    }
+}
