@@ -38,10 +38,6 @@ agreement times='100' seed='1':
 bench filter='':
     cargo bench --bench speed -- {{filter}}
 
-# Compare integrators by work and error, into docs/work_precision.csv and .svg
-integrators:
-    cargo bench --bench integrators
-
 # Compare other codes with Bristle in one table; see benches/peers/README.md
 peers *arguments:
     python3 benches/peers/run.py {{arguments}}

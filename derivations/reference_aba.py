@@ -1,6 +1,6 @@
 """Accelerations of the spatial chain by a rigid-body library, Pinocchio.
 
-What enters: the filament of the paper's case (constants below) and a seed.
+What enters: the filament of the paper's case and a seed.
 What leaves: a JSON file of random states with their accelerations φ̈, θ̈. The Rust code is compared
 with them.
 
@@ -41,7 +41,6 @@ Run from the repository root:
 import argparse
 import json
 import math
-import platform
 import random
 import sys
 from dataclasses import asdict, dataclass
@@ -49,19 +48,21 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-
-DEFAULT_OUTPUT = Path(__file__).parent.parent / "tests" / "data" / "reference_aba.json"
-
-BODY_RADIUS_M = 0.140
-LENGTH_M = 0.040
-DIAMETER_M = 1.18e-3
-DENSITY_KG_M3 = 1110.0
-DAMPING_RATIO = 0.05
-FIRST_CANTILEVER_ROOT = 1.8751040687
-
-YOUNGS_MODULUS_PA = 3.0e9
-# A millionth of it: at moderate rates inertia, gyroscopic terms, springs and dampers weigh alike.
-SOFT_YOUNGS_MODULUS_PA = 3.0e3
+from cases import (
+    BODY_RADIUS_M,
+    DAMPING_RATIO,
+    DATA,
+    DENSITY_KG_M3,
+    DIAMETER_M,
+    FIRST_CANTILEVER_ROOT,
+    LENGTH_M,
+    SOFT_YOUNGS_MODULUS_PA,
+    YOUNGS_MODULUS_PA,
+    State,
+    compact,
+    made_by,
+    write,
+)
 
 SEGMENT_COUNTS = (2, 7, 25)
 STATES_PER_COUNT = 3
@@ -72,20 +73,6 @@ LEAST_POLAR_ANGLE_RAD = 0.4
 CHECK_TOLERANCE = 1e-11
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class State:
-    """One instant of a chain, with the fields of reference_states.json."""
-
-    kind: str
-    youngs_modulus_pa: float
-    base_angle: float  # β in rad
-    base_rate: float  # ω in rad/s
-    base_acceleration: float  # β̈ in rad/s²
-    gravity: list[float]  # g in m/s², inertial frame
-    q: list[float]  # φ_1, θ_1, …, φ_n, θ_n in rad
-    v: list[float]  # their rates in rad/s
 
 
 @dataclass(frozen=True)
@@ -159,7 +146,7 @@ class ChainConstants:
 
 
 def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
-    """Lengths, inertias, stiffnesses and dampings from the constants at the top of the file."""
+    """Lengths, inertias, stiffnesses and dampings from the paper's constants."""
     area = math.pi * DIAMETER_M**2 / 4
     bending_stiffness = youngs_modulus_pa * math.pi * DIAMETER_M**4 / 64  # E I in N m²
     mass_per_length = DENSITY_KG_M3 * area
@@ -289,18 +276,9 @@ def evaluated_states(seed: int) -> list[dict[str, object]]:
 
 def reference_file(seed: int, states: list[dict[str, object]]) -> str:
     """Text of the JSON file: the header, then one state a line."""
-    made_by = (
-        f"python derivations/reference_aba.py --seed {seed}"
-        f" (Python {platform.python_version()}, pinocchio {pinocchio.__version__}, "
-        f"numpy {np.__version__})"
-    )
-
-    # Python writes a float with the fewest digits that read back as the same double.
-    def compact(value: object) -> str:
-        return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
+    origin = made_by(f"reference_aba.py --seed {seed}", pinocchio, np)
     lines = ",\n".join(compact(state) for state in states)
-    return f'{{"made_by": {compact(made_by)},\n"states": [\n{lines}\n]}}\n'
+    return f'{{"made_by": {compact(origin)},\n"states": [\n{lines}\n]}}\n'
 
 
 def difference(path: Path, states: list[dict[str, object]]) -> str | None:
@@ -333,7 +311,7 @@ def main() -> None:
     parser.add_argument(
         "--output",
         type=Path,
-        default=DEFAULT_OUTPUT,
+        default=DATA / "reference_aba.json",
         help="JSON file to write (default: tests/data/reference_aba.json)",
     )
     parser.add_argument(
@@ -348,9 +326,7 @@ def main() -> None:
         if reason := difference(arguments.output, states):
             sys.exit(reason)
         return
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    text = reference_file(arguments.seed, states)
-    arguments.output.write_text(text, encoding="utf-8", newline="\n")
+    write(arguments.output, reference_file(arguments.seed, states))
 
 
 if __name__ == "__main__":

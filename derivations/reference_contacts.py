@@ -7,9 +7,9 @@ one file for each of two solvers, which share the equations and the search for t
 How it is done:
 
 1. Without gravity, friction and feed the filament stays in the plane of rotation, so one azimuth
-   θ_k a segment describes it. E_kin, E_pot and D are written down in these; CasADi differentiates
-   them into M(q) q̈ = f(q, q̇, t) (Uhlmann and Hoyer, Ceramics 2021, Eq. 1) and into the Jacobian
-   of f. The contact force, k_c δ at every node that penetrates, is the derivative of ½ k_c δ².
+   θ_k a segment describes it. E_kin, E_pot and D are written down in these, and not taken from
+   `cvodes.py`, which has CasADi differentiate them. The contact force, k_c δ at every node that
+   penetrates, is the derivative of ½ k_c δ².
 2. The impulse ∫ F_n dt is one more state. Either SciPy's Radau (Radau IIA of order 5, Hairer and
    Wanner 1996, IV.8) integrates the whole pass, across the kinks of the contact force. Or CVODES
    of SUNDIALS (BDF of orders 1 to 5, Newton's method) does, as CasADi ships it, and is started
@@ -30,7 +30,6 @@ import argparse
 import csv
 import io
 import math
-import platform
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,30 +37,35 @@ from pathlib import Path
 import casadi
 import numpy as np
 import scipy
+from cases import (
+    BODY_RADIUS_M,
+    CONTACT_STIFFNESS_N_M,
+    DAMPING_RATIO,
+    DATA,
+    DENSITY_KG_M3,
+    DIAMETER_M,
+    FIRST_CANTILEVER_ROOT,
+    LEAD_ANGLE_RAD,
+    LENGTH_M,
+    TAIL_ANGLE_RAD,
+    TOOL_RADIUS_M,
+    YOUNGS_MODULUS_PA,
+    Passing,
+    made_by,
+    write,
+)
+from cvodes import ABSOLUTE_TOLERANCE, INTEGRAL_UNIT, RATE_UNIT_RAD_S, Equations
 from scipy.integrate import Radau
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq, minimize_scalar
 
-DATA = Path(__file__).parent.parent / "tests" / "data"
 DEFAULT_OUTPUTS = {
     "radau": DATA / "reference_contacts.csv",
     "cvodes": DATA / "reference_contacts_cvodes.csv",
 }
 
-# The paper's tool and filament, and the defaults for what the paper leaves open.
 SEGMENTS = 25
-BODY_RADIUS_M = 0.140
-LENGTH_M = 0.040
-TOOL_RADIUS_M = BODY_RADIUS_M + LENGTH_M
 FILAMENT_COUNT = 10_500
-DIAMETER_M = 1.18e-3
-DENSITY_KG_M3 = 1110.0
-YOUNGS_MODULUS_PA = 3.0e9
-DAMPING_RATIO = 0.05
-FIRST_CANTILEVER_ROOT = 1.8751040687
-CONTACT_STIFFNESS_N_M = 1e5
-LEAD_ANGLE_RAD = 0.005
-TAIL_ANGLE_RAD = 0.15
 
 # (v_b in m/s, a_e in m): sweeping, striking, and the tier between, at both ends of the grid.
 DEFAULT_CASES = (
@@ -73,15 +77,11 @@ DEFAULT_CASES = (
     (30.0, 5.0e-3),
 )
 
-# Units of the solver's states, so that one absolute tolerance fits all: angles of 1 rad, rates of
-# 1000 rad/s, impulses of 1 mN s.
-RATE_UNIT_RAD_S = 1e3
-IMPULSE_UNIT_N_S = 1e-3
+# The equations depend on nothing but the motion.
+NO_PARAMETERS = casadi.DM(0, 1)
 # Relative tolerances that make the metrics good to 1e-9: those of CVODES are off by up to 70 times
 # the tolerance (times; 10 times the others), those of Radau by less than the tolerance.
 DEFAULT_TOLERANCES = {"radau": 1e-9, "cvodes": 1e-11}
-# Absolute over relative tolerance, in these units.
-ABSOLUTE_TOLERANCE = 0.1
 # Every step is searched for contact events between this many equidistant points. With at least
 # LEAST_STEPS steps a pass, points are 0.03 % of the pass apart or less.
 SEARCH_POINTS = 9
@@ -120,26 +120,11 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Pass:
+class Pass(Passing):
     """One pass of a filament over the workpiece: v_b in m/s and a_e in m, and what follows."""
 
     brushing_velocity_m_s: float
     penetration_depth_m: float
-
-    @property
-    def rate_rad_s(self) -> float:
-        """ω = v_b / R."""
-        return self.brushing_velocity_m_s / TOOL_RADIUS_M
-
-    @property
-    def contact_angle_rad(self) -> float:
-        """Ω_c = 2 arccos((R − a_e)/R)."""
-        return 2 * math.acos((TOOL_RADIUS_M - self.penetration_depth_m) / TOOL_RADIUS_M)
-
-    @property
-    def start_angle_rad(self) -> float:
-        """β_0: the lead angle before nominal entry."""
-        return -math.pi / 2 - self.contact_angle_rad / 2 - LEAD_ANGLE_RAD
 
     @property
     def nominal_entry_s(self) -> float:
@@ -149,7 +134,7 @@ class Pass:
     @property
     def nominal_contact_time_s(self) -> float:
         """t_d = Ω_c / ω."""
-        return self.contact_angle_rad / self.rate_rad_s
+        return 2 * self.half_angle_rad / self.rate_rad_s
 
     @property
     def nominal_exit_s(self) -> float:
@@ -162,10 +147,10 @@ class Pass:
         return self.nominal_exit_s + TAIL_ANGLE_RAD / self.rate_rad_s
 
 
-class PlanarFilament:
+class PlanarFilament(Equations):
     """The equations of motion of the planar chain during one pass, as functions of CasADi.
 
-    The solver's state y is (θ_1 … θ_n, θ̇_1 … θ̇_n, ∫ F_n dt), in the units above.
+    The solver's state y is (θ_1 … θ_n, θ̇_1 … θ̇_n, ∫ F_n dt).
     """
 
     def __init__(self, contact_pass: Pass) -> None:
@@ -173,74 +158,17 @@ class PlanarFilament:
         time = casadi.SX.sym("t")
         angles = casadi.SX.sym("theta", SEGMENTS)
         rates = casadi.SX.sym("theta_rate", SEGMENTS)
-        accelerations = casadi.SX.sym("theta_acceleration", SEGMENTS)
-
         kinetic, springs, dissipation, gaps = self._energies_and_gaps(time, angles, rates)
         penetrations = casadi.fmax(0, -gaps)
         contact_energy = CONTACT_STIFFNESS_N_M / 2 * casadi.sumsqr(penetrations)
         contact_force = CONTACT_STIFFNESS_N_M * casadi.sum1(penetrations)
 
-        # d/dt ∂E_kin/∂q̇ = M q̈ + (∂²E_kin/∂q̇∂q) q̇ + ∂²E_kin/∂q̇∂t, the rest goes to the right.
-        momenta = casadi.gradient(kinetic, rates)
-        mass_matrix = casadi.jacobian(momenta, rates)
-        right_side = (
-            casadi.gradient(kinetic - springs - contact_energy, angles)
-            - casadi.gradient(dissipation, rates)
-            - casadi.jtimes(momenta, angles, rates)
-            - casadi.jacobian(momenta, time)
-        )
-        residual = mass_matrix @ accelerations - right_side
-
-        instant = [time, angles, rates]
-        motion = casadi.Function("motion", instant, [mass_matrix, right_side, contact_force])
-        tangents = casadi.Function(
-            "tangents",
-            [*instant, accelerations],
-            [
-                casadi.horzcat(casadi.jacobian(residual, angles), casadi.jacobian(residual, rates)),
-                casadi.jacobian(contact_force, angles),
-            ],
-        )
+        instant, lagrangian = [time, angles, rates], kinetic - springs - contact_energy
+        energies = kinetic, lagrangian, dissipation
+        self.derive(instant, casadi.SX(0, 1), energies, [], contact_force)
         self.contact = casadi.Function("contact", [time, angles], [gaps, contact_force])
         gap_rates = casadi.jacobian(gaps, time) + casadi.jtimes(gaps, angles, rates)
         self._gap_rates = casadi.Function("gap_rates", instant, [gap_rates])
-        self._set_derivative(motion, tangents)
-
-    def _set_derivative(self, motion: casadi.Function, tangents: casadi.Function) -> None:
-        """dy/dt as a function of (t, y), which knows its Jacobian; both as functions of CasADi."""
-        time, y = casadi.MX.sym("t"), casadi.MX.sym("y", 2 * SEGMENTS + 1)
-        instant = [time, y[:SEGMENTS], y[SEGMENTS:-1] * RATE_UNIT_RAD_S]
-        mass_matrix, right_side, contact_force = motion(*instant)
-        accelerations = casadi.solve(mass_matrix, right_side, "ldl")
-        derivative = casadi.vertcat(
-            instant[2], accelerations / RATE_UNIT_RAD_S, contact_force / IMPULSE_UNIT_N_S
-        )
-        # From M q̈ = f follows ∂q̈ = −M⁻¹ ∂(M q̈ − f) at the q̈ of the state.
-        by_state, force_by_angles = tangents(*instant, accelerations)
-        by_state = -casadi.solve(mass_matrix, casadi.densify(by_state), "ldl")
-        by_angles, by_rates = casadi.horzsplit(by_state, SEGMENTS)
-        by_impulse = casadi.MX(SEGMENTS, 1)
-        jacobian = casadi.vertcat(
-            casadi.horzcat(
-                casadi.MX(SEGMENTS, SEGMENTS),
-                casadi.MX(RATE_UNIT_RAD_S * casadi.DM.eye(SEGMENTS)),
-                by_impulse,
-            ),
-            casadi.horzcat(by_angles / RATE_UNIT_RAD_S, by_rates, by_impulse),
-            casadi.horzcat(force_by_angles / IMPULSE_UNIT_N_S, casadi.MX(1, SEGMENTS + 1)),
-        )
-        self.jacobian = casadi.Function("jacobian", [time, y], [jacobian])
-        # CasADi wants the Jacobian by all arguments, given the result too; that by t is not used.
-        custom = casadi.Function(
-            "jac_derivative",
-            [time, y, casadi.MX(2 * SEGMENTS + 1, 1)],
-            [casadi.MX(2 * SEGMENTS + 1, 1), jacobian],
-            ["t", "y", "out_ode"],
-            ["jac_ode_t", "jac_ode_y"],
-        )
-        self.derivative = casadi.Function(
-            "derivative", [time, y], [derivative], ["t", "y"], ["ode"], {"custom_jacobian": custom}
-        )
 
     def _energies_and_gaps(
         self, time: casadi.SX, angles: casadi.SX, rates: casadi.SX
@@ -315,13 +243,13 @@ def radau_steps(filament: PlanarFilament, relative_tolerance: float) -> Iterator
     """The pass by SciPy's Radau, step by step."""
     end_s = filament.contact_pass.end_s
     solver = Radau(
-        lambda time, y: np.array(filament.derivative(time, y)).ravel(),
+        lambda time, y: np.array(filament.derivative(time, y, NO_PARAMETERS)).ravel(),
         0.0,
         filament.start(),
         end_s,
         rtol=relative_tolerance,
         atol=ABSOLUTE_TOLERANCE * relative_tolerance,
-        jac=lambda time, y: np.array(filament.jacobian(time, y)),
+        jac=lambda time, y: np.array(filament.jacobian(time, y, NO_PARAMETERS)),
         first_step=1e-7,
         max_step=end_s / LEAST_STEPS,
     )
@@ -336,7 +264,7 @@ def radau_steps(filament: PlanarFilament, relative_tolerance: float) -> Iterator
             solver.t_old,
             solver.t,
             lambda time, dense=dense: dense(time)[:SEGMENTS],
-            float(solver.y[-1]) * IMPULSE_UNIT_N_S,
+            float(solver.y[-1]) * INTEGRAL_UNIT,
         )
 
 
@@ -345,20 +273,8 @@ class Cvodes:
 
     def __init__(self, filament: PlanarFilament, relative_tolerance: float) -> None:
         self._filament = filament
-        # Over the share of the window that has passed, so that one integrator serves all windows.
-        share, y = casadi.MX.sym("share"), casadi.MX.sym("y", 2 * SEGMENTS + 1)
-        window = casadi.MX.sym("window", 2)  # start and length in s
-        derivative = filament.derivative(window[0] + window[1] * share, y)
-        equations = {"t": share, "x": y, "p": window, "ode": window[1] * derivative}
-        options = {
-            "reltol": relative_tolerance,
-            "abstol": ABSOLUTE_TOLERANCE * relative_tolerance,
-            "max_num_steps": 1_000_000,
-        }
         self._shares = np.linspace(0.0, 1.0, (SEARCH_POINTS - 1) * STEPS_A_WINDOW + 1)
-        self._integrator = casadi.integrator(
-            "window", "cvodes", equations, 0.0, list(self._shares), options
-        )
+        self._integrator = filament.integrator(relative_tolerance, self._shares)
         self._derivatives = filament.derivative.map(len(self._shares))
         self._contacts = filament.contact.map(len(self._shares))
 
@@ -379,7 +295,7 @@ class Cvodes:
                 motion = self._interpolant(times, states)
             for first in range(0, len(times) - 1, SEARCH_POINTS - 1):
                 last = first + SEARCH_POINTS - 1
-                impulse = float(states[-1, last]) * IMPULSE_UNIT_N_S
+                impulse = float(states[-1, last]) * INTEGRAL_UNIT
                 yield Step(times[first], times[last], motion, impulse)
             start_s, y = times[-1], states[:, -1]
 
@@ -392,7 +308,7 @@ class Cvodes:
 
     def _interpolant(self, times: np.ndarray, states: np.ndarray) -> BPoly:
         """The angles over time, of order 5 between the points: by θ, θ̇ and θ̈ at both ends."""
-        derivatives = np.array(self._derivatives(times[None, :], states))
+        derivatives = np.array(self._derivatives(times[None, :], states, NO_PARAMETERS))
         rates = derivatives[:SEGMENTS]
         accelerations = derivatives[SEGMENTS:-1] * RATE_UNIT_RAD_S
         knots = np.stack([states[:SEGMENTS], rates, accelerations])
@@ -557,16 +473,14 @@ def contact_metrics(
 def header(solver: str, relative_tolerance: float, cases: list[tuple[float, float]]) -> str:
     """The comment that says how the file was made."""
     command = (
-        f"python derivations/reference_contacts.py --solver {solver} "
-        f"--relative-tolerance {relative_tolerance}"
+        f"reference_contacts.py --solver {solver} --relative-tolerance {relative_tolerance}"
     )
     if tuple(cases) != DEFAULT_CASES:
         command += "".join(f" --case {velocity} {depth}" for velocity, depth in cases)
     return (
-        f"# {command} (Python {platform.python_version()}, casadi {casadi.__version__}, "
-        f"numpy {np.__version__}, scipy {scipy.__version__})\n"
+        f"# {made_by(command, casadi, np, scipy)}\n"
         f"# Absolute tolerance: {ABSOLUTE_TOLERANCE * relative_tolerance:.3g} of 1 rad, "
-        f"{RATE_UNIT_RAD_S:g} rad/s, {IMPULSE_UNIT_N_S:g} N s.\n"
+        f"{RATE_UNIT_RAD_S:g} rad/s, {INTEGRAL_UNIT:g} N s.\n"
     )
 
 
@@ -609,8 +523,7 @@ def main() -> None:
         writer.writerow(
             {key: f"{x:.12g}" if isinstance(x, float) else x for key, x in metrics.items()}
         )
-    output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text(text.getvalue(), encoding="utf-8", newline="\n")
+    write(output, text.getvalue())
 
 
 if __name__ == "__main__":

@@ -5,18 +5,15 @@ What leaves: a JSON file with the metrics of all cases, and two trajectories.
 
 How it is done:
 
-1. The filament stays in the plane of rotation, so one azimuth θ_k a segment describes it. E_kin,
-   E_pot and D are written down in these, for segments that may differ and joints that may be
-   relaxed at an angle; CasADi differentiates them into M(q) q̈ = f(q, q̇, t) (Uhlmann and Hoyer,
-   Ceramics 2021, Eq. 1) and into the Jacobian of f.
+1. The filament stays in the plane of rotation, so one azimuth θ_k a segment describes it. The chain
+   is that of `cvodes.py`, whose segments may differ and whose joints may be relaxed at an angle;
+   the contacts are stated here.
 2. Faces press on the nodes, each arc with an edge's radius on the point of the polyline nearest to
    its centre, as MODEL.md says. Which node meets which face, and whether the nearest point lies
    inside a segment or on a node, is the *touch* of a state. The equations take the touch as
    parameters and are smooth while it does not change.
-3. CVODES of SUNDIALS (BDF of orders 1 to 5, Newton's method), as CasADi ships it, integrates
-   windows with a constant touch. The touch of the motion is searched about every microsecond;
-   where it changes, the time is located by bisection, the window ends there, and CVODES is started
-   again. No step crosses a kink. Nothing is smoothed but friction, as MODEL.md says.
+3. CVODES integrates windows with a constant touch (`cvodes.py`). The touch of the motion is searched
+   about every microsecond. Nothing is smoothed but friction, as MODEL.md says.
 4. The integrals of the metrics are states of the solver; contact times are sums of windows.
 
 Each case is computed at two tolerances; the file gives the larger difference of its impulse and
@@ -30,43 +27,35 @@ Run from the repository root:
     python derivations/reference_edges.py
 """
 
-import argparse
-import json
 import math
-import multiprocessing
-import platform
-from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import casadi
+import cvodes
 import numpy as np
-import scipy
+from cases import (
+    BODY_RADIUS_M,
+    CONTACT_STIFFNESS_N_M,
+    DAMPING_RATIO,
+    DATA,
+    DENSITY_KG_M3,
+    DIAMETER_M,
+    LEAST_VALUE,
+    LENGTH_M,
+    REGULARISATION_M_S,
+    TOOL_RADIUS_M,
+    YOUNGS_MODULUS_PA,
+    Passing,
+    entries_of,
+    parser_of,
+    rounded,
+    write_cases,
+    write_trajectories,
+)
+from cvodes import INTEGRAL_UNIT, RATE_UNIT_RAD_S, Window, planar_chain, velocity_of
 from numpy.polynomial import Legendre, Polynomial
-from scipy.interpolate import BPoly
 
-ROOT = Path(__file__).parent.parent
-DEFAULT_OUTPUT = ROOT / "tests" / "data" / "reference_edges.json"
-TRAJECTORIES = Path(__file__).parent / "trajectories"
-
-# The paper's tool and filament, and the defaults for what the paper leaves open.
-BODY_RADIUS_M = 0.140
-LENGTH_M = 0.040
-TOOL_RADIUS_M = BODY_RADIUS_M + LENGTH_M
-DIAMETER_M = 1.18e-3
-DENSITY_KG_M3 = 1110.0
-YOUNGS_MODULUS_PA = 3.0e9
-DAMPING_RATIO = 0.05
-CONTACT_STIFFNESS_N_M = 1e5
-REGULARISATION_M_S = 1e-3
-LEAD_ANGLE_RAD = 0.005
-TAIL_ANGLE_RAD = 0.15
-
-# Units of the solver's states, so that one absolute tolerance fits all: angles of 1 rad, rates of
-# 1000 rad/s, integrals of 1 mN s, 1 mJ and 1 mN m s.
-RATE_UNIT_RAD_S = 1e3
-INTEGRAL_UNIT = 1e-3
 INTEGRALS = (
     "contact_normal_impulse_n_s",
     "contact_impulse_x_n_s",
@@ -76,17 +65,6 @@ INTEGRALS = (
     "contact_angular_impulse_n_m_s",
 )
 TOLERANCE, LOOSER = 1e-10, 1e-9
-# Absolute over relative tolerance, in these units.
-ABSOLUTE_TOLERANCE = 0.1
-# CVODES is asked for the motion one window after the other, and gives it at so many points in each.
-WINDOW_S = 4e-4
-POINTS = 401
-# Below this a number is zero but for rounding, in any of the units.
-LEAST_VALUE = 1e-18
-# More changes of the touch than this mean that a pass chatters, which this code does not solve.
-MOST_CHANGES = 20_000
-
-ROWS = 1001
 COLUMNS = (
     "time_s",
     "contact_normal_force_n",
@@ -172,7 +150,7 @@ class Workpiece:
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Passing):
     """A pass, or several turns; v_b in m/s, a_e in m."""
 
     name: str
@@ -184,44 +162,29 @@ class Case:
     turns: int = 1
 
     @property
-    def rate_rad_s(self) -> float:
-        """ω = v_b / R."""
-        return self.brushing_velocity_m_s / TOOL_RADIUS_M
-
-    @property
-    def height_m(self) -> float:
-        """Where y = 0 of the workpiece lies."""
-        return self.penetration_depth_m - TOOL_RADIUS_M
-
-    @property
     def half_angle_rad(self) -> float:
         """Half of the angle over which the undeformed tip is below y = 0 or in the bore's material.
 
         All other workpieces lie below y = 0, so the undeformed filament touches none before.
         """
-        if self.workpiece.kind == "bore":
-            radius = self.workpiece.radius_m
-            centre = self.height_m + radius
-            sine = (TOOL_RADIUS_M**2 + centre**2 - radius**2) / (2 * TOOL_RADIUS_M * centre)
-            return math.pi / 2 + math.asin(sine)
-        return math.acos(-self.height_m / TOOL_RADIUS_M)
+        if self.workpiece.kind != "bore":
+            return super().half_angle_rad
+        radius = self.workpiece.radius_m
+        centre = self.height_m + radius
+        sine = (TOOL_RADIUS_M**2 + centre**2 - radius**2) / (2 * TOOL_RADIUS_M * centre)
+        return math.pi / 2 + math.asin(sine)
 
     @property
-    def start_angle_rad(self) -> float:
-        """β_0: the lead angle before the first touch."""
-        return -math.pi / 2 - self.half_angle_rad - LEAD_ANGLE_RAD
-
-    @property
-    def turn_s(self) -> float:
-        """Time of a turn."""
-        return 2 * math.pi / self.rate_rad_s
+    def ends_of_turns_s(self) -> list[float]:
+        """Several turns are whole."""
+        if self.turns == 1:
+            return super().ends_of_turns_s
+        return [turn * (2 * math.pi / self.rate_rad_s) for turn in range(1, self.turns + 1)]
 
     @property
     def end_s(self) -> float:
-        """The tail angle past the last touch of a single turn; several turns are whole."""
-        if self.turns > 1:
-            return self.turns * self.turn_s
-        return (LEAD_ANGLE_RAD + 2 * self.half_angle_rad + TAIL_ANGLE_RAD) / self.rate_rad_s
+        """The tail angle past the last touch of a single turn."""
+        return super().end_s if self.turns == 1 else self.ends_of_turns_s[-1]
 
 
 class Profile:
@@ -332,11 +295,11 @@ class Profile:
         return found
 
 
-class Equations:
+class Equations(cvodes.Equations):
     """The equations of motion of a filament, as functions of CasADi of (t, y, p).
 
-    y is (θ_1 … θ_n, θ̇_1 … θ̇_n, the integrals), in the units above. The parameters p are those
-    of the case and of its touch.
+    y is (θ_1 … θ_n, θ̇_1 … θ̇_n, the integrals). The parameters p are those of the case and of its
+    touch.
     """
 
     def __init__(self, filament: Filament, circle: bool, arc_count: int) -> None:
@@ -344,114 +307,30 @@ class Equations:
         n = filament.segments
         time = casadi.SX.sym("t")
         angles, rates = casadi.SX.sym("theta", n), casadi.SX.sym("theta_rate", n)
-        accelerations = casadi.SX.sym("theta_acceleration", n)
         # Start angle, rate, friction.
         case = casadi.SX.sym("case", 3)
         touch = self._touch_symbols()
         parameters = casadi.vertcat(case, *map(casadi.vec, touch))
 
-        kinetic, potential, dissipation, nodes = self._energies_and_nodes(time, angles, rates, case)
-        contact = Contact(time, angles, rates, case[2])
-        self._add_contacts(contact, nodes, touch)
-        torques, integrands, forces = contact.torques, contact.integrands, contact.forces
-        momenta = casadi.gradient(kinetic, rates)
-        mass_matrix = casadi.jacobian(momenta, rates)
-        right_side = (
-            casadi.gradient(kinetic - potential, angles)
-            - casadi.gradient(dissipation, rates)
-            - casadi.jtimes(momenta, angles, rates)
-            - casadi.jacobian(momenta, time)
-            + torques
-        )
-        residual = mass_matrix @ accelerations - right_side
-
-        instant = [time, angles, rates, parameters]
-        motion = casadi.Function("motion", instant, [mass_matrix, right_side, integrands])
-        by_state = casadi.vertcat(angles, rates)
-        tangents = casadi.Function(
-            "tangents",
-            [*instant, accelerations],
-            [casadi.jacobian(residual, by_state), casadi.jacobian(integrands, by_state)],
-        )
-        tip = nodes[:, n]
-        tip_velocity = casadi.jacobian(tip, time) + casadi.jtimes(tip, angles, rates)
-        self.observed = casadi.Function(
-            "observed", instant, [casadi.vertcat(forces, tip, tip_velocity)]
-        )
-        self._set_derivative(motion, tangents, parameters.numel())
-
-    def _set_derivative(
-        self, motion: casadi.Function, tangents: casadi.Function, parameter_count: int
-    ) -> None:
-        """dy/dt as a function of (t, y, p), which knows its Jacobian."""
-        n, size = self.filament.segments, 2 * self.filament.segments + len(INTEGRALS)
-        self.size, self.parameter_count = size, parameter_count
-        time, y = casadi.MX.sym("t"), casadi.MX.sym("y", size)
-        p = casadi.MX.sym("p", parameter_count)
-        instant = [time, y[:n], y[n : 2 * n] * RATE_UNIT_RAD_S, p]
-        mass_matrix, right_side, integrands = motion(*instant)
-        accelerations = casadi.solve(mass_matrix, right_side, "ldl")
-        derivative = casadi.vertcat(
-            instant[2], accelerations / RATE_UNIT_RAD_S, integrands / INTEGRAL_UNIT
-        )
-        # From M q̈ = f follows ∂q̈ = −M⁻¹ ∂(M q̈ − f) at the q̈ of the state.
-        by_state, integrands_by_state = tangents(*instant, accelerations)
-        by_state = -casadi.solve(mass_matrix, casadi.densify(by_state), "ldl")
-        integrals = casadi.MX(n, len(INTEGRALS))
-        by_integrands = casadi.horzsplit(integrands_by_state, n)
-        by_angles, by_rates = casadi.horzsplit(by_state, n)
-        unit_rates = casadi.MX(RATE_UNIT_RAD_S * casadi.DM.eye(n))
-        jacobian = casadi.vertcat(
-            casadi.horzcat(casadi.MX(n, n), unit_rates, integrals),
-            casadi.horzcat(by_angles / RATE_UNIT_RAD_S, by_rates, integrals),
-            casadi.horzcat(
-                by_integrands[0] / INTEGRAL_UNIT,
-                by_integrands[1] * (RATE_UNIT_RAD_S / INTEGRAL_UNIT),
-                casadi.MX(len(INTEGRALS), len(INTEGRALS)),
-            ),
-        )
-        # CasADi wants the Jacobian by all arguments, given the result too; those by t and p are
-        # not used.
-        custom = casadi.Function(
-            "jac_derivative",
-            [time, y, p, casadi.MX(size, 1)],
-            [casadi.MX(size, 1), jacobian, casadi.MX(size, parameter_count)],
-            ["t", "y", "p", "out_ode"],
-            ["jac_ode_t", "jac_ode_y", "jac_ode_p"],
-        )
-        names = ["t", "y", "p"], ["ode"]
-        options = {"custom_jacobian": custom}
-        self.derivative = casadi.Function("derivative", [time, y, p], [derivative], *names, options)
-
-    def _energies_and_nodes(
-        self, time: casadi.SX, angles: casadi.SX, rates: casadi.SX, case: casadi.SX
-    ) -> tuple[casadi.SX, casadi.SX, casadi.SX, casadi.SX]:
-        """E_kin and E_spring in J, D in W, and the positions of the nodes 0 … n as columns."""
-        filament, n = self.filament, self.filament.segments
         h = LENGTH_M / n
-        damping_time = 2 * DAMPING_RATIO / filament.first_frequency()
-        relaxed = filament.relaxed_angles()
-        body_angle = case[0] + case[1] * time
-        nodes = [BODY_RADIUS_M * casadi.vertcat(casadi.cos(body_angle), casadi.sin(body_angle))]
-        kinetic, springs, dissipation = 0, 0, 0
-        for k in range(n):
-            step = h * casadi.vertcat(casadi.cos(angles[k]), casadi.sin(angles[k]))
-            centre = nodes[k] + step / 2
-            velocity = casadi.jacobian(centre, time) + casadi.jtimes(centre, angles, rates)
-            mass = filament.mass_per_length((k + 0.5) * h) * h
-            kinetic += mass / 2 * casadi.sumsqr(velocity) + mass * h**2 / 24 * rates[k] ** 2
+        kinetic, springs, dissipation, nodes = planar_chain(
+            (time, angles, rates),
+            (case[0] + case[1] * time, case[1]),
+            [filament.mass_per_length((k + 0.5) * h) * h for k in range(n)],
             # The clamp joint carries only half a segment's compliance.
-            if k == 0:
-                stiffness = 2 * filament.bending_stiffness(h / 4) / h
-                bend, bend_rate = angles[0] - body_angle - relaxed[0], rates[0] - case[1]
-            else:
-                stiffness = filament.bending_stiffness(k * h) / h
-                bend = angles[k] - angles[k - 1] - (relaxed[k] - relaxed[k - 1])
-                bend_rate = rates[k] - rates[k - 1]
-            springs += stiffness / 2 * bend**2
-            dissipation += damping_time * stiffness / 2 * bend_rate**2
-            nodes.append(nodes[k] + step)
-        return kinetic, springs, dissipation, casadi.horzcat(*nodes)
+            [2 * filament.bending_stiffness(h / 4) / h]
+            + [filament.bending_stiffness(k * h) / h for k in range(1, n)],
+            2 * DAMPING_RATIO / filament.first_frequency(),
+            filament.relaxed_angles(),
+        )
+        instant = [time, angles, rates]
+        contact = Contact(instant, case[2])
+        self._add_contacts(contact, nodes, touch)
+        energies = kinetic, kinetic - springs, dissipation
+        self.derive(instant, parameters, energies, [contact.torques], contact.integrands)
+        tip = nodes[:, n]
+        observed = casadi.vertcat(contact.forces, tip, velocity_of(tip, instant))
+        self.observed = casadi.Function("observed", [*instant, parameters], [observed])
 
     def _touch_symbols(self) -> tuple[casadi.SX, ...]:
         """What the contacts depend on besides the motion, in the order of the parameters."""
@@ -500,11 +379,9 @@ class Contact:
     The forces are F_n, its part on edges, F_x and F_y.
     """
 
-    def __init__(
-        self, time: casadi.SX, angles: casadi.SX, rates: casadi.SX, friction: casadi.SX
-    ) -> None:
-        self._time, self._angles, self._rates, self._friction = time, angles, rates, friction
-        self.torques = casadi.SX.zeros(angles.numel())
+    def __init__(self, instant: list[casadi.SX], friction: casadi.SX) -> None:
+        self._instant, self._friction = instant, friction
+        self.torques = casadi.SX.zeros(instant[1].numel())
         self._total, self._on_edges, self._work, self._angular = 0, 0, 0, 0
         self._force = casadi.SX.zeros(2)
 
@@ -512,14 +389,13 @@ class Contact:
         self, point: casadi.SX, gap: casadi.SX, normal: casadi.SX, touches: casadi.SX
     ) -> list[casadi.SX]:
         """F_n, the force on the filament, the power that friction takes, torques and moment."""
-        velocity = casadi.jacobian(point, self._time)
-        velocity += casadi.jtimes(point, self._angles, self._rates)
+        velocity = velocity_of(point, self._instant)
         sliding = velocity - casadi.dot(velocity, normal) * normal
         speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
         pressure = -touches * CONTACT_STIFFNESS_N_M * gap
         rubbing = -self._friction * pressure / speed * sliding
         force = pressure * normal + rubbing
-        torques = casadi.jtimes(point, self._angles, force, True)
+        torques = casadi.jtimes(point, self._instant[1], force, True)
         moment = point[0] * force[1] - point[1] * force[0]
         return [pressure, force, -casadi.dot(rubbing, sliding), torques, moment]
 
@@ -577,59 +453,15 @@ def equations(filament: Filament, circle: bool, arc_count: int) -> Equations:
     return Equations(filament, circle, arc_count)
 
 
-@dataclass(frozen=True)
-class Touch:
-    """What touches: of every node the face, and of every arc the feature (see `Profile`)."""
+class Motion(cvodes.Motion):
+    """A pass, whose touch has of every node the face, and of every arc the feature (see `Profile`)."""
 
-    faces: tuple[int, ...]
-    features: tuple[int, ...]
-
-    @property
-    def anything(self) -> bool:
-        """Whether F_n > 0."""
-        return any(self.features) or any(self.faces)
-
-
-@dataclass(frozen=True)
-class Window:
-    """A piece of the motion with one touch."""
-
-    times: np.ndarray
-    states: np.ndarray  # columns
-    touch: Touch
-    parameters: np.ndarray
-    ends_turn: bool = False
-
-    def first(self, count: int) -> "Window":
-        """Its first points."""
-        return replace(self, times=self.times[:count], states=self.states[:, :count])
-
-
-class Motion:
-    """A pass, window by window."""
+    longest_window_s = shortest_window_s = 4e-4
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
-        self.case, self._n = case, case.filament.segments
-        self.profile, self.equations = self._profile_and_equations()
-        share = casadi.MX.sym("share")
-        y = casadi.MX.sym("y", self.equations.size)
-        p = casadi.MX.sym("p", self.equations.parameter_count)
-        window = casadi.MX.sym("window", 2)  # start and length in s
-        derivative = self.equations.derivative(window[0] + window[1] * share, y, p)
-        problem = {
-            "t": share,
-            "x": y,
-            "p": casadi.vertcat(window, p),
-            "ode": window[1] * derivative,
-        }
-        options = {
-            "reltol": relative_tolerance,
-            "abstol": ABSOLUTE_TOLERANCE * relative_tolerance,
-            "max_num_steps": 1_000_000,
-        }
-        self._shares = np.linspace(0.0, 1.0, POINTS)
-        grid = list(self._shares)
-        self._integrator = casadi.integrator("window", "cvodes", problem, 0.0, grid, options)
+        self._n = case.filament.segments
+        self.profile, equations = self._profile_and_equations(case)
+        super().__init__(case, equations, relative_tolerance)
 
     def start(self) -> np.ndarray:
         """The relaxed shape, turning rigidly with the body."""
@@ -637,25 +469,27 @@ class Motion:
         rates = np.full(self._n, self.case.rate_rad_s / RATE_UNIT_RAD_S)
         return np.concatenate([angles, rates, np.zeros(len(INTEGRALS))])
 
-    def _profile_and_equations(self) -> tuple[Profile, Equations]:
-        profile = Profile(self.case)
-        return profile, equations(self.case.filament, profile.circle, profile.arc_count)
+    @staticmethod
+    def _profile_and_equations(case: Case) -> tuple[Profile, Equations]:
+        profile = Profile(case)
+        return profile, equations(case.filament, profile.circle, profile.arc_count)
 
-    def _parameters(self, touch: Touch) -> np.ndarray:
+    def parameters(self, touch: np.ndarray) -> np.ndarray:
+        """The touch as the equations take it, after what is constant in the case."""
         case = self.case
         of_case = [case.start_angle_rad, case.rate_rad_s, case.friction_coefficient]
         return np.concatenate([of_case, *self._of_touch(touch)])
 
-    def _of_touch(self, touch: Touch) -> list[np.ndarray]:
+    def _of_touch(self, touch: np.ndarray) -> list[np.ndarray]:
         """The parameters of the contacts, as the equations take them."""
         n, profile = self._n, self.profile
         circle = np.array([*profile.circle_centre, profile.circle_radius, profile.circle_sign])
         faces, arcs = np.zeros((n, 4)), np.zeros((5 + n, profile.arc_count))
-        for node, face in enumerate(touch.faces):
+        for node, face in enumerate(touch[:n]):
             # A node in the air has a face too, for a finite expression, which counts zero times.
             at = max(face, 1) - 1
             faces[node] = [float(face > 0), *profile.normals[at], profile.distances[at]]
-        for arc, feature in enumerate(touch.features):
+        for arc, feature in enumerate(touch[n:]):
             arcs[:3, arc] = [*profile.centres[arc], profile.radius]
             if feature > 0:
                 arcs[3:5, arc] = 1.0, float(feature % 2 == 0)
@@ -675,136 +509,38 @@ class Motion:
         faces = self.profile.faces_of(lines[:, 1:])
         return np.column_stack([faces, self.profile.features_of(lines)])
 
-    def touch(self, time: float, y: np.ndarray) -> Touch:
-        """That of one state."""
-        row = [int(each) for each in self.touches(np.array([time]), y[:, None])[0]]
-        return Touch(tuple(row[: self._n]), tuple(row[self._n :]))
-
-    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: Touch) -> Window:
-        """The motion with one touch, whether or not it lasts."""
-        parameters = self._parameters(touch)
-        p = np.concatenate([[start_s, end_s - start_s], parameters])
-        states = np.array(self._integrator(x0=y, p=p)["xf"])
-        if not np.all(np.isfinite(states)):
-            raise RuntimeError(f"{self.case.name}: CVODES stopped in the window at {start_s} s")
-        times = start_s + (end_s - start_s) * self._shares
-        times[-1] = end_s
-        return Window(times, states, touch, parameters)
-
-    def between(self, window: Window, i: int) -> Callable[[float], np.ndarray]:
-        """The state after point i, until the next: of degree 5 in angles, 3 in the integrals."""
-        n, angles, integrals = self._n, [], []
-        for time, y in zip(window.times[i : i + 2], window.states[:, i : i + 2].T, strict=True):
-            slope = np.array(self.equations.derivative(time, y, window.parameters)).ravel()
-            angles.append([y[:n], slope[:n], RATE_UNIT_RAD_S * slope[n : 2 * n]])
-            integrals.append([y[2 * n :], slope[2 * n :]])
-        # Over the time since point i, whose rounding would else enter.
-        ends = [0.0, window.times[i + 1] - window.times[i]]
-        of_angles, of_integrals = (BPoly.from_derivatives(ends, y) for y in (angles, integrals))
-        of_rates = of_angles.derivative()
-        return lambda since: np.concatenate(
-            [of_angles(since), of_rates(since) / RATE_UNIT_RAD_S, of_integrals(since)]
-        )
-
-    def observed(self, time: float, y: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """F_n, its part on the edge, F_x, F_y; position and velocity of the tip."""
-        n = self._n
-        values = self.equations.observed(time, y[:n], y[n : 2 * n] * RATE_UNIT_RAD_S, parameters)
-        return np.array(values).ravel()
-
     def depth_at_edges_m(self, window: Window) -> float:
         """Largest penetration of an edge in a window."""
         lines = self.polylines(window.times, window.states[: self._n])
-        touched = [arc for arc, feature in enumerate(window.touch.features) if feature > 0]
+        touched = np.flatnonzero(window.touch[self._n :])
         distances = [np.min(self.profile.nearest(lines, arc)[2]) for arc in touched]
         return self.profile.radius - float(min(distances, default=self.profile.radius))
-
-    @staticmethod
-    def integrals(window: Window, i: int) -> np.ndarray:
-        """Those of INTEGRALS at a point."""
-        return window.states[-len(INTEGRALS) :, i] * INTEGRAL_UNIT
-
-    def _first_change(self, window: Window) -> int | None:
-        """The first point, but the start, at which something else touches."""
-        here = np.array([*window.touch.faces, *window.touch.features])
-        rows = self.touches(window.times, window.states)
-        changed = np.flatnonzero(np.any(rows != here, axis=1))
-        # The start is the event that ended the window before.
-        changed = changed[changed > 0]
-        return int(changed[0]) if len(changed) > 0 else None
-
-    def windows(self) -> Iterator[Window]:
-        """The whole motion."""
-        turn, end_of_turn, end_of_all = 0, 0.0, self.case.end_s
-        start_s, y, self.changes = 0.0, self.start(), 0
-        touch, until_s = self.touch(start_s, y), None
-        while start_s < end_of_all:
-            if start_s >= end_of_turn:
-                turn += 1
-                end_of_turn = min(turn * self.case.turn_s, end_of_all)
-            end_s = until_s or min(start_s + WINDOW_S, end_of_turn)
-            # The last bit of a turn is no window of its own.
-            if end_of_turn - end_s < 1e-3 * WINDOW_S:
-                end_s = end_of_turn
-            window = self._window(start_s, end_s, y, touch)
-            change = self._first_change(window)
-            following, until_of_next = touch, None
-            if change is not None and until_s is None:
-                # Once more from the point before the change to that after it, at much finer points.
-                until_of_next = float(window.times[change])
-                window = window.first(change)
-            elif change is not None:
-                window, following = self._until_change(window, change)
-                self.changes += 1
-                if self.changes > MOST_CHANGES:
-                    raise RuntimeError(f"{self.case.name}: chatters at {start_s} s")
-            if len(window.times) > 1:
-                yield replace(window, ends_turn=bool(window.times[-1] == end_of_turn))
-            start_s, y = float(window.times[-1]), window.states[:, -1]
-            touch, until_s = following, until_of_next
-
-    def _until_change(self, window: Window, change: int) -> tuple[Window, Touch]:
-        """The window until the touch changes, which is located, and the next touch."""
-        before = float(window.times[change - 1])
-        state = self.between(window, change - 1)
-        low, high = 0.0, float(window.times[change]) - before
-        # To 2e-9 of the distance of the points, some 1e-18 s.
-        for _ in range(29):
-            middle = (low + high) / 2
-            if self.touch(before + middle, state(middle)) == window.touch:
-                low = middle
-            else:
-                high = middle
-        times = np.append(window.times[:change], before + high)
-        states = np.column_stack([window.states[:, :change], state(high)])
-        ended = replace(window, times=times, states=states)
-        return ended, self.touch(before + high, state(high))
 
 
 def metrics(motion: Motion) -> dict[str, object]:
     """What the file says about a case, from a run at one tolerance."""
-    contact_time, turns, deepest = 0.0, [], 0.0
+    contact_time, turns, deepest, n = 0.0, [], 0.0, motion.case.filament.segments
     faces: set[int] = set()
     before = np.zeros(len(INTEGRALS))
     for window in motion.windows():
-        if window.touch.anything:
+        if np.any(window.touch):
             contact_time += window.times[-1] - window.times[0]
-            faces |= set(window.touch.faces) - {0}
-        if any(window.touch.features):
+            faces |= set(window.touch[:n].tolist()) - {0}
+        if np.any(window.touch[n:]):
             deepest = max(deepest, motion.depth_at_edges_m(window))
         last, end = window, motion.integrals(window, -1)
         if window.ends_turn:
             of_turn, of_time = end - before, contact_time
             turns.append(of_turn[0])
             before, contact_time = end, 0.0
-    tip = motion.observed(last.times[-1], last.states[:, -1], last.parameters)[4:]
+    tip = motion.observed(last.times[-1], last.states[:, -1], last.parameters)[0][4:]
     return {
         "contact_time_s": of_time,
         **dict(zip(INTEGRALS, of_turn, strict=True)),
         "turn_contact_normal_impulses_n_s": turns,
         "final_tip_m": tip[:2],
         "final_tip_velocity_m_s": tip[2:],
-        "touches_at_end": last.touch.anything,
+        "touches_at_end": bool(np.any(last.touch)),
         "faces_touched": sorted(faces),
         "largest_edge_penetration_m": deepest,
         "changes_of_touch": motion.changes,
@@ -827,15 +563,6 @@ def difference(case: Case, values: dict[str, object], others: dict[str, object])
     return largest
 
 
-def rounded(value: object) -> object:
-    """Twelve digits: more than the integrator gives, and no rounding of the processor's."""
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [rounded(each) for each in value]
-    if isinstance(value, float):
-        return float(f"{value:.12g}") if abs(value) > LEAST_VALUE else 0.0
-    return value
-
-
 def result(case: Case) -> dict[str, object]:
     """The entry of a case in the file."""
     values, others = (metrics(Motion(case, tolerance)) for tolerance in (TOLERANCE, LOOSER))
@@ -850,10 +577,8 @@ def entry_of(case: Case, values: dict[str, object], others: dict[str, object]) -
         del entry["filament"]["waviness_length_m"], entry["filament"]["waviness_phase_rad"]
     for key in UNUSED[case.workpiece.kind]:
         del entry["workpiece"][key]
-    entry["start_angle_rad"], entry["end_s"] = case.start_angle_rad, case.end_s
-    entry |= values
-    entry["own_error"] = float(f"{difference(case, values, others):.1g}")
-    return {key: rounded(value) for key, value in entry.items()}
+    entry |= rounded({"start_angle_rad": case.start_angle_rad, "end_s": case.end_s} | values)
+    return entry | {"own_error": float(f"{difference(case, values, others):.1g}")}
 
 
 def cases() -> list[Case]:
@@ -915,72 +640,39 @@ def tip_deflection_m(case: Case, time: float, tip: np.ndarray) -> float:
 def trajectory(case: Case, relative_tolerance: float) -> np.ndarray:
     """Rows of COLUMNS."""
     motion, rows = Motion(case, relative_tolerance), []
-    times = np.linspace(0.0, case.end_s, ROWS)
-    for window in motion.windows():
-        while len(rows) < ROWS and times[len(rows)] <= window.times[-1]:
-            time = times[len(rows)]
-            i = int(np.searchsorted(window.times, time, side="right")) - 1
-            i = min(max(i, 0), len(window.times) - 2)
-            state = motion.between(window, i)(time - window.times[i])
-            impulse = state[-len(INTEGRALS)] * INTEGRAL_UNIT
-            observed = motion.observed(time, state, window.parameters)
-            tip = observed[4:6]
-            deflection = tip_deflection_m(case, time, tip)
-            rows.append([time, *observed[:4], impulse, *tip, deflection])
+    for time, state, window in motion.sampled():
+        impulse = state[-len(INTEGRALS)] * INTEGRAL_UNIT
+        observed = motion.observed(time, state, window.parameters)[0]
+        tip = observed[4:6]
+        deflection = tip_deflection_m(case, time, tip)
+        rows.append([time, *observed[:4], impulse, *tip, deflection])
     return np.array(rows)
 
 
 def trajectory_text(case: Case) -> str:
     """The file of a trajectory."""
     table, looser = trajectory(case, TOLERANCE), trajectory(case, LOOSER)
-    largest = np.max(np.abs(table - looser), axis=0)[1:]
-    errors = ", ".join(
-        f"{name} {error:.1g}" for name, error in zip(COLUMNS[1:], largest, strict=True)
-    )
-    piece = case.workpiece
-    lines = [
-        f"# {command()}",
-        f"# A pass of the paper's case over an edge: {case.filament.segments} segments, brushing "
+    errors, piece = cvodes.differences(COLUMNS, table, looser), case.workpiece
+    comments = [
+        cvodes.command("reference_edges.py", TOLERANCE),
+        f"A pass of the paper's case over an edge: {case.filament.segments} segments, brushing "
         f"velocity {case.brushing_velocity_m_s:g} m/s, penetration depth "
         f"{case.penetration_depth_m:g} m, coefficient of friction {case.friction_coefficient:g}, "
         f"{piece.side} side, offset {piece.offset_m:g} m, edge radius {piece.edge_radius_m:g} m.",
-        f"# Own error, largest difference to relative tolerance {LOOSER:g}: {errors}.",
-        ",".join(COLUMNS),
+        f"Own error, largest difference to relative tolerance {LOOSER:g}: {errors}.",
     ]
-    lines += [",".join(f"{rounded(float(value)):.12g}" for value in row) for row in table]
-    return "\n".join(lines) + "\n"
-
-
-def command() -> str:
-    """How the files were made."""
-    return (
-        f"python derivations/reference_edges.py (Python {platform.python_version()}, "
-        f"casadi {casadi.__version__}, numpy {np.__version__}, scipy {scipy.__version__}): "
-        f"CVODES, relative tolerance {TOLERANCE:g}, absolute {ABSOLUTE_TOLERANCE * TOLERANCE:g} "
-        f"of 1 rad, {RATE_UNIT_RAD_S:g} rad/s, {INTEGRAL_UNIT:g} N s"
-    )
+    return cvodes.table_text(comments, COLUMNS, table, LEAST_VALUE)
 
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description="Write passes over edges, curves and turns.")
-    parser.add_argument("--processes", type=int, default=1, help="cases computed at the same time")
-    parser.add_argument("--output", type=Path, default=DEFAULT_OUTPUT, help="JSON file to write")
-    parser.add_argument(
-        "--trajectories", type=Path, default=TRAJECTORIES, help="directory of the trajectories"
-    )
-    arguments = parser.parse_args()
-    with multiprocessing.Pool(arguments.processes) as pool:
-        entries = pool.map(result, cases(), chunksize=1)
-        texts = pool.map(trajectory_text, shown().values(), chunksize=1)
-    lines = ",\n".join(json.dumps(entry) for entry in entries)
-    arguments.output.write_text(
-        f'{{"made_by": {json.dumps(command())},\n"cases": [\n{lines}\n]}}\n',
-        encoding="utf-8",
-        newline="\n",
-    )
-    for name, text in zip(shown(), texts, strict=True):
-        (arguments.trajectories / name).write_text(text, encoding="utf-8", newline="\n")
+    output = DATA / "reference_edges.json"
+    arguments = parser_of("Write passes over edges, curves and turns.", output, True).parse_args()
+    entries = entries_of(result, cases(), arguments)
+    if arguments.only is not None:
+        return
+    write_cases(arguments.output, cvodes.command("reference_edges.py", TOLERANCE), entries)
+    write_trajectories(trajectory_text, shown(), arguments)
 
 
 if __name__ == "__main__":

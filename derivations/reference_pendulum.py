@@ -34,15 +34,15 @@ Run from the repository root:
 """
 
 import argparse
-import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import mpmath
+from cases import TRAJECTORIES, made_by, write
 from mpmath import mpf
 
-DEFAULT_OUTPUT = Path(__file__).parent / "trajectories" / "double_pendulum.csv"
+DEFAULT_OUTPUT = TRAJECTORIES / "double_pendulum.csv"
 
 GRAVITY_M_S2 = "9.81"
 LENGTH_M = 1
@@ -162,8 +162,7 @@ def header(error: mpf, energy_error: mpf, growth: list[mpf]) -> str:
     ]
     largest = max(growth)
     return (
-        f"# python derivations/reference_pendulum.py (Python {platform.python_version()}, "
-        f"mpmath {mpmath.__version__})\n"
+        f"# {made_by('reference_pendulum.py', mpmath)}\n"
         f"# Double pendulum of two rods of {LENGTH_M} m, {MASS_KG} kg and 1/12 kg m^2 about the "
         f"centre, {GRAVITY_M_S2} m/s^2 along -y; at rest at -pi/2 + {START_SWING_RAD[0]} and "
         f"-pi/2 + {START_SWING_RAD[1]}.\n"
@@ -214,8 +213,7 @@ def main() -> None:
         disturbed = [difference(states, run(DISTURBED_RUN, k)) for k in range(4)]
         growth = [max(row) / mpf(DISTURBANCE) for row in zip(*disturbed, strict=True)]
     text = header(error, energy_error, growth) + table(states)
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    arguments.output.write_text(text, encoding="utf-8", newline="\n")
+    write(arguments.output, text)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 What enters: nothing; the cases are those of `cases()` below.
 What leaves: a JSON file with the metrics of all cases.
 
-The chain, its differentiation by CasADi and CVODES are those of `reference_edges.py`, which also
+The chain, its differentiation by CasADi and CVODES are those of `cvodes.py`; `reference_edges.py`
 has chamfers and circles. Splines are stated here:
 
 1. A profile is a clamped B-spline of SciPy with uniform knots, and goes on straight beyond its
@@ -25,36 +25,29 @@ Run from the repository root:
     python derivations/reference_profiles.py
 """
 
-import argparse
-import json
 import math
-import multiprocessing
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import casadi
+import cvodes
 import numpy as np
 import reference_edges as edges
+from cases import CONTACT_STIFFNESS_N_M, DATA, LENGTH_M, entries_of, parser_of, write_cases
+from cvodes import Window
 from reference_edges import (
-    CONTACT_STIFFNESS_N_M,
-    LENGTH_M,
     SEGMENTS_OF_FACE,
     Case,
     Contact,
     Equations,
     Filament,
     Motion,
-    Touch,
-    Window,
     Workpiece,
 )
 from scipy.interpolate import BSpline
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
-
-DEFAULT_OUTPUT = edges.ROOT / "tests" / "data" / "reference_profiles.json"
 
 # Points of each piece of a spline among which the nearest is searched.
 SAMPLES = 500
@@ -223,10 +216,11 @@ class SplineProfile:
             found[..., stretch] = np.where(gaps < 0.0, numbers, 0)
         return found
 
-    def normal_force_n(self, line: np.ndarray, touch: Touch) -> float:
+    def normal_force_n(self, line: np.ndarray, touch: np.ndarray) -> float:
         """F_n of a polyline (n + 1, 2) with a touch, by the search."""
-        gaps = self.feet(line[1:])[0][np.array(touch.faces) > 0]
-        on_edges = [self.deepest(line, i)[0] for i, number in enumerate(touch.features) if number > 0]
+        n = len(line) - 1
+        gaps = self.feet(line[1:])[0][touch[:n] > 0]
+        on_edges = [self.deepest(line, i)[0] for i in np.flatnonzero(touch[n:])]
         return -CONTACT_STIFFNESS_N_M * (float(np.sum(gaps)) + float(sum(on_edges)))
 
 
@@ -315,7 +309,7 @@ class Watched(Motion):
 
     def force_n(self, window: Window, i: int) -> float:
         """F_n at a point."""
-        return float(self.observed(window.times[i], window.states[:, i], window.parameters)[0])
+        return float(self.observed(window.times[i], window.states[:, i], window.parameters)[0][0])
 
     def windows(self) -> Iterator[Window]:
         """The whole motion."""
@@ -327,7 +321,7 @@ class Watched(Motion):
                 continue
             self.jump_n = max(self.jump_n, abs(self.force_n(window, 0) - before))
             before = self.force_n(window, -1)
-            if window.touch.anything:
+            if np.any(window.touch):
                 self.peak_n = max(self.peak_n, self._peak_in(window))
             yield window
 
@@ -349,12 +343,12 @@ class Watched(Motion):
 class SplineMotion(Watched):
     """A pass over a spline."""
 
-    def _profile_and_equations(self) -> tuple[SplineProfile, SplineEquations]:
-        profile = SplineProfile(self.case)
-        count = len(profile.stretches)
-        return profile, spline_equations(self.case.filament, profile.degree, count)
+    @staticmethod
+    def _profile_and_equations(case: Case) -> tuple[SplineProfile, SplineEquations]:
+        profile = SplineProfile(case)
+        return profile, spline_equations(case.filament, profile.degree, len(profile.stretches))
 
-    def _of_touch(self, touch: Touch) -> list[np.ndarray]:
+    def _of_touch(self, touch: np.ndarray) -> list[np.ndarray]:
         n, profile = self._n, self.profile
         size = 1 + 2 * (profile.degree + 1)
         nodes = np.zeros((size, n))
@@ -364,10 +358,10 @@ class SplineMotion(Watched):
         for each in (nodes, at_nodes, insides):
             each[2] = 1.0
         insides[second + 2] = 1.0
-        for node, face in enumerate(touch.faces):
+        for node, face in enumerate(touch[:n]):
             if face > 0:
                 nodes[:, node] = [1.0, *profile.coefficients(face - 1).ravel("F")]
-        for edge, number in enumerate(touch.features):
+        for edge, number in enumerate(touch[n:]):
             if number > 0:
                 feature, piece = divmod(number, MOST_PIECES)
                 column = (at_nodes if feature % 2 == 0 else insides)[:, edge]
@@ -375,7 +369,7 @@ class SplineMotion(Watched):
                 column[size + (feature - 1) // 2] = 1.0
         return [each.ravel("F") for each in (nodes, at_nodes, insides)]
 
-    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: Touch) -> Window:
+    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: np.ndarray) -> Window:
         """The motion with one touch; less of it where a polynomial goes astray beyond its piece."""
         while True:
             try:
@@ -388,7 +382,7 @@ class SplineMotion(Watched):
     def depth_at_edges_m(self, window: Window) -> float:
         """Largest penetration of an edge in a window."""
         lines = self.polylines(window.times, window.states[: self._n])
-        touched = [edge for edge, number in enumerate(window.touch.features) if number > 0]
+        touched = np.flatnonzero(window.touch[self._n :])
         return -min(float(np.min(self.profile.deepest(lines, edge)[0])) for edge in touched)
 
     def windows(self) -> Iterator[Window]:
@@ -482,27 +476,12 @@ def cases() -> list[Case]:
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description="Write passes over chamfers, circles and splines.")
-    parser.add_argument("--processes", type=int, default=1, help="cases computed at the same time")
-    parser.add_argument("--only", help="cases whose names begin with this; prints them")
-    parser.add_argument("--output", type=Path, default=DEFAULT_OUTPUT, help="JSON file to write")
-    arguments = parser.parse_args()
-    chosen = [case for case in cases() if case.name.startswith(arguments.only or "")]
-    lines = []
-    with multiprocessing.Pool(arguments.processes) as pool:
-        for case, entry in zip(chosen, pool.imap(result, chosen, chunksize=1), strict=True):
-            lines.append(json.dumps(entry))
-            print(f"{case.name}, {case.brushing_velocity_m_s:g} m/s: done", flush=True)
-    if arguments.only is not None:
-        print("\n".join(lines))
-        return
-    made_by = edges.command().replace("reference_edges", "reference_profiles")
-    joined = ",\n".join(lines)
-    arguments.output.write_text(
-        f'{{"made_by": {json.dumps(made_by)},\n"cases": [\n{joined}\n]}}\n',
-        encoding="utf-8",
-        newline="\n",
-    )
+    output = DATA / "reference_profiles.json"
+    arguments = parser_of("Write passes over chamfers, circles and splines.", output).parse_args()
+    entries = entries_of(result, cases(), arguments)
+    if arguments.only is None:
+        command = cvodes.command("reference_profiles.py", edges.TOLERANCE)
+        write_cases(arguments.output, command, entries)
 
 
 if __name__ == "__main__":

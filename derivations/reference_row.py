@@ -6,16 +6,15 @@ two trajectories.
 
 How it is done:
 
-1. The filaments of a row stay in the plane of rotation: one azimuth θ_k for each segment. E_kin,
-   E_spring, D and the energy E_ab of filaments that touch are written down in these, and CasADi
-   differentiates them into M(q) q̈ = f(q, q̇, t) and into the Jacobian of f.
+1. The filaments of a row stay in the plane of rotation: one azimuth θ_k for each segment. Each is a
+   chain of `cvodes.py`. The energy E_ab of filaments that touch is written down here, and CasADi
+   differentiates it with the others.
 2. The plane of the workpiece presses on nodes. Each of the N_q points of a segment is pressed off
    the nearest point of the neighbour's polyline, which lies inside a segment or at a node. Which
    nodes are below the plane and which part of the neighbour a point touches, if any, is the *touch*
    of a state. The equations take it as parameters and are smooth while it does not change.
-3. CVODES of SUNDIALS (BDF of orders 1 to 5, Newton's method), as CasADi ships it, integrates
-   windows with a constant touch. Each change of the touch is located and ends a window: no step
-   crosses a kink. Nothing is smoothed but friction, as MODEL.md says.
+3. CVODES integrates windows with a constant touch (`cvodes.py`): no step crosses a kink. Nothing is
+   smoothed but friction, as MODEL.md says.
 4. Impulses and works are states of the solver; contact times are sums of windows.
 
 Friction and damping of filaments act along and across the normal of E_ab. Friction acts half-way
@@ -33,49 +32,47 @@ Run from the repository root:
     python derivations/reference_row.py
 """
 
-import argparse
 import json
 import math
-import multiprocessing
-import platform
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import casadi
+import cvodes
 import numpy as np
-import scipy
-from scipy.interpolate import BPoly
+from cases import (
+    BODY_RADIUS_M,
+    CONTACT_STIFFNESS_N_M,
+    DAMPING_RATIO,
+    DATA,
+    DENSITY_KG_M3,
+    DIAMETER_M,
+    FIRST_CANTILEVER_ROOT,
+    LEAD_ANGLE_RAD,
+    LEAST_VALUE,
+    LENGTH_M,
+    REGULARISATION_M_S,
+    TAIL_ANGLE_RAD,
+    WIDTH_M,
+    YOUNGS_MODULUS_PA,
+    Passing,
+    entries_of,
+    parser_of,
+    rounded,
+    write_cases,
+    write_trajectories,
+)
+from cvodes import INTEGRAL_UNIT, RATE_UNIT_RAD_S, Window, planar_chain, velocity_of
 from scipy.optimize import brentq, minimize_scalar
 
-ROOT = Path(__file__).parent.parent
-DEFAULT_OUTPUT = ROOT / "tests" / "data" / "reference_row.json"
-TRAJECTORIES = Path(__file__).parent / "trajectories"
-
-# The paper's tool and filament, and the defaults for what the paper leaves open.
-BODY_RADIUS_M = 0.140
-WIDTH_M = 0.020
-LENGTH_M = 0.040
-TOOL_RADIUS_M = BODY_RADIUS_M + LENGTH_M
-DIAMETER_M = 1.18e-3
-DENSITY_KG_M3 = 1110.0
-YOUNGS_MODULUS_PA = 3.0e9
 BENDING_STIFFNESS = YOUNGS_MODULUS_PA * math.pi * DIAMETER_M**4 / 64
 MASS_PER_LENGTH = DENSITY_KG_M3 * math.pi * DIAMETER_M**2 / 4
-DAMPING_RATIO = 0.05
-FIRST_ROOT = 1.8751040687
-FIRST_FREQUENCY = FIRST_ROOT**2 * math.sqrt(BENDING_STIFFNESS / (MASS_PER_LENGTH * LENGTH_M**4))
-CONTACT_STIFFNESS_N_M = 1e5
-REGULARISATION_M_S = 1e-3
-LEAD_ANGLE_RAD = 0.005
-TAIL_ANGLE_RAD = 0.15
+FIRST_FREQUENCY = FIRST_CANTILEVER_ROOT**2 * math.sqrt(
+    BENDING_STIFFNESS / (MASS_PER_LENGTH * LENGTH_M**4)
+)
+DAMPING_TIME_S = 2 * DAMPING_RATIO / FIRST_FREQUENCY
 # Of filaments on each other: the default, and Hertz's value E/(4 (1 − ν²)) with ν = 0.4.
 LINE_STIFFNESS_N_M2, HERTZ_STIFFNESS_N_M2 = 6e7, 9e8
 
-# Units of the solver's states, so that one absolute tolerance fits all: angles of 1 rad, rates of
-# 1000 rad/s, integrals of 1 mN s and 1 mJ.
-RATE_UNIT_RAD_S = 1e3
-INTEGRAL_UNIT = 1e-3
 # The integrals: those of every filament, then those of every pair of neighbours. The force between
 # neighbours is that on the column ahead.
 OF_FILAMENT = ("contact_normal_impulse_n_s", "contact_impulse_x_n_s", "friction_work_j")
@@ -87,18 +84,6 @@ OF_PAIR = (
     "damping_work_j",
 )
 TOLERANCE, LOOSER = 1e-12, 1e-11
-# Absolute over relative tolerance, in these units.
-ABSOLUTE_TOLERANCE = 0.1
-# CVODES is asked for the motion one window after the other, and gives it at so many points in each.
-# A window is so many times longer than the touch has lasted, within these limits.
-LONGEST_WINDOW_S, SHORTEST_WINDOW_S, WINDOW_GROWTH = 1e-4, 4e-6, 2.0
-POINTS = 401
-# Below this a number is zero but for rounding, in any of the units.
-LEAST_VALUE = 1e-18
-# More changes of the touch than this mean that a pass chatters, which this code does not solve.
-MOST_CHANGES = 50_000
-
-ROWS = 1001
 
 
 @dataclass(frozen=True)
@@ -113,14 +98,9 @@ class Brush:
     friction_coefficient: float = 0.0
     friction_at: str = "surfaces"
 
-    @property
-    def pitch_rad(self) -> float:
-        """Angle from a column to the next."""
-        return 2 * math.pi / self.filament_count
-
 
 @dataclass(frozen=True)
-class Case:
+class Case(Passing):
     """A pass of a row over the plane; v_b in m/s, a_e in m."""
 
     name: str
@@ -131,157 +111,129 @@ class Case:
     segments: int = 5
 
     @property
-    def rate_rad_s(self) -> float:
-        """ω = v_b / R."""
-        return self.brushing_velocity_m_s / TOOL_RADIUS_M
+    def columns(self) -> int:
+        """Filaments in a row."""
+        return self.brush.columns
 
     @property
-    def height_m(self) -> float:
-        """Where the plane lies."""
-        return self.penetration_depth_m - TOOL_RADIUS_M
+    def behind_rad(self) -> float:
+        """Angle from a column to the next."""
+        return 2 * math.pi / self.brush.filament_count
 
     @property
-    def contact_angle_rad(self) -> float:
-        """Ω_c."""
-        return 2 * math.acos(-self.height_m / TOOL_RADIUS_M)
-
-    @property
-    def start_angle_rad(self) -> float:
-        """Column 0 starts at the lead angle before its nominal entry."""
-        return -math.pi / 2 - self.contact_angle_rad / 2 - LEAD_ANGLE_RAD
-
-    @property
-    def end_s(self) -> float:
-        """The last column ends at the tail angle past its nominal exit."""
-        behind = (self.brush.columns - 1) * self.brush.pitch_rad
-        angle = LEAD_ANGLE_RAD + self.contact_angle_rad + behind + TAIL_ANGLE_RAD
-        return angle / self.rate_rad_s
+    def last_behind_rad(self) -> float:
+        """Angle from the first column to the last."""
+        return (self.columns - 1) * self.behind_rad
 
     def inputs(self) -> dict[str, dict[str, object]]:
         """The case in the keys of the input file."""
         brush = self.brush
-        return {
-            "tool": {
-                "body_radius_m": BODY_RADIUS_M,
-                "width_m": WIDTH_M,
-                "filament_count": brush.filament_count,
-            },
-            "filament": {
-                "segments": self.segments,
-                "length_m": LENGTH_M,
-                "diameter_m": DIAMETER_M,
-                "density_kg_m3": DENSITY_KG_M3,
-                "youngs_modulus_pa": YOUNGS_MODULUS_PA,
-                "damping_ratio": DAMPING_RATIO,
-            },
-            "contact": {
-                "stiffness_n_m": CONTACT_STIFFNESS_N_M,
-                "friction_coefficient": self.friction_coefficient,
-                "friction_regularisation_m_s": REGULARISATION_M_S,
-            },
-            "brush": {
-                "columns": brush.columns,
-                "rows": 1,
-                "stiffness_n_m2": brush.stiffness_n_m2,
-                "contact_points": brush.contact_points,
-                "damping_s_m": brush.damping_s_m,
-                "friction_coefficient": brush.friction_coefficient,
-                "steady": False,
-            },
-            "process": {
-                "brushing_velocity_m_s": self.brushing_velocity_m_s,
-                "penetration_depth_m": self.penetration_depth_m,
-                "lead_angle_rad": LEAD_ANGLE_RAD,
-                "tail_angle_rad": TAIL_ANGLE_RAD,
-            },
+        of_brush = {
+            "columns": brush.columns,
+            "rows": 1,
+            "stiffness_n_m2": brush.stiffness_n_m2,
+            "contact_points": brush.contact_points,
+            "damping_s_m": brush.damping_s_m,
+            "friction_coefficient": brush.friction_coefficient,
+            "steady": False,
         }
+        return inputs(self, WIDTH_M, brush.filament_count, {}, of_brush)
 
 
-class Equations:
+def inputs(
+    case: Passing,
+    width_m: float,
+    filament_count: float,
+    filament: dict[str, object],
+    brush: dict[str, object],
+) -> dict[str, dict[str, object]]:
+    """A case in the keys of the input file; `filament` has what others do not say."""
+    return {
+        "tool": {
+            "body_radius_m": BODY_RADIUS_M,
+            "width_m": width_m,
+            "filament_count": filament_count,
+        },
+        "filament": {
+            "segments": case.segments,
+            "length_m": LENGTH_M,
+            "diameter_m": DIAMETER_M,
+            "density_kg_m3": DENSITY_KG_M3,
+            "youngs_modulus_pa": YOUNGS_MODULUS_PA,
+            "damping_ratio": DAMPING_RATIO,
+            **filament,
+        },
+        "contact": {
+            "stiffness_n_m": CONTACT_STIFFNESS_N_M,
+            "friction_coefficient": case.friction_coefficient,
+            "friction_regularisation_m_s": REGULARISATION_M_S,
+        },
+        "brush": brush,
+        "process": {
+            "brushing_velocity_m_s": case.brushing_velocity_m_s,
+            "penetration_depth_m": case.penetration_depth_m,
+            "lead_angle_rad": LEAD_ANGLE_RAD,
+            "tail_angle_rad": TAIL_ANGLE_RAD,
+        },
+    }
+
+
+class Equations(cvodes.Equations):
     """The equations of motion of a row, as functions of CasADi of (t, y, p).
 
-    y is (θ of column 0, θ of column 1, …, all θ̇, the integrals), in the units above. p says what
-    touches: 1 for each node below the plane, else 0; and by columns a matrix with a row for each
-    point of a filament on a neighbour: whether it touches, whether the nearest point is a node, its
-    place on its segment if so, 1 at that segment, and the weights of the segments whose rotation
-    moves the surface there.
+    y is (θ of column 0, θ of column 1, …, all θ̇, the integrals). p says what touches: 1 for each
+    node below the plane, else 0; and by columns a matrix with a row for each point of a filament on
+    a neighbour: whether it touches, whether the nearest point is a node, its place on its segment if
+    so, 1 at that segment, and the weights of the segments whose rotation moves the surface there.
     """
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self.columns, n = case.brush.columns, case.segments
+        self.columns, n = case.columns, case.segments
         self.contact_points = case.brush.contact_points
         self.count = self.node_count = self.columns * n
-        self.integral_count = self.columns * len(OF_FILAMENT) + (self.columns - 1) * len(OF_PAIR)
-        self.size = 2 * self.count + self.integral_count
         point_count = 2 * (self.columns - 1) * n * case.brush.contact_points
-        time = casadi.SX.sym("t")
-        angles = casadi.SX.sym("theta", self.count)
-        rates = casadi.SX.sym("theta_rate", self.count)
-        accelerations = casadi.SX.sym("theta_acceleration", self.count)
+        self._angles = casadi.SX.sym("theta", self.count)
+        self._rates = casadi.SX.sym("theta_rate", self.count)
+        self._instant = [casadi.SX.sym("t"), self._angles, self._rates]
         below = casadi.SX.sym("below", self.count)
         points = casadi.SX.sym("points", point_count, 3 + 2 * n)
         parameters = casadi.vertcat(below, casadi.vec(points))
-        self.parameter_count = parameters.numel()
 
-        self._time, self._angles, self._rates = time, angles, rates
-        kinetic, potential, dissipation = self._chains()
-        on_workpiece = self._workpiece(below)
+        kinetic, springs, dissipation = self._chains()
+        on_workpiece, of_workpiece = self._workpiece(below)
         pressed, torques, between, pair_forces = self._neighbours(points)
-        momenta = casadi.gradient(kinetic, rates)
-        mass_matrix = casadi.jacobian(momenta, rates)
-        right_side = (
-            casadi.gradient(kinetic - potential - pressed, angles)
-            - casadi.gradient(dissipation, rates)
-            - casadi.jtimes(momenta, angles, rates)
-            - casadi.jacobian(momenta, time)
-            + on_workpiece[0]
-            + torques
+        energies = kinetic, kinetic - springs - pressed, dissipation
+        integrands = casadi.vertcat(of_workpiece, between)
+        self.derive(self._instant, parameters, energies, [on_workpiece, torques], integrands)
+        self.observed = casadi.Function(
+            "observed", [*self._instant, parameters], [pair_forces, self._closing]
         )
-        integrands = casadi.vertcat(on_workpiece[1], between)
-        residual = mass_matrix @ accelerations - right_side
-        instant = [time, angles, rates, parameters]
-        motion = casadi.Function("motion", instant, [mass_matrix, right_side, integrands])
-        by_state = casadi.vertcat(angles, rates)
-        tangents = casadi.Function(
-            "tangents",
-            [*instant, accelerations],
-            [casadi.jacobian(residual, by_state), casadi.jacobian(integrands, by_state)],
-        )
-        self.observed = casadi.Function("observed", instant, [pair_forces, self._closing])
-        self._set_derivative(motion, tangents)
 
     def _chains(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
         """E_kin and E_spring in J, D in W; sets positions and velocities of the nodes."""
         case, n = self.case, self.case.segments
-        h = LENGTH_M / n
-        mass = MASS_PER_LENGTH * h
-        damping_time = 2 * DAMPING_RATIO / FIRST_FREQUENCY
-        kinetic, springs, dissipation = 0, 0, 0
+        time, h = self._instant[0], LENGTH_M / n
+        # The clamp joint carries only half a segment's compliance.
+        stiffnesses = [(2 if k == 0 else 1) * BENDING_STIFFNESS / h for k in range(n)]
+        sums = [0, 0, 0]
         self._nodes, self._velocities = [], []
         for column in range(self.columns):
-            angles = self._angles[column * n : (column + 1) * n]
-            rates = self._rates[column * n : (column + 1) * n]
-            behind = column * case.brush.pitch_rad
-            body = case.start_angle_rad - behind + case.rate_rad_s * self._time
-            nodes = [BODY_RADIUS_M * casadi.vertcat(casadi.cos(body), casadi.sin(body))]
-            for k in range(n):
-                step = h * casadi.vertcat(casadi.cos(angles[k]), casadi.sin(angles[k]))
-                velocity = self._velocity(nodes[k] + step / 2)
-                kinetic += mass / 2 * casadi.sumsqr(velocity) + mass * h**2 / 24 * rates[k] ** 2
-                # The clamp joint carries only half a segment's compliance.
-                stiffness = (2 if k == 0 else 1) * BENDING_STIFFNESS / h
-                bend = angles[k] - (body if k == 0 else angles[k - 1])
-                bend_rate = rates[k] - (case.rate_rad_s if k == 0 else rates[k - 1])
-                springs += stiffness / 2 * bend**2
-                dissipation += damping_time * stiffness / 2 * bend_rate**2
-                nodes.append(nodes[k] + step)
-            self._nodes.append(casadi.horzcat(*nodes))
-            self._velocities.append(casadi.horzcat(*map(self._velocity, nodes)))
-        return kinetic, springs, dissipation
-
-    def _velocity(self, point: casadi.SX) -> casadi.SX:
-        return casadi.jacobian(point, self._time) + casadi.jtimes(point, self._angles, self._rates)
+            own = slice(column * n, (column + 1) * n)
+            body = case.start_angle_rad - column * case.behind_rad + case.rate_rad_s * time
+            *energies, nodes = planar_chain(
+                (time, self._angles[own], self._rates[own]),
+                (body, case.rate_rad_s),
+                [MASS_PER_LENGTH * h] * n,
+                stiffnesses,
+                DAMPING_TIME_S,
+                [0.0] * n,
+            )
+            sums = [total + each for total, each in zip(sums, energies, strict=True)]
+            self._nodes.append(nodes)
+            velocities = [velocity_of(nodes[:, k], self._instant) for k in range(n + 1)]
+            self._velocities.append(casadi.horzcat(*velocities))
+        return tuple(sums)
 
     def _workpiece(self, below: casadi.SX) -> tuple[casadi.SX, casadi.SX]:
         """Generalised forces of the plane, and the rates of the integrals of each filament."""
@@ -379,101 +331,28 @@ class Equations:
         force = pressure * normal + rubbing * tangent
         return energy, torques, pressure, force, -rubbing * sliding, viscous * rate, rate
 
-    def _set_derivative(self, motion: casadi.Function, tangents: casadi.Function) -> None:
-        """dy/dt as a function of (t, y, p), which knows its Jacobian."""
-        n, extra = self.count, self.integral_count
-        time, y = casadi.MX.sym("t"), casadi.MX.sym("y", self.size)
-        p = casadi.MX.sym("p", self.parameter_count)
-        instant = [time, y[:n], y[n : 2 * n] * RATE_UNIT_RAD_S, p]
-        mass_matrix, right_side, integrands = motion(*instant)
-        accelerations = casadi.solve(mass_matrix, right_side, "ldl")
-        derivative = casadi.vertcat(
-            instant[2], accelerations / RATE_UNIT_RAD_S, integrands / INTEGRAL_UNIT
-        )
-        # From M q̈ = f follows ∂q̈ = −M⁻¹ ∂(M q̈ − f) at the q̈ of the state.
-        by_state, integrands_by_state = tangents(*instant, accelerations)
-        by_state = -casadi.solve(mass_matrix, casadi.densify(by_state), "ldl")
-        by_angles, by_rates = casadi.horzsplit(by_state, n)
-        by_integrands = casadi.horzsplit(integrands_by_state, n)
-        jacobian = casadi.vertcat(
-            casadi.horzcat(
-                casadi.MX(n, n), casadi.MX(RATE_UNIT_RAD_S * casadi.DM.eye(n)), casadi.MX(n, extra)
-            ),
-            casadi.horzcat(by_angles / RATE_UNIT_RAD_S, by_rates, casadi.MX(n, extra)),
-            casadi.horzcat(
-                by_integrands[0] / INTEGRAL_UNIT,
-                by_integrands[1] * (RATE_UNIT_RAD_S / INTEGRAL_UNIT),
-                casadi.MX(extra, extra),
-            ),
-        )
-        # CasADi wants the Jacobian by all arguments, given the result too; those by t and p are
-        # not used.
-        size, empty = self.size, casadi.MX(self.size, 1)
-        custom = casadi.Function(
-            "jac_derivative",
-            [time, y, p, empty],
-            [empty, jacobian, casadi.MX(size, self.parameter_count)],
-            ["t", "y", "p", "out_ode"],
-            ["jac_ode_t", "jac_ode_y", "jac_ode_p"],
-        )
-        names, options = (["t", "y", "p"], ["ode"]), {"custom_jacobian": custom}
-        self.derivative = casadi.Function("derivative", [time, y, p], [derivative], *names, options)
+class Motion(cvodes.Motion):
+    """A pass of a row.
 
-
-@dataclass(frozen=True)
-class Window:
-    """A piece of the motion with one touch, a row of whole numbers.
-
-    Of nodes: 1 below the plane, else 0. Of points: 0 in the air; 2 k + 1 nearest to the neighbour's
-    node k, 2 k to the inside of its segment k.
+    A touch has of every node 1 below the plane, else 0; then of every point 0 in the air, 2 k + 1
+    nearest to the neighbour's node k, 2 k to the inside of its segment k.
     """
 
-    times: np.ndarray
-    states: np.ndarray  # columns
-    touch: np.ndarray
-    parameters: np.ndarray
-
-    def first(self, count: int) -> "Window":
-        """Its first points."""
-        return replace(self, times=self.times[:count], states=self.states[:, :count])
-
-
-class Motion:
-    """A pass, window by window."""
+    equations_of = Equations
+    # The integrals.
+    of_filament, of_pair = OF_FILAMENT, OF_PAIR
+    # How often the nearest point of a point has jumped from one segment to another.
+    jumps = 0
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
-        self.case, self.equations = case, self._equations_of(case)
-        self._n, self._columns = case.segments, self.equations.columns
+        super().__init__(case, self.equations_of(case), relative_tolerance)
+        self._n, self._columns = case.segments, case.columns
         self._contact_points = self.equations.contact_points
-        self._shares = np.linspace(0.0, 1.0, POINTS)
-        self._integrator = self._integrator_of(self.equations, relative_tolerance)
-
-    def _integrator_of(self, equations: Equations, relative_tolerance: float) -> casadi.Function:
-        """CVODES for a window."""
-        share, y = casadi.MX.sym("share"), casadi.MX.sym("y", equations.size)
-        p = casadi.MX.sym("p", equations.parameter_count)
-        window = casadi.MX.sym("window", 2)  # start and length in s
-        derivative = equations.derivative(window[0] + window[1] * share, y, p)
-        problem = {
-            "t": share,
-            "x": y,
-            "p": casadi.vertcat(window, p),
-            "ode": window[1] * derivative,
-        }
-        options = {
-            "reltol": relative_tolerance,
-            "abstol": ABSOLUTE_TOLERANCE * relative_tolerance,
-            "max_num_steps": 1_000_000,
-        }
-        return casadi.integrator("window", "cvodes", problem, 0.0, list(self._shares), options)
-
-    def _equations_of(self, case: Case) -> Equations:
-        return Equations(case)
 
     def bodies(self, times: np.ndarray) -> np.ndarray:
         """β of each column, (times, columns)."""
         case = self.case
-        bodies = case.start_angle_rad - case.brush.pitch_rad * np.arange(self._columns)
+        bodies = case.start_angle_rad - case.behind_rad * np.arange(self._columns)
         return bodies + case.rate_rad_s * times[:, None]
 
     def start(self) -> np.ndarray:
@@ -511,17 +390,13 @@ class Motion:
         return np.where(distance < DIAMETER_M, 1 + feature, 0)
 
     def touches(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """The touch (see `Window`) at each time, as rows."""
+        """The touch at each time, as rows."""
         lines = self.polylines(times, states[: self.equations.count])
         rows = [(lines[:, :, 1:, 1] < self.case.height_m).reshape(len(times), -1)]
         for pair in range(self._columns - 1):
             for a, b in ((pair, pair + 1), (pair + 1, pair)):
                 rows.append(self._touch_of_points(lines[:, a], lines[:, b]))
         return np.concatenate(rows, axis=1).astype(int)
-
-    def touch(self, time: float, y: np.ndarray) -> np.ndarray:
-        """That of one state."""
-        return self.touches(np.array([time]), y[:, None])[0]
 
     def parameters(self, touch: np.ndarray) -> np.ndarray:
         """The touch as the equations take it."""
@@ -539,41 +414,6 @@ class Motion:
             turning[row, segment] += 0.5
             turning[row, following] += 0.5
         return np.concatenate([touch[:nodes].astype(float), points.ravel("F")])
-
-    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: np.ndarray) -> Window:
-        """The motion with one touch, whether or not it lasts."""
-        parameters = self.parameters(touch)
-        p = np.concatenate([[start_s, end_s - start_s], parameters])
-        states = np.array(self._integrator(x0=y, p=p)["xf"])
-        if not np.all(np.isfinite(states)):
-            raise RuntimeError(f"{self.case.name}: CVODES stopped in the window at {start_s} s")
-        times = start_s + (end_s - start_s) * self._shares
-        times[-1] = end_s
-        return Window(times, states, touch, parameters)
-
-    def between(self, window: Window, i: int) -> Callable[[float], np.ndarray]:
-        """The state after point i, until the next: of degree 5 in angles, 3 in the integrals."""
-        n, angles, integrals = self.equations.count, [], []
-        for time, y in zip(window.times[i : i + 2], window.states[:, i : i + 2].T, strict=True):
-            slope = np.array(self.equations.derivative(time, y, window.parameters)).ravel()
-            angles.append([y[:n], slope[:n], RATE_UNIT_RAD_S * slope[n : 2 * n]])
-            integrals.append([y[2 * n :], slope[2 * n :]])
-        # Over the time since point i, whose rounding would else enter.
-        ends = [0.0, window.times[i + 1] - window.times[i]]
-        of_angles, of_integrals = (BPoly.from_derivatives(ends, y) for y in (angles, integrals))
-        of_rates = of_angles.derivative()
-        return lambda since: np.concatenate(
-            [of_angles(since), of_rates(since) / RATE_UNIT_RAD_S, of_integrals(since)]
-        )
-
-    def observed(
-        self, time: float, y: np.ndarray, parameters: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sum of the normal forces of each pair, and rates of penetration of all points."""
-        n = self.equations.count
-        values = self.equations.observed(time, y[:n], y[n : 2 * n] * RATE_UNIT_RAD_S, parameters)
-        forces, rates = (np.array(value).ravel() for value in values)
-        return forces, rates
 
     def normal_forces_n(self, touch: np.ndarray, lines: np.ndarray) -> np.ndarray:
         """F_n (times, columns) of polylines with a touch."""
@@ -614,15 +454,7 @@ class Motion:
                 peaks[place] = max(peaks[place], -float(found.fun))
         return peaks
 
-    def _first_change(self, window: Window) -> int | None:
-        """The first point, but the start, at which something else touches."""
-        rows = self.touches(window.times, window.states)
-        changed = np.flatnonzero(np.any(rows != window.touch, axis=1))
-        # The start is the event that ended the window before.
-        changed = changed[changed > 0]
-        return int(changed[0]) if len(changed) > 0 else None
-
-    def _check(self, window: Window) -> None:
+    def check(self, window: Window) -> None:
         """That nothing happens which the equations leave out."""
         lines = self.polylines(window.times[-1:], window.states[: self.equations.count, -1:])[0]
         for column in range(self._columns - 2):
@@ -635,74 +467,24 @@ class Motion:
             if np.min(rates) * self.case.brush.damping_s_m <= -1.0:
                 raise RuntimeError(f"{self.case.name}: a damped contact would pull")
 
-    def windows(self) -> Iterator[Window]:
-        """The whole motion."""
-        end_of_all, self.changes, self.jumps = self.case.end_s, 0, 0
-        start_s, y, until_s = 0.0, self.start(), None
-        touch, length, since_s = self.touch(start_s, y), LONGEST_WINDOW_S, 0.0
-        while start_s < end_of_all:
-            end_s = until_s or min(start_s + length, end_of_all)
-            # The last bit is no window of its own.
-            if end_of_all - end_s < 1e-3 * length:
-                end_s = end_of_all
-            window = self._window(start_s, end_s, y, touch)
-            change = self._first_change(window)
-            following, until_of_next = touch, None
-            if change is not None and until_s is None:
-                # Once more from the point before the change to that after it, at much finer points.
-                until_of_next = float(window.times[change])
-                window = window.first(change)
-            elif change is not None:
-                window, following = self._until_change(window, change)
-                self.changes += 1
-                self.jumps += self._jumped(window.touch, following)
-                if self.changes > MOST_CHANGES:
-                    raise RuntimeError(f"{self.case.name}: chatters at {start_s} s")
-            if len(window.times) > 1:
-                self._check(window)
-                yield window
-            start_s, y = float(window.times[-1]), window.states[:, -1]
-            if following is not touch:
-                length, since_s = start_s - since_s, start_s
-            length = WINDOW_GROWTH * max(length, start_s - since_s)
-            length = min(max(length, SHORTEST_WINDOW_S), LONGEST_WINDOW_S)
-            touch, until_s = following, until_of_next
-
-    def _jumped(self, touch: np.ndarray, following: np.ndarray) -> bool:
-        """Whether the nearest point of a point jumps from one segment to another."""
+    def changed(self, touch: np.ndarray, following: np.ndarray) -> None:
+        """Counts the jumps."""
         count = self.equations.node_count
         before, after = touch[count:], following[count:]
-        return bool(np.any((before > 0) & (after > 0) & (np.abs(before - after) > 1)))
-
-    def _until_change(self, window: Window, change: int) -> tuple[Window, np.ndarray]:
-        """The window until the touch changes, which is located, and the next touch."""
-        before = float(window.times[change - 1])
-        state = self.between(window, change - 1)
-        low, high = 0.0, float(window.times[change]) - before
-        # To 2e-9 of the distance of the points.
-        for _ in range(29):
-            middle = (low + high) / 2
-            if np.array_equal(self.touch(before + middle, state(middle)), window.touch):
-                low = middle
-            else:
-                high = middle
-        times = np.append(window.times[:change], before + high)
-        states = np.column_stack([window.states[:, :change], state(high)])
-        ended = replace(window, times=times, states=states)
-        return ended, self.touch(before + high, state(high))
+        self.jumps += bool(np.any((before > 0) & (after > 0) & (np.abs(before - after) > 1)))
 
 
 def column_runs(case: Case, touch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which columns touch the plane, and which pairs of neighbours touch each other."""
-    columns, nodes = case.brush.columns, case.brush.columns * case.segments
+    columns, nodes = case.columns, case.columns * case.segments
     on_plane = np.any(touch[:nodes].reshape(columns, -1) > 0, axis=1)
     pairs = np.any(touch[nodes:].reshape(columns - 1, -1) > 0, axis=1) if columns > 1 else []
     return on_plane, np.array(pairs, dtype=bool)
 
 
-def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
+def metrics(motion: Motion) -> dict[str, object]:
     """What the file says about a case, from a run at one tolerance."""
-    motion, columns = Motion(case, relative_tolerance), case.brush.columns
+    case, columns = motion.case, motion.case.columns
     times, pair_times = np.zeros(columns), np.zeros(columns - 1)
     counts, touched_before = np.zeros(columns, dtype=int), np.zeros(columns, dtype=bool)
     peaks = np.zeros((2, columns))
@@ -715,15 +497,14 @@ def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
         last = window
     if np.any(touched_before):
         raise RuntimeError(f"{case.name}: a filament still touches the plane at the end")
-    integrals = last.states[2 * motion.equations.count :, -1] * INTEGRAL_UNIT
-    split = columns * len(OF_FILAMENT)
+    integrals, split = motion.integrals(last, -1), columns * len(motion.of_filament)
     of_filament = integrals[:split].reshape(columns, -1)
-    of_pair = integrals[split:].reshape(columns - 1, len(OF_PAIR))
+    of_pair = integrals[split:].reshape(columns - 1, len(motion.of_pair))
     tips = motion.polylines(last.times[-1:], last.states[: motion.equations.count, -1:])[0, :, -1]
     filaments = [
         {
             "column": column,
-            **dict(zip(OF_FILAMENT, of_filament[column], strict=True)),
+            **dict(zip(motion.of_filament, of_filament[column], strict=True)),
             "contact_time_s": times[column],
             "contact_count": int(counts[column]),
             "peak_contact_normal_force_n": peaks[0, column],
@@ -735,7 +516,7 @@ def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
     between = [
         {
             "columns": [pair, pair + 1],
-            **dict(zip(OF_PAIR, of_pair[pair], strict=True)),
+            **dict(zip(motion.of_pair, of_pair[pair], strict=True)),
             "contact_time_s": pair_times[pair],
         }
         for pair in range(columns - 1)
@@ -767,20 +548,9 @@ def own_errors(values: dict[str, object], others: dict[str, object]) -> dict[str
     return {name: float(f"{error:.1g}") for name, error in largest.items()}
 
 
-def rounded(value: object) -> object:
-    """Twelve digits: more than the integrator gives, and no rounding of the processor's."""
-    if isinstance(value, dict):
-        return {key: rounded(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [rounded(each) for each in value]
-    if isinstance(value, float):
-        return float(f"{value:.12g}") if abs(value) > LEAST_VALUE else 0.0
-    return value
-
-
 def result(case: Case) -> dict[str, object]:
     """The entry of a case in the file."""
-    values, others = metrics(case, TOLERANCE), metrics(case, LOOSER)
+    values, others = (metrics(Motion(case, each)) for each in (TOLERANCE, LOOSER))
     entry = {"name": case.name, "input": case.inputs()}
     if case.brush.friction_coefficient > 0.0:
         entry["friction_at"] = case.brush.friction_at
@@ -857,7 +627,7 @@ def stiffness_changes(entries: list[dict[str, object]]) -> list[dict[str, object
 
 def trajectory_columns(case: Case) -> list[str]:
     """Names of the columns of a trajectory."""
-    columns = range(case.brush.columns)
+    columns = range(case.columns)
     names = ["contact_normal_force_n", "contact_normal_impulse_n_s", "tip_x_m", "tip_y_m"]
     of_filaments = [f"{name}_{column}" for column in columns for name in names]
     of_pairs = [f"neighbour_normal_force_n_{pair}_{pair + 1}" for pair in columns[:-1]]
@@ -866,26 +636,15 @@ def trajectory_columns(case: Case) -> list[str]:
 
 def trajectory(case: Case, relative_tolerance: float) -> np.ndarray:
     """Rows of `trajectory_columns`."""
-    motion, rows, columns = Motion(case, relative_tolerance), [], case.brush.columns
-    times = np.linspace(0.0, case.end_s, ROWS)
-    first = 2 * motion.equations.count
-    for window in motion.windows():
-        while len(rows) < ROWS and times[len(rows)] <= window.times[-1]:
-            time = times[len(rows)]
-            i = int(np.searchsorted(window.times, time, side="right")) - 1
-            i = min(max(i, 0), len(window.times) - 2)
-            state = motion.between(window, i)(time - window.times[i])
-            lines = motion.polylines(np.array([time]), state[: motion.equations.count, None])
-            impulses = state[first : first + columns * len(OF_FILAMENT) : len(OF_FILAMENT)]
-            of_filaments = np.column_stack(
-                [
-                    motion.normal_forces_n(window.touch, lines)[0],
-                    impulses * INTEGRAL_UNIT,
-                    lines[0, :, -1],
-                ]
-            )
-            between, _ = motion.observed(time, state, window.parameters)
-            rows.append([time, *of_filaments.ravel(), *between])
+    motion, rows, split = Motion(case, relative_tolerance), [], case.columns * len(OF_FILAMENT)
+    count = motion.equations.count
+    for time, state, window in motion.sampled():
+        lines = motion.polylines(np.array([time]), state[:count, None])
+        impulses = state[2 * count : 2 * count + split : len(OF_FILAMENT)] * INTEGRAL_UNIT
+        forces = motion.normal_forces_n(window.touch, lines)[0]
+        of_filaments = np.column_stack([forces, impulses, lines[0, :, -1]])
+        between, _ = motion.observed(time, state, window.parameters)
+        rows.append([time, *of_filaments.ravel(), *between])
     return np.array(rows)
 
 
@@ -893,33 +652,18 @@ def trajectory_text(case: Case) -> str:
     """The file of a trajectory."""
     table, looser = trajectory(case, TOLERANCE), trajectory(case, LOOSER)
     names, brush = trajectory_columns(case), case.brush
-    largest = np.max(np.abs(table - looser), axis=0)[1:]
-    errors = ", ".join(
-        f"{name} {error:.1g}" for name, error in zip(names[1:], largest, strict=True)
-    )
-    lines = [
-        f"# {command()}",
-        f"# A planar row of {brush.columns} filaments of {case.segments} segments with "
+    errors = cvodes.differences(names, table, looser)
+    comments = [
+        cvodes.command("reference_row.py", TOLERANCE),
+        f"A planar row of {brush.columns} filaments of {case.segments} segments with "
         f"{brush.contact_points} points each, {brush.filament_count:g} around, over the plane: "
         f"brushing velocity {case.brushing_velocity_m_s:g} m/s, penetration depth "
         f"{case.penetration_depth_m:g} m, coefficient of friction on the workpiece "
         f"{case.friction_coefficient:g}, between filaments {brush.friction_coefficient:g}. "
         "Column 0 meets the workpiece first.",
-        f"# Own error, largest difference to relative tolerance {LOOSER:g}: {errors}.",
-        ",".join(names),
+        f"Own error, largest difference to relative tolerance {LOOSER:g}: {errors}.",
     ]
-    lines += [",".join(f"{rounded(float(value)):.12g}" for value in row) for row in table]
-    return "\n".join(lines) + "\n"
-
-
-def command(tolerance: float = TOLERANCE) -> str:
-    """How the files were made."""
-    return (
-        f"python derivations/reference_row.py (Python {platform.python_version()}, "
-        f"casadi {casadi.__version__}, numpy {np.__version__}, scipy {scipy.__version__}): "
-        f"CVODES, relative tolerance {tolerance:g}, absolute {ABSOLUTE_TOLERANCE * tolerance:g} "
-        f"of 1 rad, {RATE_UNIT_RAD_S:g} rad/s, {INTEGRAL_UNIT:g} N s"
-    )
+    return cvodes.table_text(comments, names, table, LEAST_VALUE)
 
 
 # Statics of two straight or bent filaments, in space.
@@ -1168,29 +912,19 @@ def statics() -> dict[str, object]:
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description="Write passes of rows of filaments that touch.")
-    parser.add_argument("--processes", type=int, default=1, help="cases computed at the same time")
-    parser.add_argument("--output", type=Path, default=DEFAULT_OUTPUT, help="JSON file to write")
-    parser.add_argument(
-        "--trajectories", type=Path, default=TRAJECTORIES, help="directory of the trajectories"
+    output = DATA / "reference_row.json"
+    arguments = parser_of("Write passes of rows of filaments that touch.", output, True).parse_args()
+    entries = entries_of(result, cases(), arguments)
+    if arguments.only is not None:
+        return
+    write_cases(
+        arguments.output,
+        cvodes.command("reference_row.py", TOLERANCE),
+        entries,
+        changes_from_default_to_hertz_stiffness=json.dumps(stiffness_changes(entries)),
+        statics=json.dumps(statics(), ensure_ascii=False, indent=1),
     )
-    arguments = parser.parse_args()
-    with multiprocessing.Pool(arguments.processes) as pool:
-        entries = pool.map(result, cases(), chunksize=1)
-        texts = pool.map(trajectory_text, shown().values(), chunksize=1)
-    changes = json.dumps(stiffness_changes(entries))
-    lines = ",\n".join(json.dumps(entry) for entry in entries)
-    of_statics = json.dumps(statics(), ensure_ascii=False, indent=1)
-    arguments.output.write_text(
-        f'{{"made_by": {json.dumps(command())},\n'
-        f'"cases": [\n{lines}\n],\n'
-        f'"changes_from_default_to_hertz_stiffness": {changes},\n'
-        f'"statics": {of_statics}}}\n',
-        encoding="utf-8",
-        newline="\n",
-    )
-    for name, text in zip(shown(), texts, strict=True):
-        (arguments.trajectories / name).write_text(text, encoding="utf-8", newline="\n")
+    write_trajectories(trajectory_text, shown(), arguments)
 
 
 if __name__ == "__main__":

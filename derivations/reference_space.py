@@ -3,7 +3,8 @@
 What enters: nothing; the cases are those of `cases()` below.
 What leaves: a JSON file with what each filament of each case does.
 
-Windows, events and the form of the equations are those of `reference_row.py`. Stated here, in space:
+Touches and metrics are those of `reference_row.py`, windows those of `cvodes.py`. Stated here, in
+space:
 
 1. E_kin, E_spring (by the series of α² in the chord of two directions), D with the rates that are
    seen from the turning body; CasADi differentiates them. The force of a point on its nearest
@@ -24,35 +25,35 @@ Run from the repository root:
     python derivations/reference_space.py
 """
 
-import argparse
-import json
 import math
-import multiprocessing
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 
 import casadi
+import cvodes
 import numpy as np
 import reference_row as row
-from reference_row import (
-    BENDING_STIFFNESS,
+from cases import (
     BODY_RADIUS_M,
     CONTACT_STIFFNESS_N_M,
-    DAMPING_RATIO,
+    DATA,
     DIAMETER_M,
-    FIRST_FREQUENCY,
-    INTEGRAL_UNIT,
-    LEAD_ANGLE_RAD,
     LENGTH_M,
+    REGULARISATION_M_S,
+    WIDTH_M,
+    Passing,
+    entries_of,
+    parser_of,
+    rounded,
+    write_cases,
+)
+from cvodes import RATE_UNIT_RAD_S, Window, velocity_of
+from reference_row import (
+    BENDING_STIFFNESS,
+    DAMPING_TIME_S,
     LINE_STIFFNESS_N_M2,
     MASS_PER_LENGTH,
-    RATE_UNIT_RAD_S,
-    REGULARISATION_M_S,
-    TAIL_ANGLE_RAD,
-    TOOL_RADIUS_M,
 )
 
-DEFAULT_OUTPUT = row.ROOT / "tests" / "data" / "reference_space.json"
 # Of each filament, then of the pair. The force between them is that on filament 0.
 OF_FILAMENT = (
     "contact_normal_impulse_n_s",
@@ -75,17 +76,17 @@ TERMS = 20
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Passing):
     """A pass of one or two filaments over the plane; v_b in m/s, a_e in m.
 
     Filament 1 is behind filament 0 by an angle at the root, and by a distance along z.
     """
 
     name: str
-    filaments: int
+    columns: int  # number of filaments
     brushing_velocity_m_s: float
     penetration_depth_m: float
-    behind_rad: float = 0.0
+    filament_count: float = 682.0
     along_m: float = 0.0
     lateral_tilt_rad: float = 0.0
     friction_coefficient: float = 0.25
@@ -96,31 +97,34 @@ class Case:
     objective: bool = True
 
     @property
-    def rate_rad_s(self) -> float:
-        """ω = v_b / R."""
-        return self.brushing_velocity_m_s / TOOL_RADIUS_M
+    def behind_rad(self) -> float:
+        """Angle from a filament to the next."""
+        return 2 * math.pi / self.filament_count
 
     @property
-    def height_m(self) -> float:
-        """Where the plane lies."""
-        return self.penetration_depth_m - TOOL_RADIUS_M
+    def last_behind_rad(self) -> float:
+        """Angle from the first filament to the last."""
+        return (self.columns - 1) * self.behind_rad
 
-    @property
-    def contact_angle_rad(self) -> float:
-        """Ω_c."""
-        return 2 * math.acos(-self.height_m / TOOL_RADIUS_M)
+    def inputs(self) -> dict[str, dict[str, object]]:
+        """The case in the keys of the input file.
 
-    @property
-    def start_angle_rad(self) -> float:
-        """Filament 0 starts at the lead angle before its nominal entry."""
-        return -math.pi / 2 - self.contact_angle_rad / 2 - LEAD_ANGLE_RAD
-
-    @property
-    def end_s(self) -> float:
-        """The last filament ends at the tail angle past its nominal exit."""
-        behind = self.behind_rad * (self.filaments - 1)
-        angle = LEAD_ANGLE_RAD + self.contact_angle_rad + behind + TAIL_ANGLE_RAD
-        return angle / self.rate_rad_s
+        Two filaments abreast are a column of two staggered rows: the second is half a pitch of its
+        row behind.
+        """
+        is_staggered = self.along_m > 0.0
+        brush = {
+            "columns": 1 if is_staggered else self.columns,
+            "rows": 2 if is_staggered else 1,
+            "ends": "free",
+            "stiffness_n_m2": LINE_STIFFNESS_N_M2,
+            "contact_points": self.contact_points,
+            "friction_coefficient": self.filament_friction_coefficient,
+            "steady": False,
+        }
+        width = 2 * self.along_m if is_staggered else WIDTH_M
+        tilt = {"lateral_tilt_rad": self.lateral_tilt_rad}
+        return row.inputs(self, width, self.filament_count, tilt, brush)
 
 
 def crossed(a: casadi.SX, b: casadi.SX) -> casadi.SX:
@@ -128,23 +132,19 @@ def crossed(a: casadi.SX, b: casadi.SX) -> casadi.SX:
     return casadi.cross(a, b)
 
 
-class Equations(row.Equations):
+class Equations(cvodes.Equations):
     """The equations of motion in space, in the form of `reference_row.py`.
 
     Coordinates are (φ_1, θ_1, …, φ_n, θ_n) of filament 0, then those of filament 1.
     """
 
-    def __init__(self, case: Case, most_touching: int) -> None:
-        self.case, self.columns, n = case, case.filaments, case.segments
+    def __init__(self, case: Case, most_touching: int = 0) -> None:
+        self.case, self.columns, n = case, case.columns, case.segments
         self.contact_points, self.most_touching = case.contact_points, most_touching
         self.node_count = self.columns * n
-        self.count = 2 * self.node_count
-        self.integral_count = self.columns * len(OF_FILAMENT) + (self.columns - 1) * len(OF_PAIR)
-        self.size = 2 * self.count + self.integral_count
-        self._time = time = casadi.SX.sym("t")
-        self._angles = angles = casadi.SX.sym("q", self.count)
-        self._rates = rates = casadi.SX.sym("v", self.count)
-        accelerations = casadi.SX.sym("a", self.count)
+        self._angles = casadi.SX.sym("q", 2 * self.node_count)
+        self._rates = casadi.SX.sym("v", 2 * self.node_count)
+        self._instant = [casadi.SX.sym("t"), self._angles, self._rates]
         below = casadi.SX.sym("below", self.node_count)
         # Of each point that touches: 1; whether the nearest point is a node, and its place on its
         # segment if so; 1 if it lies on filament 0, else −1. Weights of all nodes in the point, and
@@ -152,48 +152,30 @@ class Equations(row.Equations):
         width = 4 + 3 * (self.node_count + self.columns) + 2 * self.node_count
         points = casadi.SX.sym("points", width, most_touching)
         parameters = casadi.vertcat(below, casadi.vec(points))
-        self.parameter_count = parameters.numel()
 
         kinetic, springs, dissipation = self._chains()
         on_plane, of_plane = self._workpiece(below)
         between, of_pair, pair_force = self._pair(points)
-        momenta = casadi.gradient(kinetic, rates)
-        mass_matrix = casadi.jacobian(momenta, rates)
-        right_side = (
-            casadi.gradient(kinetic - springs, angles)
-            - casadi.gradient(dissipation, rates)
-            - casadi.jtimes(momenta, angles, rates)
-            - casadi.jacobian(momenta, time)
-            + on_plane
-            + between
-        )
+        energies = kinetic, kinetic - springs, dissipation
         integrands = casadi.vertcat(of_plane, of_pair)
-        residual = mass_matrix @ accelerations - right_side
-        instant = [time, angles, rates, parameters]
-        motion = casadi.Function("motion", instant, [mass_matrix, right_side, integrands])
-        by_state = casadi.vertcat(angles, rates)
-        tangents = casadi.Function(
-            "tangents",
-            [*instant, accelerations],
-            [casadi.jacobian(residual, by_state), casadi.jacobian(integrands, by_state)],
-        )
-        self.observed = casadi.Function("observed", instant, [pair_force, casadi.SX.zeros(1)])
-        self._set_derivative(motion, tangents)
+        self.derive(self._instant, parameters, energies, [on_plane, between], integrands)
+        observed = [pair_force, casadi.SX.zeros(1)]
+        self.observed = casadi.Function("observed", [*self._instant, parameters], observed)
 
     def _rate_of(self, vector: casadi.SX) -> casadi.SX:
-        return casadi.jacobian(vector, self._time) + casadi.jtimes(vector, self._angles, self._rates)
+        return velocity_of(vector, self._instant)
 
     def _chains(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
         """E_kin and E_spring in J, D in W; sets nodes, their velocities, and e × ė of segments."""
         case, n = self.case, self.case.segments
         h = LENGTH_M / n
         mass = MASS_PER_LENGTH * h
-        damping_time = 2 * DAMPING_RATIO / FIRST_FREQUENCY
         body_rate = casadi.SX([0.0, 0.0, case.rate_rad_s])
         kinetic, springs, dissipation = 0, 0, 0
         self._nodes, self._velocities, self._directions, self._spins = [], [], [], []
         for filament in range(self.columns):
-            body = case.start_angle_rad - filament * case.behind_rad + case.rate_rad_s * self._time
+            body = case.start_angle_rad - filament * case.behind_rad
+            body += case.rate_rad_s * self._instant[0]
             radial = casadi.vertcat(casadi.cos(body), casadi.sin(body), 0.0)
             tilt = case.lateral_tilt_rad
             before = math.cos(tilt) * radial + casadi.SX([0.0, 0.0, math.sin(tilt)])
@@ -215,7 +197,8 @@ class Equations(row.Equations):
                 stiffness = (2 if k == 0 else 1) * BENDING_STIFFNESS / h
                 springs += stiffness / 2 * self._angle_squared(direction - before)
                 turning = self._turning(direction, body_rate)
-                dissipation += damping_time * stiffness / 2 * casadi.sumsqr(turning - turning_before)
+                relative = casadi.sumsqr(turning - turning_before)
+                dissipation += DAMPING_TIME_S * stiffness / 2 * relative
                 nodes.append(nodes[k] + h * direction)
                 directions.append(direction)
                 spins.append(crossed(direction, self._rate_of(direction)))
@@ -249,7 +232,7 @@ class Equations(row.Equations):
     def _workpiece(self, below: casadi.SX) -> tuple[casadi.SX, casadi.SX]:
         """Generalised forces of the plane, and the rates of the integrals of each filament."""
         case, n = self.case, self.case.segments
-        torques, integrands = casadi.SX.zeros(self.count), []
+        torques, integrands = casadi.SX.zeros(2 * self.node_count), []
         for filament in range(self.columns):
             sums = casadi.SX.zeros(len(OF_FILAMENT))
             for k in range(n):
@@ -309,23 +292,24 @@ class Equations(row.Equations):
 
 
 class Motion(row.Motion):
-    """A pass, window by window."""
+    """A pass in space."""
+
+    equations_of = Equations
+    of_filament, of_pair = OF_FILAMENT, OF_PAIR
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
         super().__init__(case, relative_tolerance)
         self._tolerance, self._known = relative_tolerance, {0: (self.equations, self._integrator)}
 
-    def _equations_of(self, case: Case) -> Equations:
-        return Equations(case, 0)
-
-    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: np.ndarray) -> row.Window:
+    def _window(self, start_s: float, end_s: float, y: np.ndarray, touch: np.ndarray) -> Window:
         """The motion with one touch, by the equations for at least so many points that touch."""
         touching, most = int(np.count_nonzero(touch[self.equations.node_count :])), 0
         while most < touching:
             most = max(2, 2 * most)
         if most not in self._known:
             equations = Equations(self.case, most)
-            self._known[most] = equations, self._integrator_of(equations, self._tolerance)
+            integrator = equations.integrator(self._tolerance, self._shares)
+            self._known[most] = equations, integrator
         self.equations, self._integrator = self._known[most]
         return super()._window(start_s, end_s, y, touch)
 
@@ -356,16 +340,10 @@ class Motion(row.Motion):
             other_turning[b * n + following] += 0.5
         return np.concatenate([touch[:nodes].astype(float), points.ravel("F")])
 
-    def bodies(self, times: np.ndarray) -> np.ndarray:
-        """β of each filament, (times, filaments)."""
-        case = self.case
-        starts = case.start_angle_rad - case.behind_rad * np.arange(case.filaments)
-        return starts + case.rate_rad_s * times[:, None]
-
     def start(self) -> np.ndarray:
         """Straight filaments along their clamps, turning rigidly with the body."""
         case = self.case
-        angles = np.empty((case.filaments, case.segments, 2))
+        angles = np.empty((case.columns, case.segments, 2))
         angles[..., 0] = math.pi / 2 - case.lateral_tilt_rad
         angles[..., 1] = self.bodies(np.zeros(1))[0][:, None]
         rates = np.zeros_like(angles)
@@ -376,9 +354,9 @@ class Motion(row.Motion):
     def polylines(self, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
         """Positions (times, filaments, nodes, 3), for coordinates as columns."""
         case, bodies = self.case, self.bodies(times)[..., None]
-        along = np.broadcast_to(case.along_m * np.arange(case.filaments)[:, None], bodies.shape)
+        along = np.broadcast_to(case.along_m * np.arange(case.columns)[:, None], bodies.shape)
         root = BODY_RADIUS_M * np.cos(bodies), BODY_RADIUS_M * np.sin(bodies), along
-        q = angles.T.reshape(len(times), case.filaments, case.segments, 2)
+        q = angles.T.reshape(len(times), case.columns, case.segments, 2)
         polar, azimuth, h = q[..., 0], q[..., 1], LENGTH_M / case.segments
         steps = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
         both = [np.stack(root, axis=-1), h * np.stack(steps, axis=-1)]
@@ -389,98 +367,50 @@ class Motion(row.Motion):
         """Not asked for."""
         return np.zeros(bodies.shape)
 
-    def _check(self, window: row.Window) -> None:
+    def check(self, window: Window) -> None:
         """Nothing happens that the equations leave out."""
-
-
-def metrics(case: Case, relative_tolerance: float) -> dict[str, object]:
-    """What the file says about a case, from a run at one tolerance."""
-    motion, count = Motion(case, relative_tolerance), case.filaments
-    times, together, nodes = np.zeros(count), 0.0, count * case.segments
-    peaks = np.zeros((2, count))
-    for window in motion.windows():
-        length, touch = window.times[-1] - window.times[0], window.touch
-        times += length * np.any(touch[:nodes].reshape(count, -1) > 0, axis=1)
-        together += length * float(np.any(touch[nodes:] > 0))
-        peaks = np.maximum(peaks, motion.peaks_in(window))
-        last = window
-    if np.any(last.touch[:nodes]):
-        raise RuntimeError(f"{case.name}: a filament still touches the plane at the end")
-    integrals = last.states[2 * motion.equations.count :, -1] * INTEGRAL_UNIT
-    split = count * len(OF_FILAMENT)
-    of_filament = integrals[:split].reshape(count, -1)
-    tips = motion.polylines(last.times[-1:], last.states[: motion.equations.count, -1:])[0, :, -1]
-    filaments = [
-        {
-            **dict(zip(OF_FILAMENT, of_filament[i], strict=True)),
-            "contact_time_s": times[i],
-            "peak_contact_normal_force_n": peaks[0, i],
-            "final_tip_m": tips[i],
-        }
-        for i in range(count)
-    ]
-    neighbours = []
-    if count > 1:
-        pair = dict(zip(OF_PAIR, integrals[split:], strict=True))
-        neighbours = [pair | {"contact_time_s": together}]
-    return {"filaments": filaments, "neighbours": neighbours, "changes_of_touch": motion.changes}
 
 
 def result(case: Case) -> dict[str, object]:
     """The entry of a case in the file."""
-    values, others = (metrics(case, tolerance) for tolerance in (TOLERANCE, LOOSER))
-    entry = asdict(case)
-    if case.objective:
-        del entry["objective"]
+    values, others = (row.metrics(Motion(case, each)) for each in (TOLERANCE, LOOSER))
+    errors = row.own_errors(values, others)
+    # What the case says already, or nobody asks for.
+    del values["jumps_of_nearest_points"]
+    for each in (*values["filaments"], *values["neighbours"]):
+        for name in ("column", "columns", "contact_count", "max_tip_deflection_m"):
+            each.pop(name, None)
+    entry = {"name": case.name, "input": case.inputs()}
     entry |= {"start_angle_rad": case.start_angle_rad, "end_s": case.end_s} | values
-    entry["own_errors"] = row.own_errors(values, others)
-    return row.rounded(entry)
+    return rounded(entry | {"own_errors": errors})
 
 
 def cases(objective: bool) -> list[Case]:
     """The cases of the file."""
-    slow, fast = (10.0, 1e-3), (20.0, 2e-3)
-    found = []
-    for process in (slow, fast):
-        found += [
-            Case("alone, tilted", 1, *process, lateral_tilt_rad=0.05, objective=objective),
-            Case("oblique", 2, *process, 2 * math.pi / 800, 0.6e-3, objective=objective),
-            Case("abreast", 2, *process, 2 * math.pi / 1100, 1.1e-3, objective=objective),
-            Case("tilted", 2, *process, 2 * math.pi / 682, 0.0, 0.05, objective=objective),
-            Case(
-                "oblique, tilted",
-                2,
-                *process,
-                2 * math.pi / 800,
-                0.8e-3,
-                0.02,
-                objective=objective,
-            ),
-        ]
-    return found
+    return [
+        Case(name, columns, *process, *place, objective=objective)
+        for process in ((10.0, 1e-3), (20.0, 2e-3))
+        for name, columns, place in (
+            ("alone, tilted", 1, (682.0, 0.0, 0.05)),
+            ("oblique", 2, (800.0, 0.6e-3)),
+            ("abreast", 2, (1100.0, 1.1e-3)),
+            ("tilted", 2, (682.0, 0.0, 0.05)),
+            ("oblique, tilted", 2, (800.0, 0.8e-3, 0.02)),
+        )
+    ]
 
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description="Write passes of two filaments in space.")
-    parser.add_argument("--processes", type=int, default=1, help="cases computed at the same time")
-    parser.add_argument("--output", type=Path, default=DEFAULT_OUTPUT, help="JSON file to write")
+    parser = parser_of("Write passes of two filaments in space.", DATA / "reference_space.json")
     parser.add_argument(
         "--inertial", action="store_true", help="dampers that see rates in the inertial frame"
     )
     arguments = parser.parse_args()
-    chosen, lines = cases(not arguments.inertial), []
-    with multiprocessing.Pool(arguments.processes) as pool:
-        for case, entry in zip(chosen, pool.imap(result, chosen, chunksize=1), strict=True):
-            lines.append(json.dumps(entry))
-            print(f"{case.name}, {case.brushing_velocity_m_s:g} m/s: done", flush=True)
-    made_by = row.command(TOLERANCE).replace("reference_row", "reference_space")
-    joined = ",\n".join(lines)
-    arguments.output.write_text(
-        f'{{"made_by": {json.dumps(made_by)},\n"cases": [\n{joined}\n]}}\n',
-        encoding="utf-8",
-        newline="\n",
-    )
+    entries = entries_of(result, cases(not arguments.inertial), arguments)
+    script = "reference_space.py --inertial" if arguments.inertial else "reference_space.py"
+    if arguments.only is None:
+        write_cases(arguments.output, cvodes.command(script, TOLERANCE), entries)
 
 
 if __name__ == "__main__":

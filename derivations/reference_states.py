@@ -1,10 +1,10 @@
 """Equations of motion of the spatial segment chain at chosen states, to 60 digits.
 
-What enters: the filament of the paper's case (constants below) and a seed.
+What enters: the filament of the paper's case and a seed.
 What leaves: a JSON file of states with their accelerations, energies, dissipation and tip
 position, and for short chains the mass matrix. The Rust code is compared with them.
 
-The derivation is by hand and shares nothing with the Rust code: no symbolic differentiation,
+The derivation is by hand and shares nothing with other code: no symbolic differentiation,
 no recursion along the chain, no series in place of the bending angle. The mass matrix is
 written down in closed form and solved densely, in mpmath arithmetic. Entries of the mass matrix
 that vanish come out as 1e-70 or so, the rounding of 60 digits; more digits change nothing else.
@@ -43,29 +43,30 @@ Run from the repository root:
 """
 
 import argparse
-import json
 import math
-import platform
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mpmath
+from cases import (
+    BODY_RADIUS_M,
+    DAMPING_RATIO,
+    DATA,
+    DENSITY_KG_M3,
+    DIAMETER_M,
+    FIRST_CANTILEVER_ROOT,
+    LENGTH_M,
+    SOFT_YOUNGS_MODULUS_PA,
+    TOOL_RADIUS_M,
+    YOUNGS_MODULUS_PA,
+    State,
+    compact,
+    made_by,
+    write,
+)
 from mpmath import mpf
-
-DEFAULT_OUTPUT = Path(__file__).parent.parent / "tests" / "data" / "reference_states.json"
-
-BODY_RADIUS_M = 0.140
-LENGTH_M = 0.040
-DIAMETER_M = 1.18e-3
-DENSITY_KG_M3 = 1110.0
-DAMPING_RATIO = 0.05
-FIRST_CANTILEVER_ROOT = 1.8751040687
-
-YOUNGS_MODULUS_PA = 3.0e9
-# A millionth of it: at moderate rates inertia, gyroscopic terms, springs and dampers weigh alike.
-SOFT_YOUNGS_MODULUS_PA = 3.0e3
 
 SEGMENT_COUNTS = (1, 2, 3, 7, 25)
 SOFT_SEGMENT_COUNT = 7
@@ -79,23 +80,6 @@ LARGEST_COUNT_WITH_MASS_MATRIX = 3
 SMALL_SINE = mpf("1e-20")
 
 Vector = tuple[mpf, mpf, mpf]
-
-
-@dataclass(frozen=True)
-class State:
-    """One instant of a chain: what the equations of motion are evaluated at.
-
-    Every number is a double; the evaluation takes it as exact.
-    """
-
-    kind: str
-    youngs_modulus_pa: float
-    base_angle: float  # β in rad
-    base_rate: float  # ω in rad/s
-    base_acceleration: float  # β̈ in rad/s²
-    gravity: list[float]  # g in m/s², inertial frame
-    q: list[float]  # φ_1, θ_1, …, φ_n, θ_n in rad
-    v: list[float]  # their rates in rad/s
 
 
 @dataclass(frozen=True)
@@ -154,7 +138,7 @@ def combination(*terms: tuple[mpf | int, Vector]) -> Vector:
 
 
 def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
-    """Lengths, inertias, stiffnesses and dampings from the constants at the top of the file."""
+    """Lengths, inertias, stiffnesses and dampings from the paper's constants."""
     length, diameter = mpf(LENGTH_M), mpf(DIAMETER_M)
     area = mpmath.pi * diameter**2 / 4
     bending_stiffness = mpf(youngs_modulus_pa) * mpmath.pi * diameter**4 / 64
@@ -411,7 +395,7 @@ def straight_state(rng: random.Random, segments: int) -> State:
 
 def rigid_rotation_state(rng: random.Random, segments: int) -> State:
     """Straight, turning with the body at v_b = 30 m/s: no dissipation (D = 0)."""
-    base_angle, rate = rng.uniform(-3.0, 3.0), 30.0 / (BODY_RADIUS_M + LENGTH_M)
+    base_angle, rate = rng.uniform(-3.0, 3.0), 30.0 / TOOL_RADIUS_M
     return State(
         kind="rigid_rotation",
         youngs_modulus_pa=YOUNGS_MODULUS_PA,
@@ -466,10 +450,7 @@ def chosen_states(rng: random.Random) -> list[State]:
 def reference_file(seed: int, digits: int) -> str:
     """Text of the JSON file: the header, then one state a line."""
     mpmath.mp.dps = digits
-    made_by = (
-        f"python derivations/reference_states.py --seed {seed} --digits {digits}"
-        f" (Python {platform.python_version()}, mpmath {mpmath.__version__})"
-    )
+    origin = made_by(f"reference_states.py --seed {seed} --digits {digits}", mpmath)
     parameters = {
         "body_radius_m": BODY_RADIUS_M,
         "length_m": LENGTH_M,
@@ -479,13 +460,9 @@ def reference_file(seed: int, digits: int) -> str:
         "first_cantilever_root": FIRST_CANTILEVER_ROOT,
     }
 
-    # Python writes a float with the fewest digits that read back as the same double.
-    def compact(value: object) -> str:
-        return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
     lines = ",\n".join(compact(evaluated(state)) for state in chosen_states(random.Random(seed)))
     return (
-        f'{{"made_by": {compact(made_by)},\n'
+        f'{{"made_by": {compact(origin)},\n'
         f'"parameters": {compact(parameters)},\n'
         f'"states": [\n{lines}\n]}}\n'
     )
@@ -501,13 +478,11 @@ def main() -> None:
     parser.add_argument(
         "--output",
         type=Path,
-        default=DEFAULT_OUTPUT,
+        default=DATA / "reference_states.json",
         help="JSON file to write (default: tests/data/reference_states.json)",
     )
     arguments = parser.parse_args()
-    text = reference_file(arguments.seed, arguments.digits)
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    arguments.output.write_text(text, encoding="utf-8", newline="\n")
+    write(arguments.output, reference_file(arguments.seed, arguments.digits))
 
 
 if __name__ == "__main__":

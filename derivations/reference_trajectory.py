@@ -20,29 +20,25 @@ Run from the repository root:
 
 import argparse
 import math
-import platform
 from pathlib import Path
 
 import casadi
 import numpy as np
 import scipy
-from reference_contacts import (
+from cases import BODY_RADIUS_M, LENGTH_M, TRAJECTORIES, made_by, write
+from cvodes import (
     ABSOLUTE_TOLERANCE,
-    BODY_RADIUS_M,
-    DEFAULT_TOLERANCES,
-    IMPULSE_UNIT_N_S,
-    LENGTH_M,
+    INTEGRAL_UNIT,
     RATE_UNIT_RAD_S,
-    SEGMENTS,
-    SOLVERS,
-    Pass,
-    PlanarFilament,
+    ROWS,
+    differences,
+    table_text,
 )
+from reference_contacts import DEFAULT_TOLERANCES, SEGMENTS, SOLVERS, Pass, PlanarFilament
 from scipy.integrate import fixed_quad
 
-DEFAULT_OUTPUT = Path(__file__).parent / "trajectories" / "pass_casadi_cvodes.csv"
+DEFAULT_OUTPUT = TRAJECTORIES / "pass_casadi_cvodes.csv"
 DEFAULT_CASE = (10.0, 1.0e-3)
-DEFAULT_ROWS = 1001
 # Of Gauss's formula within a step of the search: exact for polynomials of order 9.
 GAUSS_POINTS = 5
 # A run beside it has so many times the tolerance.
@@ -99,14 +95,6 @@ def trajectory(
     return np.array(table), [int(node) + 1 for node in np.flatnonzero(touching)]
 
 
-def differences(table: np.ndarray, other: np.ndarray) -> str:
-    """Largest difference in each column but the first, with the column's unit."""
-    largest = np.max(np.abs(table - other), axis=0)[1:]
-    return ", ".join(
-        f"{name} {difference:.1g}" for name, difference in zip(COLUMNS[1:], largest, strict=True)
-    )
-
-
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Write a pass of the paper's case over time.")
@@ -118,7 +106,7 @@ def main() -> None:
         metavar=("VELOCITY", "DEPTH"),
         help="brushing velocity in m/s and penetration depth in m",
     )
-    parser.add_argument("--rows", type=int, default=DEFAULT_ROWS, help="both ends included")
+    parser.add_argument("--rows", type=int, default=ROWS, help="both ends included")
     parser.add_argument("--output", type=Path, default=DEFAULT_OUTPUT, help="CSV file to write")
     arguments = parser.parse_args()
 
@@ -128,30 +116,26 @@ def main() -> None:
     looser, _ = trajectory(filament, "cvodes", LOOSER * tolerance, arguments.rows)
     radau, _ = trajectory(filament, "radau", DEFAULT_TOLERANCES["radau"], arguments.rows)
 
-    command = "python derivations/reference_trajectory.py"
+    command = "reference_trajectory.py"
     if tuple(arguments.case) != DEFAULT_CASE:
         command += f" --case {arguments.case[0]} {arguments.case[1]}"
-    if arguments.rows != DEFAULT_ROWS:
+    if arguments.rows != ROWS:
         command += f" --rows {arguments.rows}"
-    lines = [
-        f"# {command} (Python {platform.python_version()}, casadi {casadi.__version__}, "
-        f"numpy {np.__version__}, scipy {scipy.__version__})",
-        f"# A pass of the paper's case: {SEGMENTS} segments, brushing velocity "
+    comments = [
+        made_by(command, casadi, np, scipy),
+        f"A pass of the paper's case: {SEGMENTS} segments, brushing velocity "
         f"{arguments.case[0]:g} m/s, penetration depth {arguments.case[1]:g} m, no friction, "
         "no gravity.",
-        f"# Settings: CVODES, relative tolerance {tolerance:g}, absolute "
+        f"Settings: CVODES, relative tolerance {tolerance:g}, absolute "
         f"{ABSOLUTE_TOLERANCE * tolerance:.3g} of 1 rad, {RATE_UNIT_RAD_S:g} rad/s, "
-        f"{IMPULSE_UNIT_N_S:g} N s. Nodes that touch, counted from the root: "
+        f"{INTEGRAL_UNIT:g} N s. Nodes that touch, counted from the root: "
         f"{', '.join(str(node) for node in touching) or 'none'}.",
-        f"# Own error, largest difference to relative tolerance {LOOSER * tolerance:g}: "
-        f"{differences(table, looser)}.",
-        f"# Largest difference to SciPy's Radau at {DEFAULT_TOLERANCES['radau']:g}: "
-        f"{differences(table, radau)}.",
-        ",".join(COLUMNS),
+        f"Own error, largest difference to relative tolerance {LOOSER * tolerance:g}: "
+        f"{differences(COLUMNS, table, looser)}.",
+        f"Largest difference to SciPy's Radau at {DEFAULT_TOLERANCES['radau']:g}: "
+        f"{differences(COLUMNS, table, radau)}.",
     ]
-    lines += [",".join(f"{value:.12g}" for value in row) for row in table]
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    arguments.output.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    write(arguments.output, table_text(comments, COLUMNS, table))
 
 
 if __name__ == "__main__":

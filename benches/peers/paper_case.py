@@ -1,7 +1,6 @@
 """The paper's filament and pass as plain numbers, for the peers that are no symbolic engines.
 
-The constants are those of derivations/reference_contacts.py, which needs packages that a peer does
-without. SI units, angles in radians.
+The constants are those of derivations/cases.py. SI units, angles in radians.
 """
 
 import math

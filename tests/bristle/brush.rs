@@ -8,13 +8,12 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, BrushStatistics, RunOpti
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
-    BrushSettings, ContactSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, Side,
-    ToolSettings, Turns, WorkpieceKind,
+    BrushSettings, Ends, Hold, Pattern, ProcessSettings, Settings, Side, ToolSettings, Turns, WorkpieceKind,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::data;
+use crate::common::{Input, data};
 
 /// A case of `tests/data/reference_row.json`.
 #[derive(Deserialize)]
@@ -23,15 +22,6 @@ struct Reference {
     input: Input,
     friction_at: Option<String>,
     filaments: Vec<Filament>,
-}
-
-#[derive(Deserialize)]
-struct Input {
-    tool: ToolSettings,
-    filament: FilamentSettings,
-    contact: ContactSettings,
-    brush: BrushSettings,
-    process: ProcessSettings,
 }
 
 #[derive(Deserialize)]
@@ -46,16 +36,6 @@ struct Filament {
 #[derive(Deserialize)]
 struct References {
     cases: Vec<Reference>,
-}
-
-impl Input {
-    /// The row, with the given relative tolerance.
-    fn simulate(&self, tolerance: f64) -> BrushResult {
-        let settings = Settings::new(self.tool.clone(), self.filament.clone(), self.process.clone());
-        let brush = BrushSettings { tolerance, ..self.brush.clone() };
-        let settings = Settings { contact: self.contact.clone(), brush: Some(brush), ..settings };
-        simulate_brush(&settings, 1).expect("a row that can be simulated")
-    }
 }
 
 impl Filament {
@@ -108,7 +88,7 @@ fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
     let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
     for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
-        let result = case.input.simulate(1e-5);
+        let result = simulate_brush(&case.input.settings(1e-5), 1).expect("a row");
         for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
             let errors = expected.errors(&filament.metrics);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
@@ -122,7 +102,7 @@ fn rows_are_those_of_mujoco() {
     let cases = references_of("reference_row_mujoco.json");
     assert_eq!(cases.len(), 3);
     for case in &cases {
-        let result = case.input.simulate(1e-5);
+        let result = simulate_brush(&case.input.settings(1e-5), 1).expect("a row");
         let pairs: Vec<_> = result.filaments.iter().map(|filament| &filament.metrics).zip(&case.filaments).collect();
         let sum = |of: &dyn Fn(&(&Metrics, &Filament)) -> f64| pairs.iter().map(of).sum::<f64>();
         let computed = sum(&|(metrics, _)| metrics.contact_normal_impulse_n_s);
@@ -147,7 +127,7 @@ fn rows_converge_with_the_tolerance() {
     let cases = references();
     let case = cases.iter().find(|case| case.name == "three").expect("a row of three");
     let error = |tolerance: f64| {
-        let result = case.input.simulate(tolerance);
+        let result = simulate_brush(&case.input.settings(tolerance), 1).expect("a row");
         let errors = impulses(&result).into_iter().zip(&case.filaments);
         errors.map(|(found, case)| (found / case.contact_normal_impulse_n_s - 1.0).abs()).fold(0.0, f64::max)
     };

@@ -8,9 +8,12 @@ use std::path::Path;
 use bristle::equations::linear::{add, scale};
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
-use bristle::model::settings::{FilamentSettings, Settings};
+use bristle::model::settings::{
+    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, ToolSettings,
+};
 use bristle::tool::radial_clamp;
 use fastrand::Rng;
+use serde::Deserialize;
 
 /// Tolerances, each with its reason.
 pub mod tolerance {
@@ -39,6 +42,25 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     let mut settings = Settings::paper(velocity, depth);
     settings.filament.segments = segments;
     settings
+}
+
+/// A brush in the keys of an input file, as the references of rows and of filaments in space state it.
+#[derive(Deserialize)]
+pub struct Input {
+    pub tool: ToolSettings,
+    pub filament: FilamentSettings,
+    pub contact: ContactSettings,
+    pub brush: BrushSettings,
+    pub process: ProcessSettings,
+}
+
+impl Input {
+    /// The settings, with the given relative tolerance of the brush.
+    pub fn settings(&self, tolerance: f64) -> Settings {
+        let settings = Settings::new(self.tool.clone(), self.filament.clone(), self.process.clone());
+        let brush = BrushSettings { tolerance, ..self.brush.clone() };
+        Settings { contact: self.contact.clone(), brush: Some(brush), ..settings }
+    }
 }
 
 /// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with rates as in a fast brush.

@@ -1,15 +1,13 @@
 //! Is it right? One and two filaments in space that touch the workpiece and each other, with friction, compared with an independent
 //! code: `derivations/reference_space.py` states them again, and integrates them with CVODES.
 
-use std::f64::consts::TAU;
-
 use bristle::brush::simulate_brush;
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{BrushSettings, Ends, Settings};
+use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{case, data};
+use crate::common::{Input, data};
 
 /// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the
 /// impulse between the filaments, work relative to itself.
@@ -22,15 +20,7 @@ const PASS: f64 = 5e-6;
 #[derive(Deserialize)]
 struct Reference {
     name: String,
-    brushing_velocity_m_s: f64,
-    penetration_depth_m: f64,
-    behind_rad: f64,
-    along_m: f64,
-    lateral_tilt_rad: f64,
-    friction_coefficient: f64,
-    filament_friction_coefficient: f64,
-    segments: usize,
-    contact_points: usize,
+    input: Input,
     filaments: Vec<OfFilament>,
     neighbours: Vec<OfPair>,
     own_errors: OwnErrors,
@@ -66,33 +56,8 @@ struct References {
 }
 
 impl Reference {
-    fn settings(&self) -> Settings {
-        let mut settings = case(self.segments, self.brushing_velocity_m_s, self.penetration_depth_m);
-        settings.filament.lateral_tilt_rad = self.lateral_tilt_rad;
-        settings.contact.friction_coefficient = self.friction_coefficient;
-        settings.solver.relative_tolerance = 1e-9;
-        let mut brush = BrushSettings {
-            columns: Some(1),
-            rows: Some(1),
-            ends: Ends::Free,
-            contact_points: Some(self.contact_points),
-            friction_coefficient: self.filament_friction_coefficient,
-            steady: false,
-            tolerance: BRUSH_TOLERANCE,
-            ..BrushSettings::default()
-        };
-        if !self.neighbours.is_empty() {
-            // In staggered rows, the second filament is half a pitch of its row behind.
-            settings.tool.filament_count = TAU / self.behind_rad;
-            if self.along_m > 0.0 {
-                brush.rows = Some(2);
-                settings.tool.width_m = 2.0 * self.along_m;
-            } else {
-                brush.columns = Some(2);
-            }
-        }
-        settings.brush = Some(brush);
-        settings
+    fn subject(&self) -> String {
+        format!("{}, {} m/s", self.name, self.input.process.brushing_velocity_m_s)
     }
 }
 
@@ -128,8 +93,8 @@ fn check(failures: &mut Vec<String>, subject: &str, differences: &[(&'static str
 fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
     for case in references() {
-        let result = simulate_brush(&case.settings(), 1).expect("the settings are valid");
-        let name = format!("{}, {} m/s", case.name, case.brushing_velocity_m_s);
+        let result = simulate_brush(&case.input.settings(BRUSH_TOLERANCE), 1).expect("the settings are valid");
+        let name = case.subject();
         let mut found: Vec<_> = result.filaments.iter().collect();
         found.sort_by_key(|filament| (filament.column, filament.row));
         assert_eq!(found.len(), case.filaments.len());
@@ -160,10 +125,11 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
 fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
     for case in references().iter().filter(|case| case.neighbours.is_empty()) {
-        let result = simulate(&Settings { brush: None, ..case.settings() }).expect("the settings are valid");
+        let mut settings = Settings { brush: None, ..case.input.settings(BRUSH_TOLERANCE) };
+        settings.solver.relative_tolerance = 1e-9;
+        let result = simulate(&settings).expect("the settings are valid");
         let differences = case.filaments[0].differences(&result.metrics);
-        let name = format!("{}, {} m/s", case.name, case.brushing_velocity_m_s);
-        check(&mut failures, &name, &differences, PASS + 10.0 * case.own_errors.filaments);
+        check(&mut failures, &case.subject(), &differences, PASS + 10.0 * case.own_errors.filaments);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -1,7 +1,5 @@
 //! Rows of filaments that pass a workpiece.
 
-use std::f64::consts::TAU;
-
 use bristle::brush::{BrushResult, BrushRun, Frame, RunOptions, simulate_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{
@@ -175,19 +173,11 @@ pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
     })
 }
 
-/// One or two filaments in space by another code. The second is behind the first by an angle, and by a distance along the axis.
+/// One or two filaments in space by another code.
 #[derive(Deserialize)]
 struct InSpace {
     name: String,
-    brushing_velocity_m_s: f64,
-    penetration_depth_m: f64,
-    behind_rad: f64,
-    along_m: f64,
-    lateral_tilt_rad: f64,
-    friction_coefficient: f64,
-    filament_friction_coefficient: f64,
-    segments: usize,
-    contact_points: usize,
+    input: Input,
     filaments: Vec<SpatialContact>,
     neighbours: Vec<SpatialPair>,
 }
@@ -214,37 +204,18 @@ struct AllInSpace {
     cases: Vec<InSpace>,
 }
 
-impl InSpace {
-    fn settings(&self, tolerance: f64) -> Result<Settings, Failure> {
-        let is_alone = self.neighbours.is_empty();
-        let around = if is_alone { AROUND } else { TAU / self.behind_rad };
-        let mut settings = row(self.segments, around, if is_alone || self.along_m > 0.0 { 1 } else { 2 })?;
-        settings.process.brushing_velocity_m_s = self.brushing_velocity_m_s;
-        settings.process.penetration_depth_m = self.penetration_depth_m;
-        settings.filament.lateral_tilt_rad = self.lateral_tilt_rad;
-        settings.contact.friction_coefficient = self.friction_coefficient;
-        if self.along_m > 0.0 {
-            settings.tool.width_m = 2.0 * self.along_m;
-        }
-        Ok(with(&settings, |brush| {
-            // In staggered rows, the second filament is half a pitch of its row behind.
-            brush.rows = Some(if self.along_m > 0.0 { 2 } else { 1 });
-            (brush.ends, brush.tolerance) = (Ends::Free, tolerance);
-            brush.contact_points = Some(self.contact_points);
-            brush.friction_coefficient = self.filament_friction_coefficient;
-        }))
-    }
-}
-
 pub fn space(extent: Extent) -> Result<Trial, Failure> {
     const SPACE: &str = include_str!("../../../../tests/data/reference_space.json");
     const TOLERANCE: f64 = 1e-5;
     let AllInSpace { cases } = serde_json::from_str(SPACE).map_err(|error| Failure::Reference(error.to_string()))?;
     let mut checks = Vec::new();
-    for case in cases.iter().filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0) {
-        let result = simulate_brush(&case.settings(TOLERANCE)?, 1)?;
-        let subject =
-            format!("{}, {} m/s, {} mm", case.name, case.brushing_velocity_m_s, 1e3 * case.penetration_depth_m);
+    for case in cases {
+        let ProcessSettings { brushing_velocity_m_s, penetration_depth_m, .. } = case.input.process;
+        if extent != Extent::Full && brushing_velocity_m_s != 10.0 {
+            continue;
+        }
+        let result = simulate_brush(&case.input.settings(TOLERANCE), 1)?;
+        let subject = format!("{}, {brushing_velocity_m_s} m/s, {} mm", case.name, 1e3 * penetration_depth_m);
         let mut check = |subject: String, quantity, error, tolerance| {
             checks.push(Check::value(subject, quantity, 0.0, sources::CVODES_SPACE, error, tolerance));
         };
