@@ -8,7 +8,7 @@
 //! subtracted.
 //!
 //! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations for the same number of
-//! samples, and are less accurate at equal cost: ARCHITECTURE.md has numbers.
+//! samples, and are less accurate at equal cost: docs/how-sure.md has numbers.
 
 use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
