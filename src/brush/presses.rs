@@ -177,7 +177,7 @@ impl Press {
 
     /// Takes the direction of sliding for the tangent from the iteration before, in which the point had the press `before`.
     ///
-    /// Friction changes its sign over so small a speed that Newton's method would jump to and fro across it. Therefore the direction `w` is
+    /// Friction changes its sign over so small a speed that Newton’s method would oscillate across it. Therefore the direction `w` is
     /// an unknown of its own, of the equation `|v|_reg w = v` (Chan, Golub and Mulet 1999), whose linearisation about `before` gives `w`
     /// here. The tangent has `(I − w vᵀ/|v|_reg)/|v|_reg`, and the force is that of `v` alone, so that solutions do not depend on `w`.
     pub fn follow(&mut self, before: &Self) {

@@ -20,22 +20,33 @@ use super::{LaneSet, Lanewise, Real};
 #[repr(align(64))]
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
+/// Does `$body` for each lane. The condition is at the end of the loop, where LLVM would have to move it: loops over lanes are what most of
+/// the time goes into that the solver takes to compile.
+macro_rules! for_each_lane {
+    ($lane:ident, $body:expr) => {
+        let mut $lane = 0;
+        loop {
+            $body;
+            $lane += 1;
+            if $lane >= N {
+                break;
+            }
+        }
+    };
+}
+
 impl<const N: usize> Lanes<N> {
     #[inline(always)]
     fn map(self, operation: impl Fn(f64) -> f64) -> Self {
         let mut result = [0.0; N];
-        for lane in 0..N {
-            result[lane] = operation(self.0[lane]);
-        }
+        for_each_lane!(lane, result[lane] = operation(self.0[lane]));
         Self(result)
     }
 
     #[inline(always)]
     fn zip(self, other: Self, operation: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = [0.0; N];
-        for lane in 0..N {
-            result[lane] = operation(self.0[lane], other.0[lane]);
-        }
+        for_each_lane!(lane, result[lane] = operation(self.0[lane], other.0[lane]));
         Self(result)
     }
 
@@ -43,9 +54,7 @@ impl<const N: usize> Lanes<N> {
     #[inline(always)]
     fn all_within(self, limit: f64) -> bool {
         let mut within = true;
-        for lane in 0..N {
-            within &= self.0[lane].abs() <= limit;
-        }
+        for_each_lane!(lane, within &= self.0[lane].abs() <= limit);
         within
     }
 }
@@ -134,9 +143,7 @@ impl<const N: usize> Real for Lanes<N> {
             return far_sin_cos(self);
         }
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
-        for lane in 0..N {
-            (sin[lane], cos[lane]) = elementary::near_sin_cos(self.0[lane]);
-        }
+        for_each_lane!(lane, (sin[lane], cos[lane]) = elementary::near_sin_cos(self.0[lane]));
         (Self(sin), Self(cos))
     }
 

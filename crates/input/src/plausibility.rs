@@ -67,7 +67,7 @@ const RELATIONS: &[Relation] = &[
         path: "workpiece.offset_m",
         holds: |settings| Part::of(settings).is_ok_and(|(_, passage)| passage.contact_angle() > 0.0),
         usual: |_| "such that undeformed filaments reach it; here they never touch the workpiece".to_owned(),
-        slip: "a workpiece beside or below the reach of the tool, by its offset, its kind or the penetration depth",
+        slip: "a workpiece next to or below the reach of the tool, by its offset, its kind or the penetration depth",
     },
     Relation {
         path: "uncertainty.length_std_m",

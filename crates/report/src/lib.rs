@@ -12,7 +12,7 @@ pub mod parquet;
 pub mod tables;
 pub mod vtk;
 
-/// The input files of the study crate's tests, included by path because a test module is not part of a library.
+/// The input files of tests, included by path because a test module is not part of a library.
 #[cfg(test)]
 #[path = "../../input/src/testing.rs"]
 mod testing;

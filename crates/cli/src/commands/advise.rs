@@ -17,12 +17,12 @@ use crate::terminal::{print, show, width};
 ///
 /// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases,
 /// within the limits, at each brushing velocity, and at each penetration depth. It also shows the most force per velocity
-/// and per depth, and local maxima along the tier, the line between sweeping and striking. Each line identifies a case by
+/// and per depth, and local maxima along the line between sweeping and striking. Each line identifies a case by
 /// its row in runs.csv and explains it in a sentence. If further settings are swept, each combination of their values has a table.
 ///
-/// Cases within the limits are ranked: the highest force first, or the one nearest to --target-force. With --max-force those come
-/// first whose whole uncertainty is within the limit. With --max-force or --target-force there are also settings between simulated
-/// cases, at which interpolation expects that force. They are marked with ≈; --verify simulates them.
+/// Cases within the limits are ranked: the highest force first, or the one nearest to --target-force. With --max-force, cases
+/// entirely within the limit come first. With --max-force or --target-force there are also settings between simulated cases, at which
+/// interpolation expects that force. They are marked with ≈; --verify simulates them.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {

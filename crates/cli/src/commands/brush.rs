@@ -179,7 +179,7 @@ fn simulate<'a>(
     let mut run = run.map_err(|error| arguments.refused(error))?;
     if state.is_some() {
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
-        say(format_args!("{done} % of the brush are in `{path}`, the simulation goes on from there"));
+        say(format_args!("{done} % of the brush are in `{path}`, the simulation resumes from there"));
     }
     let mut progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
     let mut columns = run.columns();

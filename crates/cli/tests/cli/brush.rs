@@ -254,7 +254,7 @@ fn a_killed_brush_ends_with_the_same_bytes() {
         kills += 1;
     }
     let said = workspace.run("brush case.toml --out out");
-    assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation goes on from there"), "{said}");
+    assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"), "{said}");
     assert!(workspace.files() == undisturbed.files());
 }
 
@@ -266,7 +266,10 @@ fn longer() -> String {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_brush_says_how_to_resume() {
-    let slow = longer().replace("10.0", "2.5").replace("segments = 10", "segments = 25");
+    let slow = longer()
+        .replace("10.0", "2.5")
+        .replace("segments = 10", "segments = 25")
+        .replace("columns = 60", "columns = 240");
     let workspace = Workspace::new(&slow);
     let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
     command.current_dir(workspace.path()).args("brush case.toml --out out --checkpoint-every 0".split(' '));
@@ -289,7 +292,7 @@ fn an_interrupted_brush_says_how_to_resume() {
     };
     assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
     fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
-    assert!(refused("brush case.toml --out out").contains("brush.columns: 60 there, 8 here"));
+    assert!(refused("brush case.toml --out out").contains("brush.columns: 240 there, 8 here"));
     let mut bytes = fs::read(workspace.result("checkpoint.bin")).expect("a checkpoint");
     fs::write(workspace.path().join("case.toml"), &slow).expect("the file can be written");
     *bytes.last_mut().expect("bytes") ^= 1;

@@ -478,7 +478,7 @@ impl Adviser<'_> {
                 let Range { start, end } = ALONG_TIER;
                 let depths = without.join(", ");
                 notes.push(format!(
-                    "At a_e = {depths} mm no local maximum lies along the tier, between ε_tc = {start} and {end}."
+                    "At a_e = {depths} mm no local maximum lies along the line between sweeping and striking, from ε_tc = {start} to {end}."
                 ));
             }
         }
@@ -509,7 +509,7 @@ impl Adviser<'_> {
         let sentence = |(rank, cell): (usize, &&Cited)| {
             let what = match rank {
                 0 if sure > 0 && sure < within.len() => {
-                    format!("The highest of {sure} whose whole uncertainty is within the limit, of {count}{with}; it")
+                    format!("The highest of {sure} entirely within the limit, of {count}{with}; it")
                 }
                 0 => format!("The highest of {count}{with}; it"),
                 _ => "It".to_owned(),
@@ -648,9 +648,7 @@ impl Topic {
             Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
             Self::PerDepth => "Most force per penetration depth",
             Self::OfTool => "Best case of each tool",
-            Self::Tier => {
-                "Local maxima over the velocity along the tier, the line ε_tc = ½ between sweeping and striking"
-            }
+            Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
         }
     }
 }
@@ -913,7 +911,7 @@ mod tests {
         assert_eq!(rows(&section, Topic::Tier), [8]);
         assert_eq!(rows(&section, Topic::WithinLimits), [0; 0]);
         let notes = [
-            "At a_e = 2 mm no local maximum lies along the tier, between ε_tc = 0.3 and 0.6.",
+            "At a_e = 2 mm no local maximum lies along the line between sweeping and striking, from ε_tc = 0.3 to 0.6.",
             "In 2 of 8 cases the filament comes back still vibrating, with up to 6 % of its vibration (row 1): simulate \
              turn after turn with process.turns = \"steady\".",
         ];
@@ -1008,7 +1006,7 @@ mod tests {
             section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits).collect();
         assert_eq!(
             ranked[0].sentence,
-            "The highest of 3 whose whole uncertainty is within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps."
+            "The highest of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps."
         );
         assert_eq!(ranked[1].sentence, "It strikes.");
         assert_eq!(ranked[3].sentence, "It sweeps. Its uncertainty reaches 264 N, beyond the limit.");

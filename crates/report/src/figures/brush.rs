@@ -65,7 +65,7 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
     let diagram = Diagram {
         title: contact_title("Impulses of the filaments", &brush.settings),
         subtitle: format!(
-            "interaction factor {factor:.3}; shaded: the columns that count, whose filaments scatter by {:.2} %",
+            "interaction factor {factor:.3}; shaded: the columns that count, whose impulses vary by {:.2} %",
             100.0 * scatter
         ),
         x: Axis::linear("column; 0 meets the workpiece first"),

@@ -50,7 +50,7 @@ impl View<'_> {
         }
         let selection = selection(levels.len(), of.values.len(), &values_of(of));
         let diagram = Diagram {
-            title: "Contact normal force of the tool with scattering filaments".to_owned(),
+            title: "Contact normal force of the tool with varying filaments".to_owned(),
             subtitle: self.subtitle([self.band_text(shown_as), selection, gaps(has_gaps)]),
             x: axis_along(over),
             y: Axis::amount("F_n,w in N"),
@@ -183,10 +183,10 @@ impl View<'_> {
         let has_bars = measured.iter().any(|point| point.std_n.is_some());
         let bars = match (has_means, has_bars) {
             (true, true) => {
-                format!("markers: means of {MAX_MARKS} intervals; their bars: all points ± standard deviation")
+                format!("markers: means of {MAX_MARKS} intervals; their error bars: all points ± standard deviation")
             }
-            (true, false) => format!("markers: means of {MAX_MARKS} intervals; their bars: all points"),
-            (false, true) => "bars of markers: ± standard deviation".to_owned(),
+            (true, false) => format!("markers: means of {MAX_MARKS} intervals; their error bars: all points"),
+            (false, true) => "error bars: ± standard deviation".to_owned(),
             (false, false) => "measured without standard deviations".to_owned(),
         };
         let selection = selection(levels.len(), total, &format!("measured {}", values_of(of)));
@@ -254,7 +254,7 @@ impl View<'_> {
             };
             curves.push(curve.with_pen(index));
         }
-        let shown_as = if are_apart { "band" } else { "bars on curves, side by side" };
+        let shown_as = if are_apart { "band" } else { "error bars, offset for clarity" };
         Banded { curves, shown_as, has_gaps: simulated.iter().flatten().any(Option::is_none) }
     }
 
