@@ -203,7 +203,14 @@ impl Case {
     }
 
     fn simulate(self) -> Result<BrushResult, BrushError> {
-        let mut run = BrushRun::new(&self.settings(), RunOptions { frames: self.frames(), ..RunOptions::default() })?;
+        let mut settings = self.settings();
+        let options = RunOptions { frames: self.frames(), ..RunOptions::default() };
+        let mut run = BrushRun::new(&settings, options)?;
+        if let (Self::Row(_), Some(brush)) = (self, &mut settings.brush) {
+            // Columns that are stated are followed to the end of their contact: a table has the last ones, too.
+            brush.columns = Some(run.columns());
+            run = BrushRun::new(&settings, options)?;
+        }
         while run.advance()? {}
         run.finish()
     }

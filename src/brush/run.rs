@@ -297,9 +297,11 @@ impl BrushRun {
         let parts = sectors.iter().map(|(_, sector)| sector.bundle().bristles().len().div_ceil(LANES)).sum();
         let team = Team::new(options.threads, parts).map_err(|_| BrushError::Threads)?;
         let length = precision.step / velocity;
-        // In a single turn, the columns behind those that may count need not come to the end of their contact.
+        // In a single turn, the columns behind those that may count need not come to the end of their contact, unless they were asked for.
         let followed = match pass.turns() {
-            Turns::Count(1) => stretch::columns_that_may_count(settings, &pass, &arrangement),
+            Turns::Count(1) if brush.columns.is_none() => {
+                stretch::columns_that_may_count(settings, &pass, &arrangement)
+            }
             _ => arrangement.columns,
         };
         let end = pass.end_time() + arrangement.latest_of(followed) / rate;
