@@ -294,7 +294,7 @@ function createSector() {
   if (filaments < brush.counted.length) byId("alike").textContent = "Filaments that move alike in several rows are drawn once. ";
   showLegend();
   // The middle of the simulation, where the sector is on the workpiece.
-  go(last / 2);
+  go(Math.round(last / 2));
 }
 
 showHead();
