@@ -4,6 +4,7 @@
 //! is the workpiece's own `x = 0` on a plane, a cylinder (the top) and a bore (the bottom), and the middle of the rounded part of an
 //! edge or a chamfer. It moves with the workpiece.
 
+use super::cross;
 use crate::equations::linear::{dot, sub};
 
 /// Longest cell in m.
@@ -42,10 +43,6 @@ impl Cone {
     fn contains(&self, direction: [f64; 2]) -> bool {
         self.0.is_none_or(|[right, left]| cross(right, direction) >= 0.0 && cross(direction, left) >= 0.0)
     }
-}
-
-fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
-    x * v - y * u
 }
 
 /// A part of the profile of a workpiece.
@@ -117,7 +114,7 @@ impl ProfileCells {
 
     /// Whether it goes round the material: it is closed, and turns in the negative sense.
     pub fn is_solid(&self) -> bool {
-        let area: f64 = self.cells.iter().map(|Cell { ends: [[x, y], [u, v]], .. }| x * v - y * u).sum();
+        let area: f64 = self.cells.iter().map(|Cell { ends: [start, end], .. }| cross(*start, *end)).sum();
         self.period.is_some() && area < 0.0
     }
 }

@@ -12,7 +12,7 @@ pub const SEPARATORS: [char; 3] = [',', ';', '\t'];
 pub const DECIMALS: [char; 2] = ['.', ','];
 
 /// The separator of a table: the first with which it `has_all` headings that are needed, or else the most frequent in the heading.
-pub fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> bool) -> char {
+pub(crate) fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> bool) -> char {
     let first_line = source.text.lines().next().unwrap_or_default();
     let count = |separator: &char| first_line.matches(*separator).count();
     let most = SEPARATORS.into_iter().rev().max_by_key(count);
@@ -24,7 +24,7 @@ pub fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> bool) ->
 ///
 /// # Errors
 /// If the commas or points may separate thousands instead.
-pub fn has_decimal_comma(table: &Table<'_>, columns: &[usize], separator: char) -> Result<bool, DataError> {
+pub(crate) fn has_decimal_comma(table: &Table<'_>, columns: &[usize], separator: char) -> Result<bool, DataError> {
     let cells = || {
         let cells = table.rows().iter().flat_map(|row| columns.iter().map(move |&column| (row, column)));
         cells.map(|(row, column)| (row, column, row.get(column).unwrap_or_default().trim()))
@@ -56,7 +56,7 @@ fn has_thousands(cell: &str, mark: char) -> bool {
 }
 
 /// A finite number as it stands in a cell.
-pub fn number(cell: &str, has_comma: bool) -> Option<f64> {
+pub(crate) fn number(cell: &str, has_comma: bool) -> Option<f64> {
     let cell = cell.trim();
     let number = match has_comma {
         true if cell.contains('.') => return None,
@@ -67,7 +67,7 @@ pub fn number(cell: &str, has_comma: bool) -> Option<f64> {
 }
 
 /// The problem with a cell that is not a [`number`].
-pub fn not_a_number(cell: &str, has_comma: bool) -> String {
+pub(crate) fn not_a_number(cell: &str, has_comma: bool) -> String {
     let decimal = if has_comma { " with a decimal comma" } else { "" };
     format!("`{}` is not a finite number{decimal}", shortened(cell))
 }

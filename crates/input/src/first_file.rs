@@ -212,6 +212,7 @@ mod tests {
         let unstated = document.unstated();
         let unstated: Vec<&str> = unstated.iter().map(|parameter| parameter.key()).collect();
         assert_eq!(unstated, ["density_kg_m3", "damping_ratio", "stiffness_n_m"], "what was not asked is not stated");
+        assert_eq!(crate::plausibility::unusual(&settings), []);
 
         let mut answers = [140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
         answers[5] = None;

@@ -23,12 +23,12 @@ pub fn input_schema() -> String {
 }
 
 /// Whether a key of a section is the path of a setting of another: those of the sweeps are.
-pub fn is_stated_elsewhere(section: &str, key: &str) -> bool {
+pub(crate) fn is_stated_elsewhere(section: &str, key: &str) -> bool {
     section == STUDY && key != TOOLS
 }
 
 /// The schema of an input file.
-pub fn file_schema() -> Value {
+pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {

@@ -91,13 +91,13 @@ impl Source<'_> {
     }
 
     /// The cells of the heading of a table with an ASCII `separator`; none if there is no such heading.
-    pub fn headings(&self, separator: char) -> Vec<String> {
+    pub(crate) fn headings(&self, separator: char) -> Vec<String> {
         let first = reader(self.text, separator).into_records().next();
         first.and_then(Result::ok).map_or_else(Vec::new, |heading| heading.iter().map(str::to_owned).collect())
     }
 
     /// [`Source::table`] with another ASCII separator than a comma.
-    pub fn table_separated_by(&self, separator: char, advice: &'static str) -> Result<Table<'_>, DataError> {
+    pub(crate) fn table_separated_by(&self, separator: char, advice: &'static str) -> Result<Table<'_>, DataError> {
         if let Some(line) = self.text.lines().position(|line| line.len() > MAX_LINE_BYTES) {
             let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
             return Err(self.error(line as u64 + 1, None, problem, advice));

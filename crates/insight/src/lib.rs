@@ -1,7 +1,8 @@
 //! What Bristle concludes from results.
 //!
 //! [`advice`], also on [`edges`]; [`measured`] forces to compare with; several studies as one ([`joined`]), and the [`slices`] and
-//! [`differences`] of a study; what was [assumed](assumptions); and warnings where a result is not what it seems: [`limited_work`], [`stability`], [`touch`], [`turns`]. [`quantity`] has numbers as people read them.
+//! [`differences`] of a study; what was [assumed](assumptions); and warnings where a result is not
+//! what it seems: [`limited_work`], [`stability`], [`touch`], [`turns`]. [`quantity`] has numbers as people read them.
 
 pub mod advice;
 pub mod assumptions;

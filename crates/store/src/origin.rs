@@ -11,14 +11,14 @@ use serde_json::Value;
 use crate::digest::digest;
 
 /// Digits of a check: 64 bits let one damaged line in 10¹⁹ pass.
-pub const CHECK_DIGITS: usize = 16;
+pub(crate) const CHECK_DIGITS: usize = 16;
 /// The largest number of differences that an error lists.
 const MAX_DIFFERENCES: usize = 6;
 /// Longest path of a setting in such a list, in characters.
-pub const LONGEST_PATH: usize = 80;
+pub(crate) const LONGEST_PATH: usize = 80;
 
 /// Differences as lines of an error.
-pub fn listed(differences: &[String]) -> String {
+pub(crate) fn listed(differences: &[String]) -> String {
     let mut text: String = differences.iter().take(MAX_DIFFERENCES).map(|line| format!("\n  {line}")).collect();
     if differences.len() > MAX_DIFFERENCES {
         text += &format!("\n  and {} more", differences.len() - MAX_DIFFERENCES);
@@ -27,7 +27,7 @@ pub fn listed(differences: &[String]) -> String {
 }
 
 /// An object as a line that ends with its check.
-pub fn sealed(seed: &str, object: &impl Serialize) -> String {
+pub(crate) fn sealed(seed: &str, object: &impl Serialize) -> String {
     let mut line = serde_json::to_string(object).expect("all keys are texts");
     // The check becomes the last key.
     line.pop();
@@ -36,7 +36,7 @@ pub fn sealed(seed: &str, object: &impl Serialize) -> String {
 }
 
 /// The object of a line; `None` if its check is wrong.
-pub fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
+pub(crate) fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
     let (object, check_here) = line.strip_suffix("\"}\n")?.rsplit_once(r#","check":""#)?;
     if check_here != check(seed, object) {
         return None;
@@ -51,7 +51,7 @@ fn check(seed: &str, object: &str) -> String {
 }
 
 /// The differences of a program from this one, by its version, its equations, and the hashes of its solver and of this one.
-pub fn programs(version: &str, equations: &str, [solver_there, solver_here]: [&str; 2]) -> Vec<String> {
+pub(crate) fn programs(version: &str, equations: &str, [solver_there, solver_here]: [&str; 2]) -> Vec<String> {
     let programs = [
         ("version", version, env!("CARGO_PKG_VERSION")),
         ("equations (SHA-256)", equations, FINGERPRINT),
@@ -65,7 +65,7 @@ pub fn programs(version: &str, equations: &str, [solver_there, solver_here]: [&s
 }
 
 /// The differences of settings from those here, except those that `is_left_out` names by their paths.
-pub fn settings(there: &Value, here: &Settings, is_left_out: impl Fn(&str) -> bool) -> Vec<String> {
+pub(crate) fn settings(there: &Value, here: &Settings, is_left_out: impl Fn(&str) -> bool) -> Vec<String> {
     let mut differences = Vec::new();
     let here = leaves(&serde_json::to_value(here).unwrap_or_default());
     each_difference(&leaves(there), &here, |path, there, here| {
@@ -80,7 +80,7 @@ pub fn settings(there: &Value, here: &Settings, is_left_out: impl Fn(&str) -> bo
 }
 
 /// Calls `different` for each key whose values differ.
-pub fn each_difference<V: PartialEq>(
+pub(crate) fn each_difference<V: PartialEq>(
     there: &BTreeMap<String, V>,
     here: &BTreeMap<String, V>,
     mut different: impl FnMut(&str, Option<&V>, Option<&V>),
