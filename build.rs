@@ -14,7 +14,7 @@ use bristle_codegen::back::json;
 use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
-use bristle_codegen::fingerprint::{digest, locked, sources};
+use bristle_codegen::fingerprint::{code, digest, sources};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::special::{SERIES, SERIES_LIMIT, TERMS};
 use bristle_codegen::model::kernels::kernels;
@@ -76,21 +76,15 @@ fn series() -> String {
     )
 }
 
-/// The code of this package, which turns settings into metrics, and the packages whose versions affect them. How the kernels were made does
-/// not matter: they are hashed themselves.
-const SOLVER: &str = "src";
-const LOCK: &str = "Cargo.lock";
+/// The packages whose versions affect results.
 const NUMERICAL_PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 
 /// A hash of the code that turns settings into metrics. The journal of a study uses it to detect results of another build.
 ///
-/// The version alone does not change during development.
+/// The version alone does not change during development. How the kernels were made does not matter: they are hashed themselves.
 fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
-    for path in [SOLVER, LOCK].into_iter().filter(|path| Path::new(path).exists()) {
-        println!("cargo::rerun-if-changed={path}");
-    }
-    let packages = locked(Path::new(LOCK), &NUMERICAL_PACKAGES)?;
-    Ok(digest((generated.concat() + &packages + &sources(&[SOLVER])?).as_bytes()))
+    let code = code("src", "Cargo.lock", &NUMERICAL_PACKAGES)?;
+    Ok(digest((generated.concat() + &code).as_bytes()))
 }
 
 /// States at which the kernels are compared with the built-in ones.

@@ -40,6 +40,18 @@ pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     Ok(hexadecimal(hash))
 }
 
+/// What decides the results of the package that is being built: its code at and below `source`, and the versions of `packages` in the
+/// lock file `lock`. Tells Cargo to run the build script again if one of the two changes.
+///
+/// # Errors
+/// As for [`locked`] and [`sources`].
+pub fn code(source: &str, lock: &str, packages: &[&str]) -> io::Result<String> {
+    for path in [source, lock].into_iter().filter(|path| Path::new(path).exists()) {
+        println!("cargo::rerun-if-changed={path}");
+    }
+    Ok(locked(Path::new(lock), packages)? + &sources(&[source])?)
+}
+
 /// The entries of some packages in a `Cargo.lock`, which tell their versions; none if there is no such file, as outside of the repository.
 ///
 /// # Errors

@@ -79,6 +79,35 @@ impl Division<'_> {
     fn part(self, group: usize) -> Range<usize> {
         group * self.blocks..(group + 1) * self.blocks
     }
+
+    /// Adds `factor` times the part of a group of `vector`.
+    #[inline(always)]
+    fn add_scaled(self, group: usize, part: &mut Part, factor: f64, vector: &Vector) {
+        for (block, other) in part.iter_mut().zip(&vector[self.part(group)]) {
+            for i in self.first..2 {
+                block[i] = block[i] + splat(factor) * other[i];
+            }
+        }
+    }
+
+    /// Takes the projections on the vectors of the basis off the part of a group.
+    #[inline(always)]
+    fn subtract(self, group: usize, part: &mut Part, projections: &[f64], factors: &[f64], basis: &[Vector]) {
+        for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
+            self.add_scaled(group, part, -projection * factor, vector);
+        }
+    }
+
+    #[inline(always)]
+    fn dot(self, a: &Part, b: &Part) -> f64 {
+        let mut sum = splat(0.0);
+        for (a, b) in a.iter().zip(b) {
+            for i in self.first..2 {
+                sum = sum + a[i] * b[i];
+            }
+        }
+        (0..LANES).map(|lane| sum.lane(lane)).sum()
+    }
 }
 
 /// Share of the square of a vector below which the difference of squares is too inexact.
@@ -121,7 +150,7 @@ pub fn solve(
             wide(
                 #[inline(always)]
                 || {
-                    subtract(newest, projections, factors, earlier, division, group);
+                    division.subtract(group, newest, projections, factors, earlier);
                     for (value, newest) in part.iter_mut().zip(newest) {
                         *value = [newest[0] * splat(factor), newest[1] * splat(factor)];
                     }
@@ -135,14 +164,13 @@ pub fn solve(
             wide(
                 #[inline(always)]
                 || {
-                    add_scaled(part, factor, &basis[step][division.part(group)], division.first);
+                    division.add_scaled(group, part, factor, &basis[step]);
                     sums.clear();
                     let vectors = basis.iter().zip(&*factors);
                     sums.extend(
-                        vectors
-                            .map(|(vector, factor)| factor * dot(&vector[division.part(group)], part, division.first)),
+                        vectors.map(|(vector, factor)| factor * division.dot(&vector[division.part(group)], part)),
                     );
-                    sums.push(dot(part, part, division.first));
+                    sums.push(division.dot(part, part));
                 },
             );
         });
@@ -158,7 +186,7 @@ pub fn solve(
             let rest = norm(image, sums, division, |group, part| {
                 wide(
                     #[inline(always)]
-                    || subtract(part, projections, factors, basis, division, group),
+                    || division.subtract(group, part, projections, factors, basis),
                 );
             });
             projections.clear();
@@ -209,7 +237,7 @@ fn combine(
             || {
                 part.fill([splat(0.0); 2]);
                 for (weight, vector) in weights.iter().zip(vectors) {
-                    add_scaled(part, *weight, &vector[division.part(group)], division.first);
+                    division.add_scaled(group, part, *weight, vector);
                 }
             },
         );
@@ -240,21 +268,6 @@ impl Krylov {
     }
 }
 
-/// Takes the projections on the vectors of the basis off the part of a group.
-#[inline(always)]
-fn subtract(
-    part: &mut Part,
-    projections: &[f64],
-    factors: &[f64],
-    basis: &[Vector],
-    division: Division<'_>,
-    group: usize,
-) {
-    for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
-        add_scaled(part, -projection * factor, &vector[division.part(group)], division.first);
-    }
-}
-
 /// The size of a vector, after `change` of each group's part.
 fn norm(
     vector: &mut Vector,
@@ -267,7 +280,7 @@ fn norm(
         sums.clear();
         sums.push(wide(
             #[inline(always)]
-            || dot(part, part, division.first),
+            || division.dot(part, part),
         ));
     });
     division.sum(sums, 0).sqrt()
@@ -276,26 +289,6 @@ fn norm(
 #[inline(always)]
 fn splat(value: f64) -> Lanes<LANES> {
     Lanes([value; LANES])
-}
-
-#[inline(always)]
-fn add_scaled(part: &mut Part, factor: f64, other: &Part, first: usize) {
-    for (block, other) in part.iter_mut().zip(other) {
-        for i in first..2 {
-            block[i] = block[i] + splat(factor) * other[i];
-        }
-    }
-}
-
-#[inline(always)]
-fn dot(a: &Part, b: &Part, first: usize) -> f64 {
-    let mut sum = splat(0.0);
-    for (a, b) in a.iter().zip(b) {
-        for i in first..2 {
-            sum = sum + a[i] * b[i];
-        }
-    }
-    (0..LANES).map(|lane| sum.lane(lane)).sum()
 }
 
 #[cfg(test)]

@@ -169,6 +169,7 @@ impl Edge {
 }
 
 /// `a × b`: the sine of the angle from `a` to `b`, times their lengths.
+#[inline(always)]
 fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
     x * v - y * u
 }

@@ -1,15 +1,10 @@
 //! Control polygons of Bézier curves: the spans of a B-spline, and what their polygons bound.
 
 use crate::equations::linear::{add, dot, scale, sub};
+pub(super) use crate::workpiece::cross;
 
 /// A point or vector in the plane of the profile.
 pub(super) type Point = [f64; 2];
-
-/// `a × b`
-#[inline(always)]
-pub(super) fn cross(a: Point, b: Point) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
 
 /// `a` turned by a quarter turn to the left.
 #[inline(always)]
