@@ -12,7 +12,7 @@ Names are those of the input file (``docs/input.md``) and of the result files
 
 - Settings: `Settings`, `load`, `SettingsError`, `SettingsWarning`
 - One contact of one filament: `simulate`, `Contact`, `Shapes`, `Metrics`,
-  `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`
+  `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`, `ResultWarning`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
 - Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
@@ -30,7 +30,12 @@ from bristle._equations import (
     evaluate,
     validate,
 )
-from bristle._errors import SettingsError, SettingsWarning, SimulationError
+from bristle._errors import (
+    ResultWarning,
+    SettingsError,
+    SettingsWarning,
+    SimulationError,
+)
 from bristle._metrics import BrushMetrics, ContactMetrics, Metrics, Statistics
 from bristle._settings import Settings, load
 from bristle._study import Advice, Study, study
@@ -52,6 +57,7 @@ __all__ = [
     "Table",
     "Tool",
     "SimulationError",
+    "ResultWarning",
     "brush",
     "Brush",
     "Frames",

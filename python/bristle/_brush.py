@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from bristle import _arguments as arguments
 from bristle import _bristle
+from bristle._errors import warn_of
 from bristle._html import framed
 from bristle._metrics import BrushMetrics
 from bristle._settings import Settings, checked
@@ -120,4 +121,5 @@ def brush(
         arguments.whole("frames", frames, 0, arguments.MOST_TIMES),
         arguments.whole_or_none("memory_bytes", memory_bytes, 0),
     )
+    warn_of(simulated)
     return Brush(settings, simulated)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from bristle import _arguments as arguments
 from bristle import _bristle
+from bristle._errors import warn_of
 from bristle._html import framed
 from bristle._metrics import Metrics, Statistics
 from bristle._settings import Settings, checked
@@ -189,4 +190,5 @@ def simulate(
         arguments.whole("shapes", shapes, 0, arguments.MOST_TIMES),
         None if tool is None else tool._sampled,
     )
+    warn_of(simulated)
     return Contact(settings, simulated, tool)

@@ -1,4 +1,7 @@
-"""Exceptions, with the texts of the program."""
+"""Exceptions and warnings, with the texts of the program."""
+
+import warnings
+from typing import Protocol
 
 
 class SettingsError(ValueError):
@@ -46,3 +49,17 @@ class SimulationError(RuntimeError):
 
 class SettingsWarning(UserWarning):
     """Settings that are allowed but unusual, most of them by a slip."""
+
+
+class ResultWarning(UserWarning):
+    """Results that are not what they seem, and what to do about it."""
+
+
+class _Simulated(Protocol):
+    def warnings(self) -> list[str]: ...
+
+
+def warn_of(simulated: _Simulated) -> None:
+    """Warns the caller of the caller of what the program warns of."""
+    for warning in simulated.warnings():
+        warnings.warn(warning, ResultWarning, stacklevel=3)

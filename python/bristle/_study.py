@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from bristle import _arguments as arguments
 from bristle import _bristle
+from bristle._errors import warn_of
 from bristle._settings import Section, Settings, checked_study, require
 
 if TYPE_CHECKING:
@@ -278,4 +279,5 @@ def study(
         arguments.whole_or_none("memory_bytes", memory_bytes, 0),
         teller(progress),
     )
+    warn_of(simulated)
     return Study(settings, simulated)

@@ -28,6 +28,7 @@ from uuid import uuid4
 
 from bristle import _arguments as arguments
 from bristle import _bristle
+from bristle._errors import warn_of
 from bristle._settings import Section, Settings, checked_study
 from bristle._study import Study, swept, teller
 
@@ -466,6 +467,8 @@ def study(
     )
     try:
         dispatch.run()
-        return Study(settings, gathered.finish())
+        simulated = gathered.finish()
+        warn_of(simulated)
+        return Study(settings, simulated)
     finally:
         gathered.close()

@@ -10,9 +10,11 @@ use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
 use bristle_grid::thread_count;
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
+use bristle_insight::warnings;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_store::results::{Moment, Pair, Place, Rest, write_brush_metrics};
+use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -67,6 +69,11 @@ impl SimulatedBrush {
         let mut text = Vec::new();
         write_brush_metrics(&mut text, &self.settings, &self.result)?;
         String::from_utf8(text).map_err(of_value)
+    }
+
+    /// What the program warns of.
+    fn warnings(&self) -> Vec<String> {
+        warnings::of_brush(&self.settings, &Interaction::of(&self.result)).iter().map(Warning::plain).collect()
     }
 
     /// The columns of `filaments.csv`, and their units.

@@ -9,8 +9,10 @@ use bristle::tool::Tool;
 use bristle::workpiece::Part;
 use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
 use bristle_insight::assumptions::Assumptions;
+use bristle_insight::warnings::of_contact;
 use bristle_report::page::{Recorder, page};
 use bristle_store::results::write_metrics;
+use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -90,6 +92,12 @@ impl Simulated {
     /// The work of the solver.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         numbers(py, &self.simulation.statistics)
+    }
+
+    /// What the program warns of.
+    fn warnings(&self) -> Vec<String> {
+        let Simulation { metrics, statistics, .. } = &self.simulation;
+        of_contact(&self.settings, metrics, statistics).iter().map(Warning::plain).collect()
     }
 
     /// The columns of `history.csv`, and their units.

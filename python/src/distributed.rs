@@ -6,16 +6,15 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 
 use bristle::simulation::{Sampling, Stop};
-use bristle_grid::{CaseResult, Study, Waiting, simulate_cases, waiting_cases, without_result};
-use bristle_report::page::Recorder;
+use bristle_grid::{CaseResult, Resources, Study, Waiting, simulate_cases, waiting_cases, without_result};
+use bristle_run::{Means, Observer, StudyRun};
 use bristle_store::journal::Journal;
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::error::{of_file, of_input, of_value};
+use crate::error::{of_input, of_value};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
-use crate::study::{Failure, INCOMPLETE, Output, Progress, SimulatedStudy, begin, study_of};
+use crate::study::{SimulatedStudy, begin, finish, of_run};
 
 const UNBROKEN: &str = "nothing panics with the results in hand";
 
@@ -50,7 +49,7 @@ impl Cases {
         let simulated = on_a_thread_telling(py, &stop, tell, || {
             simulate_cases(&self.study, &cases, one, &stop, Sampling::default(), |_, _| {}, done)
         })?;
-        simulated.map_err(Failure::Threads)?;
+        simulated.map_err(|error| of_run(&error.into()))?;
         Ok(lines.into_inner().expect(UNBROKEN))
     }
 }
@@ -61,13 +60,8 @@ pub struct GatheredStudy {
     input: Py<Input>,
     study: Study,
     journal: Journal,
-    gathered: Mutex<Gathered>,
-}
-
-struct Gathered {
-    results: Vec<Option<CaseResult>>,
-    output: Option<Output>,
-    progress: Progress,
+    /// `None` once it is finished, or closed.
+    run: Mutex<Option<StudyRun>>,
 }
 
 #[pymethods]
@@ -75,17 +69,15 @@ impl GatheredStudy {
     /// A study with its results and its journal in the directory `out`, from which it goes on.
     #[new]
     fn new(input: Py<Input>, out: Option<PathBuf>, restart: bool, memory: Option<u64>) -> PyResult<Self> {
-        let study = study_of(input.get(), NonZeroUsize::new(1), memory)?;
-        let (output, results, progress) = begin(&study, out, restart)?;
-        let gathered = Mutex::new(Gathered { results, output, progress });
-        Ok(Self { journal: Journal::new(&study), input, study, gathered })
+        let run = begin(input.get(), NonZeroUsize::new(1), memory, out, restart)?;
+        let study = run.study().clone();
+        Ok(Self { journal: Journal::new(&study), input, study, run: Mutex::new(Some(run)) })
     }
 
     /// The numbers of cases that are done, of all cases, and of those that failed.
-    fn counts(&self) -> (usize, usize, usize) {
-        let Gathered { progress, .. } = &*self.gathered();
-        let (done, failed) = progress.counts();
-        (done, self.study.case_count(), failed)
+    fn counts(&self) -> PyResult<(usize, usize, usize)> {
+        let (done, failed) = open(&mut self.run())?.counts();
+        Ok((done, self.study.case_count(), failed))
     }
 
     /// Whether its cases are brushes.
@@ -94,59 +86,58 @@ impl GatheredStudy {
     }
 
     /// The cases that are still to be simulated, with the numbers of their kinds and the work that each takes.
-    fn waiting(&self) -> Vec<(usize, usize, f64)> {
-        let cases = without_result(&self.study, &self.gathered().results);
-        waiting_cases(&self.study, &cases).into_iter().map(|Waiting { case, kind, work }| (case, kind, work)).collect()
+    fn waiting(&self) -> PyResult<Vec<(usize, usize, f64)>> {
+        let cases = without_result(&self.study, open(&mut self.run())?.results());
+        let waiting = waiting_cases(&self.study, &cases).into_iter();
+        Ok(waiting.map(|Waiting { case, kind, work }| (case, kind, work)).collect())
     }
 
     /// Takes a journal of cases. A case that has a result keeps it.
     fn take(&self, lines: &str) -> PyResult<()> {
-        let Gathered { results, output, progress } = &mut *self.gathered();
-        let mut written = ControlFlow::Continue(());
+        let mut guard = self.run();
+        let run = open(&mut guard)?;
+        let mut written = Ok(());
         let read = self.journal.read_each(&self.study, lines.as_bytes(), |case, result| {
-            if results[case].is_none() {
-                progress.count(&result);
-                if let Some(output) = output {
-                    written = output.journal.append(case, &result);
-                }
-                results[case] = Some(result);
+            if written.is_ok() {
+                written = run.take(case, result);
             }
         });
         if read.map_err(of_value)?.torn > 0 {
             return Err(of_value("they are damaged"));
         }
-        match output {
-            Some(output) if written.is_break() => output.journal.settle().map_err(|error| of_file(&error)),
-            _ => Ok(()),
-        }
+        written.map_err(|error| of_run(&error))
     }
 
     /// Closes the journal. Its directory is free after that.
     fn close(&self) -> PyResult<()> {
-        let output = self.gathered().output.take();
-        output.map_or(Ok(()), |mut output| output.journal.settle()).map_err(|error| of_file(&error))
+        let run = self.run().take();
+        run.map_or(Ok(()), |mut run| run.settle()).map_err(|error| of_run(&error))
     }
 
     /// Writes the files of the study, all of whose cases have results.
     fn finish(&self, py: Python<'_>) -> PyResult<SimulatedStudy> {
+        let run = self.run().take().ok_or_else(|| of_value(CLOSED))?;
         let stop = Stop::default();
-        on_a_thread(py, &stop, || {
-            let Gathered { results, output, .. } = &mut *self.gathered();
-            let results: Option<Vec<_>> = results.iter().cloned().collect();
-            let results = results.ok_or_else(|| PyRuntimeError::new_err(INCOMPLETE)).map_err(Failure::Input)?;
-            if let Some(output) = output {
-                output.journal.settle().map_err(Failure::File)?;
-                let recorder = Recorder::new(&self.study).until(&stop);
-                output.write(self.input.get(), &self.study, &results, recorder, None, &stop)?;
-            }
-            Ok(SimulatedStudy { study: self.study.clone(), results })
-        })?
-        .map_err(|failure: Failure| PyErr::from(failure))
+        let means = Means { resources: Resources::default(), stop: &stop, observer: &Unseen };
+        on_a_thread(py, &stop, || finish(run, self.input.get(), &means))?
     }
 }
 
+/// Nobody watches how files are written.
+struct Unseen;
+
+impl Observer for Unseen {
+    fn case_done(&self, _: bool) {}
+}
+
+const CLOSED: &str = "the study is closed";
+
 impl GatheredStudy {
-    fn gathered(&self) -> MutexGuard<'_, Gathered> {
-        self.gathered.lock().expect(UNBROKEN)
+    fn run(&self) -> MutexGuard<'_, Option<StudyRun>> {
+        self.run.lock().expect(UNBROKEN)
     }
+}
+
+fn open(run: &mut Option<StudyRun>) -> PyResult<&mut StudyRun> {
+    run.as_mut().ok_or_else(|| of_value(CLOSED))
 }

@@ -1,28 +1,28 @@
 //! A grid of contacts or brushes.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::record::{Column, Record};
-use bristle::simulation::{Sampling, Simulation, Statistics, Stop};
+use bristle::simulation::{Statistics, Stop};
 use bristle_grid::brush::{Interaction, check_brushes};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, Resources, Study, Sweep, complete_study_sampled};
+use bristle_grid::{CaseResult, Resources, Study, Sweep};
 use bristle_insight::advice::{Limits, advise};
 use bristle_insight::assumptions::Assumptions;
-use bristle_report::page::{Recorder, page};
-use bristle_store::journal_file::{Earlier, JournalFile};
+use bristle_insight::warnings::of_study;
+use bristle_report::page::Recorder;
+use bristle_run::{Means, Observer, RunError, StudyRun, Subject, page_of};
 use bristle_store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
 };
-use bristle_store::staged::{FileError, Occupied, StagedFile, remove};
-use bristle_store::study_files::{COMPARISON, MEASURED, RUNS, RUNS_PARQUET, STUDY, occupy_results, write_study};
+use bristle_store::staged::StagedFile;
+use bristle_store::study_files::{RUNS, STUDY};
+use bristle_text::layout::Warning;
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
@@ -35,56 +35,38 @@ use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
 
-/// What only a mistake in this package leads to.
-pub const INCOMPLETE: &str = "the study ended without all results";
-
 /// A study that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SimulatedStudy {
-    pub study: Study,
-    pub results: Vec<CaseResult>,
+    study: Study,
+    results: Vec<CaseResult>,
 }
 
 /// Cases that are done, and those of them that failed.
-#[derive(Default)]
-pub struct Progress {
+struct Progress {
     done: AtomicUsize,
     failed: AtomicUsize,
 }
 
 impl Progress {
-    pub fn count(&self, result: &CaseResult) {
+    fn of(run: &StudyRun) -> Self {
+        let (done, failed) = run.counts();
+        Self { done: done.into(), failed: failed.into() }
+    }
+}
+
+impl Observer for Progress {
+    fn case_done(&self, failed: bool) {
         self.done.fetch_add(1, Ordering::Relaxed);
-        self.failed.fetch_add(usize::from(result.is_err()), Ordering::Relaxed);
-    }
-
-    /// The numbers of cases that are done, and of those that failed.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.done.load(Ordering::Relaxed), self.failed.load(Ordering::Relaxed))
+        self.failed.fetch_add(usize::from(failed), Ordering::Relaxed);
     }
 }
 
-/// The directory of a study's results.
-pub struct Output {
-    directory: PathBuf,
-    pub journal: JournalFile,
-    _occupied: Occupied,
-}
-
-/// Why a study has no results.
-pub enum Failure {
-    Threads(io::Error),
-    File(FileError),
-    Input(PyErr),
-}
-
-impl From<Failure> for PyErr {
-    fn from(failure: Failure) -> Self {
-        match failure {
-            Failure::Threads(error) => PyRuntimeError::new_err(format!("cannot start threads: {error}")),
-            Failure::File(error) => of_file(&error),
-            Failure::Input(error) => error,
-        }
+/// The exception of a study without results.
+pub fn of_run(error: &RunError) -> PyErr {
+    match error {
+        RunError::Unfinished { error, .. } => of_file(error),
+        RunError::Threads(_) | RunError::Stopped => PyRuntimeError::new_err(error.to_string()),
     }
 }
 
@@ -100,129 +82,43 @@ pub fn study(
     memory: Option<u64>,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<SimulatedStudy> {
-    let study = study_of(input, threads, memory)?;
-    let total = study.case_count();
-    let (mut output, results, progress) = begin(&study, out, restart)?;
+    let run = begin(input, threads, memory, out, restart)?;
+    let (total, progress) = (run.study().case_count(), Progress::of(&run));
     let tell = |py: Python<'_>| {
         let Some(tell) = &tell else { return Ok(()) };
-        let (done, failed) = progress.counts();
+        let (done, failed) = (progress.done.load(Ordering::Relaxed), progress.failed.load(Ordering::Relaxed));
         tell.call1(py, (done, total, failed)).map(drop)
     };
     tell(py)?;
     let stop = Stop::default();
-    let results = on_a_thread_telling(py, &stop, tell, || {
-        let recorder = Recorder::new(&study).until(&stop);
-        let results =
-            simulate(&study, Resources { threads, memory }, results, &stop, &recorder, &progress, output.as_mut())?;
-        // None after a stop.
-        if let (Some(output), Some(results)) = (&output, &results) {
-            output.write(input, &study, results, recorder, threads, &stop)?;
-        }
-        Ok(results)
-    })?;
-    let results = results.map_err(|failure: Failure| PyErr::from(failure))?;
-    let results = results.ok_or_else(|| PyRuntimeError::new_err(INCOMPLETE))?;
+    let means = Means { resources: Resources { threads, memory }, stop: &stop, observer: &progress };
+    let finished = on_a_thread_telling(py, &stop, tell, || finish(run, input, &means))??;
     tell(py)?;
-    Ok(SimulatedStudy { study, results })
+    Ok(finished)
 }
 
-/// The study that `input` states, once its brushes are known to fit into the memory.
-pub fn study_of(input: &Input, threads: Option<NonZeroUsize>, memory: Option<u64>) -> PyResult<Study> {
+/// The study that `input` states, once its brushes are known to fit into the memory, and the results in the journal of the directory `out`.
+pub fn begin(
+    input: &Input,
+    threads: Option<NonZeroUsize>,
+    memory: Option<u64>,
+    out: Option<PathBuf>,
+    restart: bool,
+) -> PyResult<StudyRun> {
     let study = input.document()?.study().map_err(|error| of_input(&error))?;
     if study.has_brush() {
         check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
     }
-    Ok(study)
-}
-
-/// The directory `out`, the results in its journal, and their progress.
-pub fn begin(
-    study: &Study,
-    out: Option<PathBuf>,
-    restart: bool,
-) -> PyResult<(Option<Output>, Vec<Option<CaseResult>>, Progress)> {
-    let opened = out.map(|directory| Output::open(directory, study, restart)).transpose()?;
-    let (output, results) = match opened {
-        Some((output, results)) => (Some(output), results),
-        None => (None, vec![None; study.case_count()]),
-    };
-    let progress = Progress::default();
-    results.iter().flatten().for_each(|result| progress.count(result));
-    Ok((output, results, progress))
-}
-
-impl Output {
-    /// Prepares a directory. Returns the results in its journal, too.
-    fn open(directory: PathBuf, study: &Study, restart: bool) -> PyResult<(Self, Vec<Option<CaseResult>>)> {
-        let occupied = occupy_results(&directory, &[]).map_err(|error| of_file(&error))?;
-        let opened = JournalFile::open(&directory, study, restart).map_err(|error| of_journal(&error))?;
-        let (journal, Earlier { results, .. }) = opened;
-        Ok((Self { directory, journal, _occupied: occupied }, results))
-    }
-
-    /// Writes the results of a study and its page, unless `stop` is requested, and removes files of an earlier one that this one does not
-    /// write.
-    pub fn write(
-        &self,
-        input: &Input,
-        study: &Study,
-        results: &[CaseResult],
-        recorder: Recorder<'_>,
-        threads: Option<NonZeroUsize>,
-        stop: &Stop,
-    ) -> Result<(), Failure> {
-        let page = page_of(input, study, results, recorder, threads)?;
-        if stop.is_requested() {
-            return Ok(());
-        }
-        write_study(&self.directory, (study, &Origin::here()), results, &page, false, |_| Ok(Vec::new()))
-            .map_err(Failure::File)?;
-        for name in [RUNS_PARQUET, MEASURED, COMPARISON] {
-            remove(&self.directory.join(name)).map_err(Failure::File)?;
-        }
-        Ok(())
+    match out {
+        Some(out) => StudyRun::open(study, &out, &[], restart).map(|(run, _)| run).map_err(|error| of_journal(&error)),
+        None => Ok(StudyRun::new(study)),
     }
 }
 
-/// Simulates the cases without a result. Returns all results, or `None` after a stop.
-fn simulate(
-    study: &Study,
-    resources: Resources,
-    mut results: Vec<Option<CaseResult>>,
-    stop: &Stop,
-    recorder: &Recorder<'_>,
-    progress: &Progress,
-    output: Option<&mut Output>,
-) -> Result<Option<Vec<CaseResult>>, Failure> {
-    // Courses are for the page in the directory of the results.
-    let sampling = if output.is_some() { recorder.sampling() } else { Sampling::default() };
-    let journal = output.as_ref().map(|output| &output.journal);
-    let record = |case, pass: &Simulation| recorder.take(case, pass);
-    let done = |case, result: &CaseResult| {
-        let flow = journal.map_or(ControlFlow::Continue(()), |journal| journal.append(case, result));
-        progress.count(result);
-        flow
-    };
-    let simulated = complete_study_sampled(study, resources, &mut results, stop, sampling, record, done);
-    if let Some(output) = output {
-        output.journal.settle().map_err(Failure::File)?;
-    }
-    simulated.map_err(Failure::Threads)?;
-    Ok(results.into_iter().collect())
-}
-
-/// The page of a study.
-fn page_of(
-    input: &Input,
-    study: &Study,
-    results: &[CaseResult],
-    recorder: Recorder<'_>,
-    threads: Option<NonZeroUsize>,
-) -> Result<String, Failure> {
-    let courses = recorder.finish(results, threads).map_err(Failure::Threads)?;
-    let document = input.document().map_err(Failure::Input)?;
-    let assumptions = Assumptions::of_study(study, results, &document);
-    Ok(page(&input.short_name(), study, results, &courses, &assumptions, &[]))
+/// Simulates the cases without a result, and writes the files.
+pub fn finish(run: StudyRun, input: &Input, means: &Means<'_>) -> PyResult<SimulatedStudy> {
+    let finished = run.finish(&input.short_name(), &input.document()?, &[], means).map_err(|error| of_run(&error))?;
+    Ok(SimulatedStudy { study: finished.study, results: finished.results })
 }
 
 #[pymethods]
@@ -284,20 +180,25 @@ impl SimulatedStudy {
         self.results.iter().filter(|result| result.is_err()).count()
     }
 
+    /// What the program warns of.
+    fn warnings(&self) -> Vec<String> {
+        of_study(&self.study, &self.results).iter().map(Warning::plain).collect()
+    }
+
     /// Writes the page.
     fn report(&self, py: Python<'_>, input: &Input, path: PathBuf) -> PyResult<()> {
         let stop = Stop::default();
-        let written = on_a_thread(py, &stop, || {
+        on_a_thread(py, &stop, || {
             let recorder = Recorder::new(&self.study).until(&stop);
-            let page = page_of(input, &self.study, &self.results, recorder, None)?;
-            if stop.is_requested() {
-                // The signal raises; an incomplete page must not replace another.
-                return Ok(());
-            }
-            let file = StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(Failure::File)?;
-            file.commit().map(drop).map_err(Failure::File)
-        })?;
-        written.map_err(|failure: Failure| PyErr::from(failure))
+            let assumptions = Assumptions::of_study(&self.study, &self.results, &input.document()?);
+            let (name, origin) = (input.short_name(), Origin::here());
+            let subject = Subject { name: &name, origin: &origin, assumptions: &assumptions, measured: &[] };
+            let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
+            let (page, _) = page.map_err(|error| of_run(&error))?;
+            let file =
+                StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(|error| of_file(&error))?;
+            file.commit().map(drop).map_err(|error| of_file(&error))
+        })?
     }
 
     /// What `bristle advise` says, as text and as JSON.

@@ -16,6 +16,7 @@ use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
+use bristle_run::RunError;
 use bristle_store::journal_file::JournalFileError;
 use bristle_store::staged::{DocumentError, FileError};
 use bristle_text::shown_path;
@@ -84,10 +85,8 @@ pub enum CliError {
     Threads(io::Error),
     #[error(transparent)]
     Journal(#[from] JournalFileError),
-    #[error(
-        "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
-    )]
-    Unfinished { error: FileError, done: usize, total: usize },
+    #[error(transparent)]
+    Run(#[from] RunError),
     #[error(
         "{missing} of {total} cases are in none of the shards; those that are, are in `{}`\n   = help: simulate the missing shards \
          and merge again, or simulate the missing cases by `bristle study` with the same --out",

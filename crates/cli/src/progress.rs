@@ -8,6 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use bristle_run::Observer;
 use bristle_text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -70,6 +71,8 @@ struct Tally {
     pace: Pace,
     /// When the last object was written.
     told: Instant,
+    /// The time that it took, once it has ended.
+    seconds: f64,
     /// The first error of writing an object. It does not stop the study, whose results are in files.
     error: Option<io::Error>,
 }
@@ -89,45 +92,22 @@ impl Progress {
                 Output::Bar(bar)
             }
         };
-        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun, error: None };
+        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun, seconds: 0.0, error: None };
         let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
         progress.tell(&mut progress.state());
         progress
     }
 
-    /// Counts a case.
-    pub fn case_done(&self, failed: bool) {
-        let now = Instant::now();
-        let mut state = self.state();
-        state.done += 1;
-        state.failures += usize::from(failed);
-        let (seconds, simulated) = (now.duration_since(self.begun).as_secs_f64(), state.done - self.resumed);
-        state.pace.count(seconds, simulated);
-        match &self.output {
-            Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
-            _ => {
-                state.told = now;
-                self.tell(&mut state);
-            }
-        }
-    }
-
-    /// Ends the bar, and returns the time since the start in s.
-    pub fn end(&self) -> f64 {
-        match &self.output {
-            Output::Bar(bar) => bar.finish_and_clear(),
-            Output::Lines(lines) => lines.end(),
-            Output::Json => self.tell(&mut self.state()),
-        }
-        terminal::nothing_below();
-        self.begun.elapsed().as_secs_f64()
+    /// The time from the start to the end in s.
+    pub fn seconds(&self) -> f64 {
+        self.state().seconds
     }
 
     /// Writes the last object, if the output is JSON. Returns the first error of writing any object.
-    pub fn summarise(self, seconds: f64, files: &[PathBuf]) -> io::Result<()> {
+    pub fn summarise(self, files: &[PathBuf]) -> io::Result<()> {
         if let Output::Json = self.output {
             let mut state = self.state();
-            let (cases, failures) = (state.done, state.failures);
+            let (cases, failures, seconds) = (state.done, state.failures, state.seconds);
             state.print(&Event::Summary { cases, failures, resumed: self.resumed, seconds, files });
         }
         self.state().error.take().map_or(Ok(()), Err)
@@ -154,6 +134,34 @@ impl Progress {
 
     fn state(&self) -> MutexGuard<'_, Tally> {
         self.state.lock().expect("nothing panics while holding the progress")
+    }
+}
+
+impl Observer for Progress {
+    fn case_done(&self, failed: bool) {
+        let now = Instant::now();
+        let mut state = self.state();
+        state.done += 1;
+        state.failures += usize::from(failed);
+        let (seconds, simulated) = (now.duration_since(self.begun).as_secs_f64(), state.done - self.resumed);
+        state.pace.count(seconds, simulated);
+        match &self.output {
+            Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
+            _ => {
+                state.told = now;
+                self.tell(&mut state);
+            }
+        }
+    }
+
+    fn ended(&self) {
+        match &self.output {
+            Output::Bar(bar) => bar.finish_and_clear(),
+            Output::Lines(lines) => lines.end(),
+            Output::Json => self.tell(&mut self.state()),
+        }
+        terminal::nothing_below();
+        self.state().seconds = self.begun.elapsed().as_secs_f64();
     }
 }
 

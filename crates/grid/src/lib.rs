@@ -19,11 +19,10 @@ pub mod uncertainty;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Resources, Waiting, complete_study, complete_study_sampled, run_study, simulate_cases,
-    thread_count, waiting_cases, without_result,
+    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, thread_count, waiting_cases, without_result,
 };
 pub use setting::{OFFSET, Setting, TOOL, equation};
-pub use shard::{Shard, complete_shard};
+pub use shard::Shard;
 pub use sweep::{
     DEPTH, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, SweepText, TURNS, VELOCITY,
     without_rounding_noise,
@@ -47,7 +46,7 @@ mod tests {
     use bristle::simulation::Statistics;
     use bristle::simulation::{Job, Kind, Sampling, Simulation, Stop};
 
-    use super::scheduler::{complete_cases, in_order_of_work, keeping};
+    use super::scheduler::{complete_cases, in_order_of_work};
     use super::*;
 
     fn base() -> Settings {
@@ -158,7 +157,12 @@ mod tests {
     ) -> io::Result<()> {
         let cases = without_result(study, results);
         let results = Mutex::new(results);
-        complete_cases(study, &cases, threads, keeping(&results, on_case_done), simulate)
+        let done = |case: usize, result| {
+            let flow = on_case_done(case, &result);
+            results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+            flow
+        };
+        complete_cases(study, &cases, threads, done, simulate)
     }
 
     #[test]
@@ -220,16 +224,17 @@ mod tests {
     #[test]
     fn cases_that_are_stopped_have_no_result() {
         let study = Study::new(base(), vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
-        let (stop, mut results) = (Stop::default(), vec![None; 3]);
-        let done = |_: usize, _: &CaseResult| {
+        let (stop, results) = (Stop::default(), Mutex::new(Vec::new()));
+        let done = |_: usize, result: CaseResult| {
             stop.request();
+            results.lock().expect("nothing panics with it").push(result);
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);
-        complete_study_sampled(&study, one, &mut results, &stop, Sampling::default(), |_, _| {}, done)
+        simulate_cases(&study, &[0, 1, 2], one, &stop, Sampling::default(), |_, _| {}, done)
             .expect("there is one thread");
-        assert_eq!(results.iter().flatten().filter(|result| result.is_ok()).count(), 1);
-        assert_eq!(results.iter().flatten().count(), 1);
+        let results = results.into_inner().expect("nothing panics with it");
+        assert!(results.len() == 1 && results[0].is_ok());
     }
 
     #[test]

@@ -71,60 +71,19 @@ pub fn run_study(
     threads: Option<NonZeroUsize>,
     on_case_done: impl Fn() + Sync,
 ) -> io::Result<Vec<CaseResult>> {
-    let mut results = vec![None; study.case_count()];
-    complete_study(study, threads, &mut results, |_, _| {
+    let cases: Vec<usize> = (0..study.case_count()).collect();
+    let results = Mutex::new(vec![None; cases.len()]);
+    let done = |case: usize, result| {
+        results.lock().expect(UNBROKEN)[case] = Some(result);
         on_case_done();
         ControlFlow::Continue(())
-    })?;
+    };
+    simulate_cases(study, &cases, threads, &Stop::default(), Sampling::default(), |_, _| {}, done)?;
+    let results = results.into_inner().expect(UNBROKEN);
     Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
 }
 
-/// [`run_study`] for those cases that have no result in `results` yet.
-///
-/// A case's result is the same to the bit, whichever others are simulated with it. `on_case_done` receives the case, counted
-/// from 0, and its result. If it breaks, no further pass is started, passes under way are finished, and incomplete cases
-/// remain without a result.
-///
-/// # Errors
-/// If the threads cannot be started. Some cases may have been simulated by then.
-///
-/// # Panics
-/// If `results` has another length than the study has cases.
-pub fn complete_study(
-    study: &Study,
-    threads: Option<NonZeroUsize>,
-    results: &mut [Option<CaseResult>],
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-) -> io::Result<()> {
-    complete_study_sampled(study, threads, results, &Stop::default(), Sampling::default(), |_, _| {}, on_case_done)
-}
-
-/// [`complete_study`], with the samples that `sampling` requests of each pass, until `stop` is requested.
-///
-/// Cases under way when it is requested end at their next step, and remain without a result.
-///
-/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
-/// neither the passes of sampled tools, nor those of a brush, nor passes that failed. Results are those of [`complete_study`] to the bit if
-/// `sampling` is [`alongside`](Sampling::alongside).
-///
-/// # Errors
-/// As for [`complete_study`].
-///
-/// # Panics
-/// As for [`complete_study`].
-pub fn complete_study_sampled(
-    study: &Study,
-    resources: impl Into<Resources>,
-    results: &mut [Option<CaseResult>],
-    stop: &Stop,
-    sampling: Sampling,
-    on_pass: impl Fn(usize, &Simulation) + Sync,
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-) -> io::Result<()> {
-    let cases = without_result(study, results);
-    let results = Mutex::new(results);
-    simulate_cases(study, &cases, resources, stop, sampling, on_pass, keeping(&results, on_case_done))
-}
+const UNBROKEN: &str = "nothing panics with the results in hand";
 
 /// The cases that have no result yet, counted from 0.
 ///
@@ -136,22 +95,17 @@ pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usiz
     (0..results.len()).filter(|&case| results[case].is_none()).collect()
 }
 
-/// Keeps each result once `on_case_done` has seen it.
-pub(super) fn keeping(
-    results: &Mutex<&mut [Option<CaseResult>]>,
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-) -> impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync {
-    move |case, result| {
-        let flow = on_case_done(case, &result);
-        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
-        flow
-    }
-}
-
-/// [`complete_study_sampled`] for some `cases`, counted from 0. `on_case_done` receives their results.
+/// [`run_study`] for some `cases`, counted from 0, with the samples that `sampling` requests of each pass, until `stop` is requested.
+///
+/// A case's result is the same to the bit, whichever others are simulated with it, and with samples too if `sampling` is
+/// [`alongside`](Sampling::alongside). `on_case_done` receives the case and its result. If it breaks, no further pass is started, passes
+/// under way are finished, and incomplete cases have no result, as those have none that end at their next step after a stop.
+///
+/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
+/// neither the passes of sampled tools, nor those of a brush, nor passes that failed.
 ///
 /// # Errors
-/// As for [`complete_study`].
+/// If the threads cannot be started. Some cases may have been simulated by then.
 ///
 /// # Panics
 /// If the study has no such case.

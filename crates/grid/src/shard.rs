@@ -1,16 +1,7 @@
 //! Shards: parts of a study that are simulated by calls of their own, on different machines if need be.
 
 use std::fmt::{self, Display, Formatter};
-use std::io;
-use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
 use std::str::FromStr;
-use std::sync::Mutex;
-
-use bristle::simulation::{Sampling, Stop};
-
-use super::grid::Study;
-use super::scheduler::{CaseResult, keeping, simulate_cases, without_result};
 
 /// One of several shards. Case `c`, counted from 0, belongs to shard `c mod N + 1` of `N`, so that shards of a grid take about as long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,27 +37,6 @@ impl Display for Shard {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}/{}", self.number, self.count)
     }
-}
-
-/// [`complete_study`](super::complete_study) for the cases of a shard. The others stay as they are.
-///
-/// # Errors
-/// If the threads cannot be started.
-///
-/// # Panics
-/// If `results` has another length than the study has cases.
-pub fn complete_shard(
-    study: &Study,
-    shard: Shard,
-    threads: Option<NonZeroUsize>,
-    results: &mut [Option<CaseResult>],
-    on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-) -> io::Result<()> {
-    let mut cases = without_result(study, results);
-    cases.retain(|&case| shard.has(case));
-    let results = Mutex::new(results);
-    let done = keeping(&results, on_case_done);
-    simulate_cases(study, &cases, threads, &Stop::default(), Sampling::default(), |_, _| {}, done)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use bristle::model::settings::Settings;
 use bristle::workpiece::Part;
 
 use bristle_grid::{Study, Sweep};
-use bristle_text::layout::warning;
+use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
 /// Largest share of an area that equal circles can cover: π/√12, of the hexagonal packing.
@@ -164,7 +164,7 @@ fn repeated(sweep: &Sweep) -> Option<Unusual> {
 /// The warnings about unusual settings, each for a terminal 80 columns wide.
 #[must_use]
 pub fn warnings(found: &[Unusual]) -> Vec<String> {
-    found.iter().map(|unusual| warning(&unusual.statement)).collect()
+    found.iter().map(|unusual| Warning::new(&unusual.statement).to_string()).collect()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 
-use crate::stability::place;
+use crate::warnings::stability::place;
 use bristle_grid::{CaseResult, Study};
 use bristle_input::document::Document;
 use bristle_input::materials::Material;

@@ -12,7 +12,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::differences::{Difference, tool_differences};
 use bristle_insight::quantity::{Quantity, Readable, shown_metrics};
 use bristle_insight::slices::spread;
-use bristle_insight::stability::is_unstable;
+use bristle_insight::warnings::is_unstable;
 use bristle_text::columns;
 use bristle_text::layout::{aligned, blocks, left, right, wrap};
 use bristle_text::number::{labels, short};

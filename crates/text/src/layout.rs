@@ -1,5 +1,7 @@
 //! Lines and columns in a terminal, whose width is counted in the columns that characters take.
 
+use std::fmt::{self, Display, Formatter};
+
 use crate::columns;
 
 /// Width of a terminal, in columns, of which nothing else is known. Warnings are made for it.
@@ -89,23 +91,53 @@ pub fn wrap_beside(width: usize, text: &mut String, row: &str, words: &str) {
     }
 }
 
-/// A warning for a terminal 80 columns wide, without a line end.
-pub fn warning(statement: &str) -> String {
-    of_warning("warning: ", statement)
+/// A warning of results that are not what they seem.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    statement: String,
+    /// What to do about it, and the line to add to the input file for that.
+    help: Option<(String, String)>,
+}
+
+impl Warning {
+    /// A warning that states something.
+    pub fn new(statement: impl Into<String>) -> Self {
+        Self { statement: statement.into(), help: None }
+    }
+
+    /// The same warning, with what to do about it: a statement, and a line to add to the input file.
+    #[must_use]
+    pub fn with_help(self, how: impl Into<String>, line: impl Into<String>) -> Self {
+        Self { help: Some((how.into(), line.into())), ..self }
+    }
+
+    /// Its text in as many lines as it has parts, for who wraps lines.
+    pub fn plain(&self) -> String {
+        let help = self.help.as_ref().map(|(how, line)| format!("\nhelp: {how} {line}"));
+        self.statement.clone() + &help.unwrap_or_default()
+    }
+}
+
+/// For a terminal 80 columns wide, without a line end.
+impl Display for Warning {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        const HELP: &str = "   = help: ";
+        formatter.write_str(&wrapped("warning: ", &self.statement))?;
+        match &self.help {
+            Some((how, line)) => {
+                write!(formatter, "\n{}\n{:indent$}{line}", wrapped(HELP, how), "", indent = HELP.len())
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// A note for a terminal 80 columns wide, without a line end.
 pub fn note(statement: &str) -> String {
-    of_warning("note: ", statement)
+    wrapped("note: ", statement)
 }
 
-/// What to do about a warning, on the lines below it: a statement, and a line to add to the input file.
-pub fn help(statement: &str, line: &str) -> String {
-    const HELP: &str = "   = help: ";
-    format!("{}\n{:indent$}{line}", of_warning(HELP, statement), "", indent = HELP.len())
-}
-
-fn of_warning(beginning: &str, statement: &str) -> String {
+fn wrapped(beginning: &str, statement: &str) -> String {
     let mut text = String::new();
     wrap(WIDTH, &mut text, beginning, statement);
     text.truncate(text.trim_end().len());

@@ -11,11 +11,12 @@ use std::time::Duration;
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle_grid::brush::{Interaction, brush_warnings};
+use bristle_grid::brush::Interaction;
 use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
 use bristle_grid::thread_count;
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
+use bristle_insight::warnings::of_brush;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::{brush_table, check_table};
@@ -145,7 +146,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
             let notes = Notes { unusual: &unusual, assumptions: &assumptions };
-            let warnings = brush_warnings(&settings, &Interaction::of(&result));
+            let warnings = of_brush(&settings, &Interaction::of(&result));
             let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
             checkpoint.remove()?;
             show(table)?;

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bristle::simulation::Stop;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::joined::{Joined, NamedStudy, join};
-use bristle_insight::measured::compare;
-use bristle_report::page::{Recorder, page};
+use bristle_report::page::Recorder;
+use bristle_run::{Subject, publish};
 use bristle_store::journal_file::JOURNAL;
 use bristle_store::staged::prepare_directory;
 use bristle_store::study_files::occupy_results;
@@ -16,7 +17,7 @@ use bristle_text::number::counted;
 use bristle_text::shown_path;
 use clap::Args;
 
-use crate::commands::study::{show_tables, write_results};
+use crate::commands::study::show_tables;
 use crate::error::CliError;
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_of, say_drawn};
 use crate::saved::{SavedError, saved_study};
@@ -62,11 +63,9 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }
-    let courses = Recorder::new(&study).finish(&results, None).map_err(CliError::Threads)?;
-    let name = study.tools().iter().map(|tool| tool.name.as_str()).collect::<Vec<_>>().join(" and ");
-    let comparisons = compare(&study, &results, &measured);
-    let page = page(&name, &study, &results, &courses, &Assumptions::default(), &comparisons);
-    let files = write_results(out, &study, &origin, &results, &page, &measured)?;
+    let name = study.tool_names().join(" and ");
+    let subject = Subject { name: &name, origin: &origin, assumptions: &Assumptions::default(), measured: &measured };
+    let (files, comparisons) = publish(out, Recorder::new(&study), &study, &results, &subject, None, &Stop::default())?;
     let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
     notes.iter().for_each(|text| say(note(text)));

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bristle_run::StudyRun;
 use bristle_store::journal_file::{JOURNAL, JournalFile};
-use bristle_store::staged::prepare_directory;
 use clap::Args;
 
 use crate::commands::study::{StudyArgs, run_whole};
@@ -37,18 +37,13 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
             *merged = merged.take().or(result);
         }
     }
-    prepare_directory(&arguments.study.out)?;
-    let (mut journal, earlier) = JournalFile::open(&arguments.study.out, &study, arguments.study.restart)?;
-    for (case, (result, earlier)) in merged.iter().zip(&earlier.results).enumerate() {
-        if let (Some(result), None) = (result, earlier)
-            && journal.append(case, result).is_break()
-        {
-            break;
-        }
+    let (mut run, _) = StudyRun::open(study, &arguments.study.out, &[], arguments.study.restart)?;
+    for (case, result) in merged.into_iter().enumerate() {
+        result.map_or(Ok(()), |result| run.take(case, result))?;
     }
-    journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
-    let done = journal.cases();
-    drop(journal);
+    run.settle()?;
+    let (done, _) = run.counts();
+    drop(run);
     if done < total {
         let path = arguments.study.out.join(JOURNAL);
         return Err(CliError::Incomplete { path, missing: total - done, total });

@@ -10,10 +10,7 @@ use bristle::simulation::{Pass, Sampling, Shape};
 use bristle_grid::check::{FINER_PASS, check_text, finer};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
-use bristle_insight::limited_work::case_work_warning;
-use bristle_insight::stability::case_warning;
-use bristle_insight::touch::case_touch_warning;
-use bristle_insight::turns::case_turns_warnings;
+use bristle_insight::warnings::of_contact;
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
@@ -116,7 +113,6 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
     progress.end();
     let mut simulation = simulation?;
-    case_work_warning(&simulation.statistics).iter().for_each(say);
     let impulses = simulation.turn_contact_normal_impulses_n_s.clone();
     let last_turn = impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
     let contact = Contact {
@@ -164,9 +160,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
     let shown = say_drawn(&drawn)
         .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));
-    case_touch_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
-    case_warning(&contact.settings, &simulation.metrics).iter().for_each(say);
-    case_turns_warnings(&contact.settings, &simulation.metrics).iter().for_each(say);
+    of_contact(&contact.settings, &simulation.metrics, &simulation.statistics).iter().for_each(say);
     shown?;
     if arguments.check {
         let checked = check(&contact.settings)?;

@@ -1,31 +1,21 @@
 //! `bristle study`.
 
 use std::io;
-#[cfg(feature = "parquet")]
-use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
-use bristle::simulation::{Simulation, Stop};
-use bristle_grid::brush::{check_brushes, study_warnings};
-use bristle_grid::{CaseResult, Resources, Shard, Study, complete_shard, complete_study_sampled};
-use bristle_input::measured::{Measurement, measured_text};
+use bristle::simulation::Stop;
+use bristle_grid::brush::check_brushes;
+use bristle_grid::{CaseResult, Resources, Shard, Study};
 use bristle_input::plausibility::unusual_in_study;
 use bristle_insight::assumptions::Assumptions;
-use bristle_insight::limited_work::study_work_warning;
-use bristle_insight::measured::{compare, unusual_points};
-use bristle_insight::stability::study_warning;
-use bristle_insight::touch::study_touch_warning;
-use bristle_insight::turns::study_turns_warnings;
-use bristle_report::page::{Recorder, page};
-#[cfg(feature = "parquet")]
-use bristle_report::parquet::write_runs_parquet;
+use bristle_insight::measured::unusual_points;
+use bristle_insight::warnings::of_study;
 use bristle_report::tables::{study_tables, tools_table};
-use bristle_store::journal_file::{Earlier, JOURNAL, JournalFile};
-use bristle_store::results::Origin;
-use bristle_store::staged::{StagedFile, occupy, prepare_directory, relative_to, remove};
-use bristle_store::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
+use bristle_run::{Finished, Found, Means, StudyRun};
+use bristle_store::journal_file::JOURNAL;
+use bristle_store::staged::{prepare_directory, relative_to};
 use bristle_text::number::counted;
 use bristle_text::{shown, shown_path};
 use clap::Args;
@@ -165,6 +155,12 @@ impl StudyArgs {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
     }
 
+    /// What the study may use, watched by `progress`.
+    fn means<'a>(&self, progress: &'a Progress, stop: &'a Stop) -> Means<'a> {
+        let resources = Resources { threads: self.threads(), memory: self.memory.limit() };
+        Means { resources, stop, observer: progress }
+    }
+
     /// Warns of what is unusual, and checks that all brushes can be simulated.
     fn check(&self, study: &Study) -> Result<(), CliError> {
         self.input.warn_of(&unusual_in_study(study))?;
@@ -184,35 +180,55 @@ pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
     }
 }
 
+/// The study in `directory`, with what its journal has. Ctrl-C ends the program from now on, between two lines of the journal.
+fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliError> {
+    let (run, found) = StudyRun::open(study, directory, &[(FIGURES, &is_picture_of_study)], restart)?;
+    let (path, total) = (directory.join(JOURNAL), run.study().case_count());
+    tell_of(&run, found, &path);
+    if let Some(journal) = run.journal() {
+        let stop = journal.stopper(move |done| {
+            let path = shown_path(&path);
+            say_at_the_end(format_args!(
+                "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
+            ));
+            process::exit(INTERRUPTED.into())
+        });
+        // If signals are handled elsewhere, or ignored, that is intended. The journal survives an end without notice.
+        let _ = ctrlc::try_set_handler(stop);
+    }
+    Ok(run)
+}
+
+/// Tells the user what the journal held when the study started.
+fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
+    let path = shown_path(path);
+    if discarded {
+        say(format_args!("note: the earlier journal `{path}` has been discarded"));
+    }
+    if torn > 0 {
+        say(format_args!("note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"));
+    }
+    let ((done, _), total) = (run.counts(), run.study().case_count());
+    if done > 0 {
+        say(format_args!("{done} of {total} cases are in `{path}`, {} remain", total - done));
+    }
+}
+
 /// Simulates the cases of a shard, which are then in the journal.
 fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
     let study = checked_if(text.document()?.study()?, check);
     arguments.check(&study)?;
-    prepare_directory(&arguments.out)?;
-    let _occupied = occupy(&arguments.out, &[("", &|name| name == JOURNAL)])?;
-    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, arguments.restart)?;
-    let path = arguments.out.join(JOURNAL);
-    tell_of_earlier(&earlier, &path);
-    let mut results = earlier.results;
-    let is_own = |case: &usize| shard.has(*case);
-    let total = (0..study.case_count()).filter(is_own).count();
-    stop_on_interrupt(&journal, total, path.clone());
-    let own = || (0..study.case_count()).filter(is_own);
-    let done = own().filter(|&case| results[case].is_some()).count();
-    let failures = |results: &[Option<CaseResult>]| own().filter(|&case| matches!(results[case], Some(Err(_)))).count();
-    let progress = Progress::begin(total, done, failures(&results), arguments.json);
-    let take = |case, result: &CaseResult| {
-        let flow = journal.append(case, result);
-        if flow.is_continue() {
-            progress.case_done(result.is_err());
-        }
-        flow
+    let mut run = open(study, &arguments.out, arguments.restart)?;
+    let count = |run: &StudyRun, is_one: fn(&Option<CaseResult>) -> bool| {
+        let own = run.results().iter().enumerate().filter(|(case, result)| shard.has(*case) && is_one(result));
+        own.count()
     };
-    let simulated = complete_shard(&study, shard, arguments.threads(), &mut results, take);
-    let seconds = progress.end();
-    journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
-    simulated.map_err(CliError::Threads)?;
+    let is_failure: fn(&Option<CaseResult>) -> bool = |result| matches!(result, Some(Err(_)));
+    let total = count(&run, |_| true);
+    let progress = Progress::begin(total, count(&run, Option::is_some), count(&run, is_failure), arguments.json);
+    run.simulate_shard(shard, &arguments.means(&progress, &Stop::default()))?;
+    let path = arguments.out.join(JOURNAL);
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
@@ -220,8 +236,8 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
             if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
         ));
     }
-    progress.summarise(seconds, &[path])?;
-    let failed = failures(&results);
+    progress.summarise(&[path])?;
+    let failed = count(&run, is_failure);
     if failed > 0 {
         say(format_args!("error: {failed} of the cases failed; the results of the study will say why"));
     }
@@ -240,33 +256,28 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
         None => Vec::new(),
     };
     arguments.input.warn_of(&unusual_points(&study, &measured))?;
-    let _occupied = occupy_results(&arguments.out, &[(FIGURES, &is_picture_of_study)])?;
     if figures.are_drawn() {
         prepare_directory(&arguments.out.join(FIGURES))?;
     }
 
-    let (mut journal, earlier) = JournalFile::open(&arguments.out, &study, restart)?;
-    tell_of_earlier(&earlier, &arguments.out.join(JOURNAL));
-    let recorder = Recorder::new(&study);
-    let (results, progress, seconds) = simulate_cases(&study, arguments, &mut journal, earlier.results, &recorder)?;
-    let courses = recorder.finish(&results, arguments.threads()).map_err(CliError::Threads)?;
+    let out = &arguments.out;
+    let run = open(study, out, restart)?;
+    let (done, failed) = run.counts();
+    let progress = Progress::begin(run.study().case_count(), done, failed, arguments.json);
+    let (stop, name) = (Stop::default(), arguments.input.short_name());
+    let finished = run.finish(&name, &document, &measured, &arguments.means(&progress, &stop))?;
+    let Finished { study, results, assumptions, comparisons, files } = finished;
+    let drawn = draw_study(out, &study, &results, &measured, comparisons, arguments.threads(), &figures)?;
 
-    let total = study.case_count();
-    let assumptions = Assumptions::of_study(&study, &results, &document);
-    let comparisons = compare(&study, &results, &measured);
-    let page = page(&arguments.input.short_name(), &study, &results, &courses, &assumptions, &comparisons);
-    let files = write_results(&arguments.out, &study, &Origin::here(), &results, &page, &measured)?;
-    let (out, threads) = (&arguments.out, arguments.threads());
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, threads, &figures)?;
-
+    let total = results.len();
     let tables = if arguments.json {
         Ok(())
     } else {
-        say(format_args!("{} in {seconds:.2} s", counted(total)));
+        say(format_args!("{} in {:.2} s", counted(total), progress.seconds()));
         files.iter().for_each(|path| say_written(path));
         show_results(&study, &results, &assumptions).and_then(|()| say_drawn(&drawn))
     };
-    let told = tables.and(progress.summarise(seconds, &files));
+    let told = tables.and(progress.summarise(&files));
 
     let failures: Vec<(usize, &String)> =
         results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
@@ -282,11 +293,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
         let largest = 100.0 * changes.iter().copied().fold(0.0, f64::max);
         say(format_args!("{} of {total} cases checked: no metric changed by more than {largest:.2} %", changes.len()));
     }
-    study_work_warning(&results).iter().for_each(say);
-    study_touch_warning(&study, &results).iter().for_each(say);
-    study_warning(&study, &results).iter().for_each(say);
-    study_warnings(&study, &results).iter().for_each(say);
-    study_turns_warnings(&study, &results).iter().for_each(say);
+    of_study(&study, &results).iter().for_each(say);
     told?;
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
 }
@@ -305,101 +312,4 @@ pub fn show_tables(study: &Study, results: &[CaseResult]) -> io::Result<()> {
 fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
     show_tables(study, results)?;
     if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
-}
-
-/// Tells the user what the journal held when the study started.
-fn tell_of_earlier(earlier: &Earlier, path: &Path) {
-    let path = shown_path(path);
-    if earlier.discarded {
-        say(format_args!("note: the earlier journal `{path}` has been discarded"));
-    }
-    if earlier.torn > 0 {
-        let torn = earlier.torn;
-        say(format_args!("note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"));
-    }
-    let (done, total) = (earlier.results.iter().flatten().count(), earlier.results.len());
-    if done > 0 {
-        say(format_args!("{done} of {total} cases are in `{path}`, {} remain", total - done));
-    }
-}
-
-/// Simulates the cases without a result, appends each to the journal, and records its course. Returns all results, and the
-/// time taken in s.
-fn simulate_cases(
-    study: &Study,
-    arguments: &StudyArgs,
-    journal: &mut JournalFile,
-    mut results: Vec<Option<CaseResult>>,
-    recorder: &Recorder<'_>,
-) -> Result<(Vec<CaseResult>, Progress, f64), CliError> {
-    let total = study.case_count();
-    stop_on_interrupt(journal, total, arguments.out.join(JOURNAL));
-    let failures = results.iter().flatten().filter(|result| result.is_err()).count();
-    let progress = Progress::begin(total, journal.cases(), failures, arguments.json);
-    let record = |case, pass: &Simulation| recorder.take(case, pass);
-    let done = |case, result: &CaseResult| {
-        let flow = journal.append(case, result);
-        if flow.is_continue() {
-            progress.case_done(result.is_err());
-        }
-        flow
-    };
-    let resources = Resources { threads: arguments.threads(), memory: arguments.memory.limit() };
-    let sampling = recorder.sampling();
-    let simulated = complete_study_sampled(study, resources, &mut results, &Stop::default(), sampling, record, done);
-    let seconds = progress.end();
-    journal.settle().map_err(|error| CliError::Unfinished { error, done: journal.cases(), total })?;
-    simulated.map_err(CliError::Threads)?;
-    let results = results.into_iter().map(|result| result.expect("every case is done")).collect();
-    Ok((results, progress, seconds))
-}
-
-/// Lets Ctrl-C end the program between two lines of the journal, with a message that says how to resume.
-fn stop_on_interrupt(journal: &JournalFile, total: usize, path: PathBuf) {
-    let stop = journal.stopper(move |done| {
-        let path = shown_path(&path);
-        say_at_the_end(format_args!(
-            "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
-        ));
-        process::exit(INTERRUPTED.into())
-    });
-    // If signals are handled elsewhere, or ignored, that is intended. The journal survives an end without notice.
-    let _ = ctrlc::try_set_handler(stop);
-}
-
-/// Writes the results of a study to a directory, their `origin`, their page, and the `measured` forces that they are compared with. Returns the paths.
-pub fn write_results(
-    directory: &Path,
-    study: &Study,
-    origin: &Origin,
-    results: &[CaseResult],
-    page: &str,
-    measured: &[Measurement],
-) -> Result<Vec<PathBuf>, CliError> {
-    let total = study.case_count();
-    let unfinished = |error| CliError::Unfinished { error, done: total, total };
-    let has_measured = !measured.is_empty();
-    #[cfg_attr(
-        not(feature = "parquet"),
-        expect(unused_variables, reason = "the Parquet file alone holds the settings")
-    )]
-    let further = |settings: &str| {
-        let mut staged = Vec::new();
-        #[cfg(feature = "parquet")]
-        {
-            let content = |out: &mut (dyn Write + Send)| write_runs_parquet(out, study, results, settings);
-            staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content)?);
-        }
-        if has_measured {
-            staged.push(StagedFile::text(directory, MEASURED, &measured_text(measured, &study.tool_names()))?);
-        }
-        Ok(staged)
-    };
-    let files = write_study(directory, (study, origin), results, page, has_measured, further).map_err(unfinished)?;
-    // Files of an earlier study that this one does not write.
-    let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
-    for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
-        remove(&directory.join(name)).map_err(unfinished)?;
-    }
-    Ok(files)
 }

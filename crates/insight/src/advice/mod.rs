@@ -23,7 +23,7 @@ use crate::edges::{EdgeAdvice, advise_on_edges};
 use crate::measured::relative_uncertainty;
 use crate::quantity::{Quantity, Readable};
 use crate::slices::{Side, Slice, process_slices};
-use crate::turns::vibrating_note;
+use crate::warnings::turns::vibrating_note;
 use bristle_grid::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, spanning};

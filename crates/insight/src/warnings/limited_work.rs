@@ -3,20 +3,19 @@
 use bristle::simulation::Statistics;
 
 use bristle_grid::CaseResult;
-use bristle_text::layout::warning;
+use bristle_text::layout::Warning;
 
 /// What a limit of work means for results, and what avoids it.
 const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and peak forces to some ten per cent; the lateral \
                            amplification means nothing. Some damping (`filament.damping_ratio`) avoids this.";
 
-/// The warning about the cases of a study whose work was limited, for a terminal 80 columns wide. `None` if there are none.
-#[must_use]
-pub fn study_work_warning(results: &[CaseResult]) -> Option<String> {
+/// The warning about the cases of a study whose work was limited, if there are any.
+pub(super) fn of_study(results: &[CaseResult]) -> Option<Warning> {
     let limited = |result: &&CaseResult| result.as_ref().is_ok_and(|summary| summary.statistics.unresolved_steps > 0);
     let count = results.iter().filter(limited).count();
     let (cases, miss) = (if results.len() == 1 { "case" } else { "cases" }, if count == 1 { "misses" } else { "miss" });
     (count > 0).then(|| {
-        warning(&format!(
+        Warning::new(format!(
             "{count} of {} {cases} {miss} the relative tolerance in some steps, as the work of a pass is limited (column \
              unresolved_steps of runs.csv). {CONSEQUENCE}",
             results.len()
@@ -24,12 +23,11 @@ pub fn study_work_warning(results: &[CaseResult]) -> Option<String> {
     })
 }
 
-/// The warning about one contact whose work was limited, for a terminal 80 columns wide.
-#[must_use]
-pub fn case_work_warning(statistics: &Statistics) -> Option<String> {
+/// The warning about one contact whose work was limited.
+pub(super) fn of_contact(statistics: &Statistics) -> Option<Warning> {
     let Statistics { steps, unresolved_steps, .. } = statistics;
     (*unresolved_steps > 0).then(|| {
-        warning(&format!(
+        Warning::new(format!(
             "{unresolved_steps} of {steps} steps miss the relative tolerance, as the work of a pass is limited. {CONSEQUENCE}"
         ))
     })
@@ -41,11 +39,11 @@ mod tests {
 
     #[test]
     fn limited_work_is_told_at_80_columns() {
-        assert_eq!(case_work_warning(&Statistics { steps: 10, ..Statistics::default() }), None);
+        assert_eq!(of_contact(&Statistics { steps: 10, ..Statistics::default() }), None);
         let limited = Statistics { steps: 123_456, unresolved_steps: 120_000, ..Statistics::default() };
-        let text = case_work_warning(&limited).expect("steps miss the tolerance");
+        let text = of_contact(&limited).expect("steps miss the tolerance").to_string();
         assert!(text.starts_with("warning: 120000 of 123456 steps miss the relative tolerance"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-        assert_eq!(study_work_warning(&[]), None);
+        assert_eq!(of_study(&[]), None);
     }
 }

@@ -5,7 +5,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
 use bristle_grid::{CaseResult, DEPTH, Study, VELOCITY, equation};
-use bristle_text::layout::{help, warning};
+use bristle_text::layout::Warning;
 use bristle_text::number::spanning;
 
 /// The setting that makes a filament imperfect.
@@ -16,9 +16,8 @@ pub fn is_unstable(result: &CaseResult) -> bool {
     result.as_ref().is_ok_and(|summary| summary.metrics.laterally_unstable)
 }
 
-/// The warning about the laterally unstable cases of a study, for a terminal 80 columns wide. `None` if there are none.
-#[must_use]
-pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
+/// The warning about the laterally unstable cases of a study, if there are any.
+pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
     let amplification =
         |case: &usize| results[*case].as_ref().map_or(0.0, |summary| summary.metrics.lateral_amplification);
     let unstable: Vec<usize> = (0..results.len()).filter(|&case| is_unstable(&results[case])).collect();
@@ -27,7 +26,7 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
     let settings = study.settings(worst);
     let cases = if results.len() == 1 { "case" } else { "cases" };
     let are = if unstable.len() == 1 { "is" } else { "are" };
-    let mut text = warning(&format!(
+    let warning = Warning::new(format!(
         "{} of {} {cases} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
          imperfection of the filament can change the force. The largest amplification is {} at {} (row {} of runs.csv).",
         unstable.len(),
@@ -40,18 +39,17 @@ pub fn study_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
     if study.sweep(TILT).is_none() {
         let line = format!("\"{TILT}\" = [0.0, 1e-4, 1e-3, 1e-2]");
         let how = "compare tilts of the clamp, by this line under [study]:";
-        text.push_str(&format!("\n{}", help_with(&settings, how, &line)));
+        return Some(with_help(warning, &settings, how, line));
     }
-    Some(text)
+    Some(warning)
 }
 
-/// The warning about one contact that is laterally unstable, for a terminal 80 columns wide.
-#[must_use]
-pub fn case_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
+/// The warning about one contact that is laterally unstable.
+pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
     if !metrics.laterally_unstable {
         return None;
     }
-    let text = warning(&format!(
+    let warning = Warning::new(format!(
         "this contact is laterally unstable (amplification {}, above {UNSTABLE_AMPLIFICATION}): a small imperfection \
          of the filament can change the force.",
         spanning(metrics.lateral_amplification)
@@ -59,14 +57,14 @@ pub fn case_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
     let key = TILT.split_once('.').map_or(TILT, |(_, key)| key);
     let line = format!("{key} = 1e-3");
     let how = "simulate it with a tilted clamp, by this line under [filament]:";
-    Some(format!("{text}\n{}", help_with(settings, how, &line)))
+    Some(with_help(warning, settings, how, line))
 }
 
-/// How to see what an imperfect filament does. If the clamp is tilted already, other tilts tell more.
-fn help_with(settings: &Settings, how: &str, line: &str) -> String {
+/// The warning with how to see what an imperfect filament does. If the clamp is tilted already, other tilts tell more.
+fn with_help(warning: Warning, settings: &Settings, how: &str, line: String) -> Warning {
     let is_tilted = settings.filament.lateral_tilt_rad != 0.0;
     let aim = if is_tilted { "to see how the tilt matters" } else { "to see what an imperfect filament does" };
-    help(&format!("{aim}, {how}"), line)
+    warning.with_help(format!("{aim}, {how}"), line)
 }
 
 /// Tool, velocity and depth of a case of a study, counted from 0.

@@ -5,7 +5,7 @@ use bristle::model::settings::Settings;
 use bristle::workpiece::{Edge, Part, Workpiece};
 
 use bristle_grid::{CaseResult, Study};
-use bristle_text::layout::warning;
+use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
 /// The share of an edge's radius down to which the contact law is meant for it.
@@ -14,12 +14,11 @@ const DEEPEST_SHARE: f64 = 0.5;
 /// What a deep penetration means for results, and what avoids it.
 const DEEP: &str = "The force then depends on the contact stiffness: a larger `contact.stiffness_n_m` penetrates less.";
 
-/// The warning about one contact, for a terminal 80 columns wide.
-#[must_use]
-pub fn case_touch_warning(settings: &Settings, metrics: &Metrics) -> Option<String> {
+/// The warning about one contact.
+pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
     let radius = edge_radius(settings);
     is_deep(settings, metrics).then(|| {
-        warning(&format!(
+        Warning::new(format!(
             "the filament penetrates an edge by {} mm, more than half of its radius of {} mm. {DEEP}",
             short(1e3 * metrics.max_edge_penetration_m),
             short(1e3 * radius)
@@ -27,9 +26,8 @@ pub fn case_touch_warning(settings: &Settings, metrics: &Metrics) -> Option<Stri
     })
 }
 
-/// The warning about the cases of a study, for a terminal 80 columns wide.
-#[must_use]
-pub fn study_touch_warning(study: &Study, results: &[CaseResult]) -> Option<String> {
+/// The warning about the cases of a study.
+pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
     let row = |(case, result): (usize, &CaseResult)| {
         let is_deep = result.as_ref().is_ok_and(|summary| is_deep(&study.settings(case), &summary.metrics));
         is_deep.then_some(case + 1)
@@ -38,7 +36,7 @@ pub fn study_touch_warning(study: &Study, results: &[CaseResult]) -> Option<Stri
     let total = results.len();
     let cases = if total == 1 { "case" } else { "cases" };
     deep.first().map(|first| {
-        warning(&format!(
+        Warning::new(format!(
             "in {} of {total} {cases} the filament penetrates an edge by more than half of its radius, first in row {first} \
              of runs.csv (column max_edge_penetration_m). {DEEP}",
             deep.len()
@@ -86,10 +84,10 @@ mod tests {
     fn deep_edges_are_told_at_80_columns() {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let settings = document.settings().expect("settings");
-        assert_eq!(case_touch_warning(&settings, &metrics(0.1e-3)), None, "half of the radius is not too deep");
-        let deep = case_touch_warning(&settings, &metrics(0.123456e-3));
+        assert_eq!(of_contact(&settings, &metrics(0.1e-3)), None, "half of the radius is not too deep");
+        let deep = of_contact(&settings, &metrics(0.123456e-3));
         assert_eq!(
-            deep.as_deref(),
+            deep.map(|deep| deep.to_string()).as_deref(),
             Some(
                 "warning: the filament penetrates an edge by 0.1235 mm, more than half of its\n         radius of 0.2 mm. \
               The force then depends on the contact stiffness: a\n         larger `contact.stiffness_n_m` penetrates less."
@@ -99,10 +97,10 @@ mod tests {
         let study = document.study().expect("a study");
         let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
         let results = [result(metrics(0.0)), Err("failed".to_owned()), result(metrics(1e-3))];
-        let told = study_touch_warning(&study, &results).expect("a warning");
+        let told = of_study(&study, &results).expect("a warning").to_string();
         assert!(told.starts_with("warning: in 1 of 3 cases the filament penetrates an edge by more than half of"));
         assert!(told.replace("\n         ", " ").contains("first in row 3"), "{told:?}");
         assert!(told.lines().all(|line| line.chars().count() <= 80));
-        assert_eq!(study_touch_warning(&study, &results[..2]), None);
+        assert_eq!(of_study(&study, &results[..2]), None);
     }
 }

@@ -9,9 +9,9 @@ use bristle::model::parameters::MAX_TURNS;
 use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::Pass;
 
-use crate::stability::place_in;
+use super::stability::place_in;
 use bristle_grid::{CaseResult, Study, TURNS};
-use bristle_text::layout::{help, warning};
+use bristle_text::layout::Warning;
 
 /// Above this share of its vibration, a filament comes back still vibrating.
 const MUCH: f64 = 0.05;
@@ -66,15 +66,14 @@ pub(crate) fn vibrating_note(study: &Study, cases: &[usize]) -> Option<String> {
     ))
 }
 
-/// The warnings about the turns of a study, for a terminal 80 columns wide.
-#[must_use]
-pub fn study_turns_warnings(study: &Study, results: &[CaseResult]) -> Vec<String> {
+/// The warnings about the turns of a study.
+pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let unsteady = results.iter().filter(|result| result.as_ref().is_ok_and(|summary| summary.metrics.unsteady_turns));
     let (unsteady, cases) = (unsteady.count(), if results.len() == 1 { "case" } else { "cases" });
     if unsteady > 0 {
         let are = if unsteady == 1 { "is" } else { "are" };
-        warnings.push(warning(&format!(
+        warnings.push(Warning::new(format!(
             "{unsteady} of {} {cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}",
             results.len()
         )));
@@ -89,17 +88,16 @@ pub fn study_turns_warnings(study: &Study, results: &[CaseResult]) -> Vec<String
             place_in(study, worst),
             worst + 1
         );
-        warnings.push(with_help(&statement));
+        warnings.push(with_help(statement));
     }
     warnings
 }
 
-/// The warnings about the turns of one contact, for a terminal 80 columns wide.
-#[must_use]
-pub fn case_turns_warnings(settings: &Settings, metrics: &Metrics) -> Vec<String> {
+/// The warnings about the turns of one contact.
+pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if metrics.unsteady_turns {
-        warnings.push(warning(&format!("this contact is not steady after {MAX_TURNS} turns. {UNSTEADY}")));
+        warnings.push(Warning::new(format!("this contact is not steady after {MAX_TURNS} turns. {UNSTEADY}")));
     }
     if let Some(residual) = left_out(settings) {
         let statement = format!(
@@ -107,7 +105,7 @@ pub fn case_turns_warnings(settings: &Settings, metrics: &Metrics) -> Vec<String
              first pass.",
             percent(residual)
         );
-        warnings.push(with_help(&statement));
+        warnings.push(with_help(statement));
     }
     warnings
 }
@@ -117,9 +115,9 @@ const UNSTEADY: &str = "The impulse still changes by more than 0.1 % from turn t
                         Take the mean of the impulses of many turns, or more damping (`filament.damping_ratio`).";
 
 /// A warning with the line that avoids it.
-fn with_help(statement: &str) -> String {
+fn with_help(statement: String) -> Warning {
     let how = "simulate turn after turn until the impulse is steady, by this line under [process]:";
-    format!("{}\n{}", warning(statement), help(how, LINE))
+    Warning::new(statement).with_help(how, LINE)
 }
 
 fn percent(share: f64) -> String {
@@ -149,7 +147,9 @@ mod tests {
 
     #[test]
     fn what_a_single_pass_leaves_out_is_told_at_80_columns() {
-        let told = |settings: &Settings| case_turns_warnings(settings, &Metrics::default()).concat();
+        let told = |settings: &Settings| {
+            of_contact(settings, &Metrics::default()).iter().map(Warning::to_string).collect::<String>()
+        };
         let mut settings = Settings::paper(30.0, 1e-3);
         let text = told(&settings);
         assert!(text.contains("14 % of its vibration") && text.ends_with("\n           turns = \"steady\""), "{text}");
@@ -158,7 +158,7 @@ mod tests {
         settings.process.turns = Turns::Count(2);
         assert_eq!(told(&settings), "");
         let unsteady = Metrics { unsteady_turns: true, ..Metrics::default() };
-        let text = case_turns_warnings(&settings, &unsteady).concat();
+        let text = of_contact(&settings, &unsteady)[0].to_string();
         assert!(text.starts_with("warning: this contact is not steady after 50 turns."), "{text}");
     }
 
@@ -167,7 +167,7 @@ mod tests {
         let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 25.0, 20.0]);
         let study = Study::new(Settings::paper(10.0, 1e-3), vec![velocities.expect("right")]).expect("right");
         let results = vec![Err("failed".to_owned()); 4];
-        assert_eq!(study_turns_warnings(&study, &results), Vec::<String>::new());
+        assert_eq!(of_study(&study, &results), []);
         let note = vibrating_note(&study, &[0, 1, 2, 3]).expect("they vibrate");
         assert!(note.starts_with("In 3 of 4 cases") && note.contains("up to 14 % of its vibration (row 2)"), "{note}");
         assert_eq!(vibrating_note(&study, &[0]), None);

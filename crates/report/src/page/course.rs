@@ -341,7 +341,7 @@ mod tests {
     use super::*;
     use bristle::model::parameters::Parameter;
     use bristle::simulation::{simulate, simulate_with};
-    use bristle_grid::{Sweep, VELOCITY, complete_study_sampled, run_study};
+    use bristle_grid::{Sweep, VELOCITY, run_study, simulate_cases};
     use bristle_input::document::Document;
 
     fn settings() -> Settings {
@@ -415,17 +415,16 @@ mod tests {
         let study =
             Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
         let recorder = Recorder::new(&study);
-        let mut results = vec![None; study.case_count()];
-        // As after a resume: the first case is not simulated, so its course has to be made later.
-        let alone = run_study(&study, None, || {}).expect("the threads start");
-        results[0] = Some(alone[0].clone());
+        let results = run_study(&study, None, || {}).expect("the threads start");
         let take = |case, pass: &Simulation| recorder.take(case, pass);
-        let go_on = |_, _: &CaseResult| ControlFlow::Continue(());
-        complete_study_sampled(&study, None, &mut results, &Stop::default(), recorder.sampling(), take, go_on)
+        let same = |case: usize, result: CaseResult| {
+            assert!(result == results[case], "metrics and statistics have the same bits");
+            ControlFlow::Continue(())
+        };
+        // As after a resume: the first case is not simulated, so its course has to be made later.
+        simulate_cases(&study, &[1, 2], None, &Stop::default(), recorder.sampling(), take, same)
             .expect("the threads start");
         assert_eq!(recorder.courses().len(), 2);
-        let results: Vec<CaseResult> = results.into_iter().map(|result| result.expect("every case is done")).collect();
-        assert!(results == alone, "metrics and statistics have the same bits");
         let recorded = recorder.finish(&results, None).expect("the threads start");
         assert!(recorded == Recorder::new(&study).finish(&results, None).expect("the threads start"));
     }

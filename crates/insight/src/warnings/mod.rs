@@ -1,0 +1,36 @@
+//! Warnings of results that are not what they seem: what `bristle simulate`, `bristle brush` and `bristle study` say once they are done.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
+use bristle_grid::{CaseResult, Study};
+use bristle_text::layout::Warning;
+
+mod brush;
+mod limited_work;
+pub(crate) mod stability;
+mod touch;
+pub(crate) mod turns;
+
+pub use brush::of_brush;
+pub use stability::is_unstable;
+
+/// The warnings about one contact.
+#[must_use]
+pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistics) -> Vec<Warning> {
+    let single = [
+        limited_work::of_contact(statistics),
+        touch::of_contact(settings, metrics),
+        stability::of_contact(settings, metrics),
+    ];
+    single.into_iter().flatten().chain(turns::of_contact(settings, metrics)).collect()
+}
+
+/// The warnings about the cases of a study.
+#[must_use]
+pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
+    let single =
+        [limited_work::of_study(results), touch::of_study(study, results), stability::of_study(study, results)];
+    let several = brush::of_study(study, results).into_iter().chain(turns::of_study(study, results));
+    single.into_iter().flatten().chain(several).collect()
+}
