@@ -184,9 +184,6 @@ class BrushMetrics(ContactMetrics, TypedDict):
     """Momentum that is lacking in the balance of the brush, over that of the filaments and
     the impulse of the workpiece on them."""
 
-    overlap_at_start_m: float
-    """How deep filaments overlap before they move, in m; they are pushed apart."""
-
     krylov_vectors: int
     """Iterations of the linear solutions."""
 

@@ -77,7 +77,7 @@ pub fn step_error(plan: &Plan<'_>, length: f64, expected: &Simulation) -> f64 {
 
 /// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s). `None` if a step is not possible.
 fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
-    let mut sector = plan.sector(&[0]);
+    let mut sector = plan.sector(&[0], None);
     let pass = plan.pass;
     let is_single = turns == 1 && pass.turns() == Turns::Count(1);
     let end = if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::model::settings::{BrushSettings, Ends, Pattern, Settings};
 
 use super::error::BrushError;
+use super::filaments::random_of;
 
 /// The root of a filament on the cylinder of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +63,7 @@ impl Arrangement {
     /// If there are more columns than the brush has, or if two roots are closer than `reach` (m), the least distance of filaments that do
     /// not overlap.
     pub fn new(settings: &Settings, columns: usize, reach: f64) -> Result<Self, BrushError> {
-        let BrushSettings { rows, pattern, ends, seed, .. } = settings.brush_or_default();
+        let BrushSettings { rows, pattern, ends, seed, root_std_m, .. } = settings.brush_or_default();
         let rows = rows.unwrap_or_else(|| default_rows(settings));
         let around = settings.tool.filament_count / rows as f64;
         if columns as f64 > around.floor() {
@@ -83,6 +84,9 @@ impl Arrangement {
             arrangement.shake(radius, columns as f64 * angle, settings.tool.width_m, reach, u64::from(seed));
         }
         arrangement.check(radius, reach)?;
+        if root_std_m > 0.0 {
+            arrangement.scatter(root_std_m, radius, reach, seed);
+        }
         Ok(arrangement)
     }
 
@@ -126,6 +130,33 @@ impl Arrangement {
             }
         }
         Ok(())
+    }
+
+    /// Shifts each root by normally distributed ways with the standard deviation `std` (m), drawn anew while it would be closer than
+    /// `reach` (m) to another.
+    fn scatter(&mut self, std: f64, radius: f64, reach: f64, seed: u32) {
+        /// Draws before a root stays where it is.
+        const DRAWS: usize = 100;
+        /// Tilts and constants of filaments are drawn from other seeds.
+        const STREAM: u32 = 0x726f_6f74;
+        let (shifts, is_in_plane) = (self.shifts(), self.rows == 1);
+        for index in 0..self.roots.len() {
+            let root = self.roots[index];
+            let mut normal = random_of(seed ^ STREAM, root.place());
+            let is_free = |new: &Root| {
+                let others = self.roots.iter().enumerate().filter(|(other, _)| *other != index);
+                let near = |other: &Root| shifts.iter().any(|shift| Self::distance(new, other, radius, *shift) < reach);
+                others.into_iter().all(|(_, other)| !near(other))
+            };
+            let drawn = std::iter::repeat_with(|| {
+                let [around, along] = [std * normal(), std * normal()];
+                let z = if is_in_plane { root.z } else { root.z + along };
+                Root { angle: root.angle + around / radius, z, ..root }
+            });
+            if let Some(new) = drawn.take(DRAWS).find(is_free) {
+                self.roots[index] = new;
+            }
+        }
     }
 
     /// Shakes regular roots until they are random: a Markov chain of Metropolis et al. (1953) for hard discs, on the developed cylinder

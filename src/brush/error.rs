@@ -26,10 +26,10 @@ pub enum BrushError {
         /// The filaments.
         pair: [[usize; 2]; 2],
     },
-    /// Tilted or wavy filaments are deep in each other before they move.
-    Tangled {
-        /// The filaments.
-        pair: [[usize; 2]; 2],
+    /// Filaments that lean on each other do not come to rest before they meet the workpiece.
+    Restless {
+        /// The largest speed of a node relative to the body in m/s.
+        speed: f64,
     },
     /// The machine has no vector units that the equations are compiled for.
     NoLanes,
@@ -113,12 +113,10 @@ impl Display for BrushError {
                 name(a),
                 name(b)
             ),
-            Self::Tangled { pair: [a, b] } => write!(
+            Self::Restless { speed } => write!(
                 f,
-                "the undeformed filaments in {} and {} go through each other: choose a smaller `brush.lateral_tilt_std_rad`, a smaller \
-                 waviness, or filaments farther apart",
-                name(a),
-                name(b)
+                "filaments that lean on each other do not come to rest before they meet the workpiece; some still move at {speed:.1e} m/s: \
+                 choose a smaller `brush.lateral_tilt_std_rad`, a smaller waviness, or filaments farther apart"
             ),
             Self::NoLanes => {
                 write!(f, "brushes are simulated with AVX2 instructions, which this machine does not have")

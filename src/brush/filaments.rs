@@ -51,7 +51,7 @@ impl Tool for Mount {
 pub type Bristle = Filament<Turning<Mount>, Part>;
 
 /// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
-fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
+pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
     // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
     let mut random = [column, row].into_iter().fold(fastrand::Rng::with_seed(u64::from(seed)), |mut random, place| {
         fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64))

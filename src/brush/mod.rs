@@ -33,6 +33,7 @@ mod presses;
 mod result;
 mod run;
 mod sector;
+mod settle;
 mod stretch;
 mod team;
 mod words;

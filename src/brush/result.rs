@@ -132,8 +132,6 @@ pub struct BrushResult {
     /// By how much the impulse of one filament by itself, in the steps of the brush, differs from that of its error-controlled pass, over
     /// it: the largest of all turns.
     pub step_error: f64,
-    /// How deep filaments overlap before they move, in m. They are pushed apart.
-    pub overlap_m: f64,
 }
 
 /// By how much energy and momentum fail to balance, each integrated apart from the motion.

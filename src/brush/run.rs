@@ -1,18 +1,20 @@
 //! A brush from its settings to its results.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use super::alone;
 use super::arrangement::{self, Arrangement, Root};
 use super::bundle::{BEHIND, Bundle};
 use super::candidates::Layout;
 use super::error::BrushError;
-use super::filaments::{self, Mount};
+use super::filaments::{self, Bristle, Mount};
 use super::presses::PressLaw;
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
 };
-use super::sector::{Balance, Sector, Timetable, crossing};
+use super::sector::{Balance, Sector, Timetable};
+use super::settle::{self, Pose, Settling};
 use super::stretch;
 use super::team::Team;
 use super::words::{Reader, Writer};
@@ -98,7 +100,7 @@ impl Precision {
         let pass = Pass::new(&typical);
         let expected = pass.simulate(Sampling::default())?;
         let arrangement = alone::arrangement();
-        let begin = begin(&pass, &arrangement, std::slice::from_ref(&typical));
+        let begin = begin(&pass, &arrangement, std::slice::from_ref(&typical), &|_| None);
         let velocity = settings.process.brushing_velocity_m_s;
         let mut next = Self::first(settings, &pass);
         let plan = |precision: &Self| Plan {
@@ -165,8 +167,15 @@ pub struct BrushRun {
     team: Team,
     begin: f64,
     precision: Precision,
-    /// How deep filaments overlap before they move, in m.
-    overlap: f64,
+    form: Form,
+    /// Number of contact points of a segment.
+    points: usize,
+    /// The settings of each filament.
+    own: Vec<Settings>,
+    /// What is left to do before the motion begins, where undeformed filaments are in each other, and the steps that it was expected to
+    /// need.
+    settling: Option<Settling>,
+    settling_steps: usize,
     /// The time of a step in s.
     length: f64,
     /// The number of columns that are followed to the end of their contact.
@@ -216,6 +225,7 @@ impl Draft {
         let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
         let is_planar = pass.form() == Form::Planar
             && brush.lateral_tilt_std_rad == 0.0
+            && (brush.root_std_m == 0.0 || rows == 1)
             && arrangement::has_separate_rows(settings, rows, diameter);
         // Rows that are alike are simulated once.
         let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
@@ -233,8 +243,7 @@ impl Draft {
 /// at most `memory` (bytes). Returns the memory that it needs at most, in bytes, without frames.
 ///
 /// # Errors
-/// Those of [`BrushRun::new`], except that filaments which go through each other because of tilts or waviness
-/// ([`BrushError::Tangled`]) are not looked for.
+/// Those of [`BrushRun::new`].
 ///
 /// # Panics
 /// If the settings fail [`Settings::check`].
@@ -269,34 +278,9 @@ impl BrushRun {
             Some(precision) => precision,
             None => Precision::find(settings, points)?.halved(options.halvings),
         };
-        let velocity = settings.process.brushing_velocity_m_s;
-        let rate = pass.tool().rate;
-        let begin = begin(&pass, &arrangement, &own);
-        let plan = Plan {
-            settings,
-            pass: &pass,
-            arrangement: &arrangement,
-            own: &own,
-            form: if is_planar { Form::Planar } else { Form::Spatial },
-            points,
-            begin,
-            tolerance: precision.newton * velocity,
-            lacking: precision.lacking,
-        };
-        let mut sectors = Vec::new();
-        let mut overlap = 0.0;
-        for group in groups {
-            let sector = plan.sector(&group.members);
-            overlap = sector.overlap().max(overlap);
-            if let Some(pair) = crossing(sector.bundle()) {
-                let place = |index: usize| arrangement.roots[group.members[index]].place();
-                return Err(BrushError::Tangled { pair: pair.map(place) });
-            }
-            sectors.push((group, sector));
-        }
-        let parts = sectors.iter().map(|(_, sector)| sector.bundle().bristles().len().div_ceil(LANES)).sum();
-        let team = Team::new(options.threads, parts).map_err(|_| BrushError::Threads)?;
-        let length = precision.step / velocity;
+        let form = if is_planar { Form::Planar } else { Form::Spatial };
+        let begin = begin(&pass, &arrangement, &own, &|_| None);
+        let team = Team::new(options.threads, groups.iter().map(|group| group.members.len().div_ceil(LANES)).sum());
         // In a single turn, the columns behind those that may count need not come to the end of their contact, unless they were asked for.
         let followed = match pass.turns() {
             Turns::Count(1) if brush.columns.is_none() => {
@@ -304,29 +288,119 @@ impl BrushRun {
             }
             _ => arrangement.columns,
         };
-        let end = pass.end_time() + arrangement.latest_of(followed) / rate;
-        let steps = ((end - begin) / length).ceil() as usize;
-        Ok(Self {
+        let mut run = Self {
             settings: settings.clone(),
             brush,
             arrangement,
-            sectors,
+            sectors: Vec::new(),
             places,
             options,
-            team,
+            team: team.map_err(|_| BrushError::Threads)?,
             begin,
-            length,
+            length: precision.step / settings.process.brushing_velocity_m_s,
             done: 0,
             precision,
-            overlap,
-            steps,
+            form,
+            points,
+            own,
+            settling: None,
+            settling_steps: 0,
+            steps: 0,
             followed,
-            most_steps: steps + (TAU / rate / length).ceil() as usize,
+            most_steps: 0,
             history: Vec::new(),
             frames: Vec::new(),
             stop: Stop::default(),
             pass,
-        })
+        };
+        run.begin_at(begin);
+        let sector = |group: &Group| run.plan(&run.own).sector(&group.members, None);
+        let sectors: Vec<Sector> = groups.iter().map(sector).collect();
+        // Filaments that undeformed are in each other settle first.
+        if sectors.iter().any(|sector| sector.bundle().presses().next().is_some()) {
+            let settling = run.settling(&groups, &sectors);
+            run.settling_steps = settling.steps()[1];
+            run.settling = Some(settling);
+        }
+        run.sectors = groups.into_iter().zip(sectors).collect();
+        Ok(run)
+    }
+
+    /// What its sectors are made from, with filaments that have settings of their `own`.
+    fn plan<'a>(&'a self, own: &'a [Settings]) -> Plan<'a> {
+        Plan {
+            settings: &self.settings,
+            pass: &self.pass,
+            arrangement: &self.arrangement,
+            own,
+            form: self.form,
+            points: self.points,
+            begin: self.begin,
+            tolerance: self.precision.newton * self.settings.process.brushing_velocity_m_s,
+            lacking: self.precision.lacking,
+        }
+    }
+
+    /// Begins at a time (s), and ends where the filaments that are followed have passed.
+    fn begin_at(&mut self, begin: f64) {
+        let rate = self.pass.tool().rate;
+        let end = self.pass.end_time() + self.arrangement.latest_of(self.followed) / rate;
+        self.begin = begin;
+        self.steps = ((end - begin) / self.length).ceil() as usize;
+        self.most_steps = self.steps + (TAU / rate / self.length).ceil() as usize;
+    }
+
+    /// What is left to do before the motion begins, if undeformed filaments are in each other in these `sectors`.
+    fn settling(&self, groups: &[Group], sectors: &[Sector]) -> Settling {
+        let n = self.settings.filament.segments;
+        let common = vec![self.settings.clone(); self.own.len()];
+        let regular: Vec<Sector> = groups.iter().map(|group| self.plan(&common).sector(&group.members, None)).collect();
+        // How far tips are from where they would be without deviations of their own.
+        let way = |(regular, sector): (&Sector, &Sector)| {
+            let tips = (0..sector.bundle().bristles().len()).map(|index| {
+                let [a, b] = [regular, sector].map(|sector| sector.bundle().node(index, n));
+                let [x, y, z]: [f64; 3] = std::array::from_fn(|i| a[i] - b[i]);
+                x.hypot(y).hypot(z)
+            });
+            tips.fold(0.0, f64::max)
+        };
+        let way = regular.iter().zip(sectors).map(way).fold(0.0, f64::max);
+        Settling::new(&self.settings, way, regular.iter().map(Sector::poses).collect())
+    }
+
+    /// Lets filaments settle for a rung. The motion begins with their pose once they are at rest.
+    fn settle(&mut self, mut settling: Settling) -> Result<(), BrushError> {
+        let calm = Settling::calm(&self.settings);
+        let grown: Vec<Settings> = self.own.iter().map(|own| settling.grown(&calm, own)).collect();
+        let start = self.begin - settle::STEPS as f64 * settling.length;
+        let plan = Plan { settings: &calm, begin: start, lacking: f64::INFINITY, ..self.plan(&grown) };
+        let sectors = self.sectors.iter().zip(&settling.poses);
+        let sectors: Vec<Sector> =
+            sectors.map(|((group, _), poses)| plan.sector(&group.members, Some(poses))).collect();
+        self.sectors.iter_mut().zip(sectors).for_each(|((_, sector), calm)| *sector = calm);
+        self.advance_sectors(start, settling.length, 1..=settle::STEPS)?;
+        let poses = self.sectors.iter().map(|(_, sector)| sector.poses()).collect();
+        let segment = |group: usize, index: usize| self.sectors[group].1.bundle().bristles()[index].chain.length;
+        let is_at_rest = settling.take(poses, segment, self.pass.tool().rate, &self.settings);
+        if !is_at_rest {
+            if settling.is_hopeless() {
+                return Err(BrushError::Restless { speed: settling.speed });
+            }
+            self.settling = Some(settling);
+            return Ok(());
+        }
+        let pose = |filament: usize| {
+            let [number, index] = self.places[filament];
+            let [q, _] = settle::coordinates(&settling.poses[number][index], 0.0);
+            Some(q)
+        };
+        self.begin_at(begin(&self.pass, &self.arrangement, &self.own, &pose));
+        let plan = self.plan(&self.own);
+        let sectors = self.sectors.iter().enumerate();
+        let sectors: Vec<Sector> =
+            sectors.map(|(number, (group, _))| plan.sector(&group.members, Some(&settling.poses[number]))).collect();
+        self.sectors.iter_mut().zip(sectors).for_each(|((_, sector), settled)| *sector = settled);
+        Ok(())
     }
 
     /// The same brush, which ends early with [`BrushError::Stopped`] once `stop` is requested. It cannot go on then, and has no state
@@ -346,9 +420,10 @@ impl BrushRun {
         self.arrangement.rows
     }
 
-    /// What share of the simulated time is done, from 0 to 1.
+    /// What share of the steps is done, from 0 to 1.
     pub fn done(&self) -> f64 {
-        (self.done as f64 / self.steps as f64).min(1.0)
+        let settled = self.settling.as_ref().map_or(self.settling_steps, |settling| settling.steps()[0]);
+        ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0)
     }
 
     /// Goes on for some steps. Returns false at the end.
@@ -356,6 +431,9 @@ impl BrushRun {
     /// # Errors
     /// If a step is not possible.
     pub fn advance(&mut self) -> Result<bool, BrushError> {
+        if let Some(settling) = self.settling.take() {
+            return self.settle(settling).map(|()| true);
+        }
         let turns = self.pass.turns();
         let end = match turns {
             _ if self.has_settled() => self.done,
@@ -382,10 +460,22 @@ impl BrushRun {
 
     /// Goes on to a step.
     fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
-        let (begin, length, from) = (self.begin, self.length, self.done);
+        let mut samples = self.advance_sectors(self.begin, self.length, self.done + 1..=to)?;
+        self.history.append(&mut samples);
+        self.done = to;
+        Ok(())
+    }
+
+    /// Lets all sectors go on by `steps` of `length` (s), counted from `begin` (s), and returns the forces at the end of each.
+    fn advance_sectors(
+        &mut self,
+        begin: f64,
+        length: f64,
+        steps: RangeInclusive<usize>,
+    ) -> Result<Vec<ToolSample>, BrushError> {
         let stop = &self.stop;
         let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
-            let steps = (from + 1..=to).take_while(|_| !stop.is_requested());
+            let steps = steps.clone().take_while(|_| !stop.is_requested());
             steps.map(|step| sector.advance(begin + step as f64 * length, length)).collect()
         };
         let mut results: Vec<_> = self.sectors.iter().map(|_| Ok(Vec::new())).collect();
@@ -406,9 +496,7 @@ impl BrushRun {
             sum.resize_with(samples.len(), ToolSample::default);
             sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, group.weight()));
         }
-        self.history.append(&mut sum);
-        self.done = to;
-        Ok(())
+        Ok(sum)
     }
 
     /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many.
@@ -500,6 +588,12 @@ impl BrushRun {
         words.count(self.arrangement.columns);
         let mut precision = self.precision;
         words.numbers(precision.numbers());
+        words.count(usize::from(self.settling.is_some()));
+        if let Some(settling) = &self.settling {
+            settling.save(&mut words);
+            return words.into_bytes();
+        }
+        words.number(self.begin);
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
@@ -534,6 +628,13 @@ impl BrushRun {
     }
 
     fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
+        if words.count()? == 1 {
+            self.settling.as_mut()?.restore(words)?;
+            return words.0.is_empty().then_some(());
+        }
+        self.settling = None;
+        let begin = words.number().filter(|begin| begin.is_finite() && *begin <= self.begin.abs())?;
+        self.begin_at(begin);
         self.done = words.count().filter(|done| *done <= self.most_steps)?;
         for (_, sector) in &mut self.sectors {
             sector.restore(words)?;
@@ -628,16 +729,15 @@ impl BrushRun {
             energies,
             residuals,
             step_error: self.precision.error,
-            overlap_m: self.overlap,
             turn_contact_normal_impulses_n_s: turn_impulses,
         })
     }
 
     /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
     fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
-        let roots = self.arrangement.roots.iter().zip(filaments).filter(|(_, filament)| filament.is_counted);
         let own: Vec<Settings> = if filaments::differ(&self.settings) {
-            roots.map(|(root, _)| filaments::settings_of(&self.settings, root)).collect()
+            let counted = self.own.iter().zip(filaments).filter(|(_, filament)| filament.is_counted);
+            counted.map(|(own, _)| own.clone()).collect()
         } else {
             vec![self.settings.clone()]
         };
@@ -734,29 +834,41 @@ fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Gro
     (groups, (0..count).map(|index| [numbers[index % rows], index / rows]).collect())
 }
 
-/// When the motion begins, in s: before any filament touches the workpiece.
-pub(super) fn begin(pass: &Pass, arrangement: &Arrangement, own: &[Settings]) -> f64 {
+/// When the motion begins, in s: before any filament touches the workpiece. Filaments are undeformed, unless `settled` has their
+/// coordinates when the tool is at the angle zero.
+pub(super) fn begin(
+    pass: &Pass,
+    arrangement: &Arrangement,
+    own: &[Settings],
+    settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
+) -> f64 {
     /// Angle by which to begin earlier, in rad.
     const EARLIER: f64 = 5e-3;
     let rate = pass.tool().rate;
-    let touches = |settings: &Settings, root: &Root, time: f64| {
-        let bristle = filaments::bristle(settings, pass, root);
+    let is_first = |(_, root): &(usize, &Root)| root.angle < 0.5 * std::f64::consts::PI;
+    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
+        let bristle = filaments::bristle(&own[filament], pass, root);
         let Turning { tool, initial_angle, .. } = bristle.motion;
-        let [direction, _] = tool.undeformed(initial_angle, rate);
-        let length = bristle.chain.length;
-        let angle = bristle.motion.angle(time) - initial_angle;
+        let coordinates = settled(filament).unwrap_or_else(|| {
+            let [direction, _] = tool.undeformed(initial_angle, rate);
+            bristle.chain.relaxed(direction).collect()
+        });
+        (bristle, coordinates)
+    });
+    let first: Vec<_> = first.collect();
+    let touches = |(bristle, coordinates): &(Bristle, Vec<[f64; 2]>), time: f64| {
+        let angle = bristle.motion.angle(time) - bristle.motion.initial_angle;
         let clamp = bristle.motion.at(time);
         let mut position = clamp.position;
-        bristle.chain.relaxed(direction).any(|[polar, azimuth]| {
+        coordinates.iter().any(|[polar, azimuth]| {
             let (sin, cos) = (azimuth + angle).sin_cos();
-            position = add(position, scale(length, [polar.sin() * cos, polar.sin() * sin, polar.cos()]));
+            let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
+            position = add(position, scale(bristle.chain.length, direction));
             bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
         })
     };
-    let first = arrangement.roots.iter().zip(own).filter(|(root, _)| root.angle < 0.5 * std::f64::consts::PI);
-    let first: Vec<_> = first.collect();
     let times = (0..200).map(|step| -f64::from(step) * EARLIER / rate);
-    let is_free = |time: &f64| !first.iter().any(|(root, own)| touches(own, root, *time));
+    let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
     times.clone().find(is_free).unwrap_or(0.0)
 }
 
@@ -779,8 +891,8 @@ pub(super) struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    /// A sector of some filaments, by their numbers in the arrangement.
-    pub fn sector(&self, members: &[usize]) -> Sector {
+    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
+    pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
         let Self { pass, arrangement, begin, .. } = *self;
         let rate = pass.tool().rate;
         let timetables: Vec<Timetable> = members
@@ -805,9 +917,13 @@ impl Plan<'_> {
         let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
             .bristles()
             .iter()
-            .map(|bristle| {
-                let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
-                [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+            .enumerate()
+            .map(|(index, bristle)| match poses {
+                Some(poses) => settle::coordinates(&poses[index], rate * begin),
+                None => {
+                    let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
+                    [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+                }
             })
             .collect();
         let motion = bundle.start(begin, |filament| starts[filament].clone());

@@ -5,9 +5,10 @@ use std::f64::consts::SQRT_2;
 
 use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkpieceLoad};
 use super::field::Lane;
-use super::filaments::Mount;
+use super::filaments::{Bristle, Mount};
 use super::gmres::Vector;
 use super::result::{BrushStatistics, ToolSample};
+use super::settle::{Pose, turned};
 use super::team;
 use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
@@ -176,10 +177,21 @@ impl Sector {
         &self.bundle
     }
 
-    /// How deep filaments are in each other where they were last evaluated, in m.
-    pub fn overlap(&self) -> f64 {
-        let depths = self.bundle.presses().map(|(_, press)| press.near.reach - press.near.square().sqrt());
-        depths.fold(0.0, f64::max)
+    /// The pose of each filament.
+    pub fn poses(&self) -> Vec<Pose> {
+        let n = self.bundle.segments();
+        let (charts, Motion { time, q, v, accelerations }) = (self.bundle.charts(), &self.motion);
+        let segment = |at: usize, lane: usize, angle: f64| {
+            let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
+            let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
+            [turned(e, -angle), turned(rate, -angle)]
+        };
+        let bristles = self.bundle.bristles().iter().enumerate();
+        let pose = |(index, bristle): (usize, &Bristle)| {
+            let angle = bristle.motion.rate * time;
+            (0..n).map(|k| segment(index / LANES * n + k, index % LANES, angle)).collect()
+        };
+        bristles.map(pose).collect()
     }
 
     /// Work done so far.
@@ -685,7 +697,7 @@ impl Budget {
 
 /// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
 /// short that filaments that were apart before it cannot have passed each other beyond that.
-pub fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
+fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
     let is_deep =

@@ -601,6 +601,7 @@ pub static PARAMETERS: &[Parameter] = &[
         "",
         "standard deviation of the clamps’ tilts"
     ),
+    brush_parameter!(root_std_m, "m", Range::between(0.0, 1.0), "", "standard deviation of the roots’ shifts"),
     brush_parameter!(seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the brush"),
     brush_parameter!(tolerance, "", Range::between(1e-6, 0.1), "", "tolerance of the mean impulse"),
 ];

@@ -586,6 +586,8 @@ pub struct BrushSettings {
     pub friction_coefficient: f64,
     /// Standard deviation of the tilt of each filament's clamp out of the plane of rotation, in rad.
     pub lateral_tilt_std_rad: f64,
+    /// Standard deviation of the shift of each root, around the body and along the axis, in m. Roots of a single row stay in its plane.
+    pub root_std_m: f64,
     /// Whether the metrics are those of a steady stretch of columns, which must then exist; else they are those of all columns.
     pub steady: bool,
     /// Seed of random roots, tilts and filaments.
@@ -632,6 +634,7 @@ impl Default for BrushSettings {
             damping_s_m: 0.0,
             friction_coefficient: 0.0,
             lateral_tilt_std_rad: 0.0,
+            root_std_m: 0.0,
             steady: true,
             seed: 1,
             tolerance: 1e-3,

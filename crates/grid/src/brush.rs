@@ -119,10 +119,6 @@ bristle::record! {
             "", "", "residual of the momentum",
             "momentum that is lacking in the balance of the brush, over that of the filaments and the impulse of the workpiece on them"
         ],
-        overlap_at_start_m: f64 = [
-            "", "m", "overlap of filaments before they move",
-            "largest depth; they are pushed apart, which is not part of the process"
-        ],
         krylov_vectors: usize =
             ["", "", "vectors of the linear solutions", "iterations of the generalised minimal residual method"],
     }
@@ -147,7 +143,6 @@ impl Interaction {
             step_error: result.step_error,
             energy_residual: result.residuals.energy,
             momentum_residual: result.residuals.momentum,
-            overlap_at_start_m: result.overlap_m,
             krylov_vectors: result.statistics.effort.krylov_vectors,
         }
     }
