@@ -127,7 +127,7 @@ impl GatheredStudy {
 struct Unseen;
 
 impl Observer for Unseen {
-    fn case_done(&self, _: bool) {}
+    fn case_done(&self, _: usize, _: bool) {}
 }
 
 const CLOSED: &str = "the study is closed";

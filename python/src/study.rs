@@ -56,7 +56,7 @@ impl Progress {
 }
 
 impl Observer for Progress {
-    fn case_done(&self, failed: bool) {
+    fn case_done(&self, _: usize, failed: bool) {
         self.done.fetch_add(1, Ordering::Relaxed);
         self.failed.fetch_add(usize::from(failed), Ordering::Relaxed);
     }

@@ -61,6 +61,11 @@ pub enum CliError {
     /// The settings are not those of a brush that can be simulated.
     #[error("{}: {error}", shown_path(path))]
     BrushRefused { path: PathBuf, error: Box<BrushError> },
+    #[error(
+        "{}: `{key}` is swept, which filaments alone do not have: leave out --without-interaction, or this sweep",
+        shown_path(path)
+    )]
+    WithoutBrush { path: PathBuf, key: &'static str },
     /// A case of a study is not a brush that can be simulated.
     #[error("{}: {error}", shown_path(path))]
     StudyRefused { path: PathBuf, error: Box<BrushStudyError> },

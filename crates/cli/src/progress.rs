@@ -8,7 +8,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use bristle_run::Observer;
+use bristle_grid::work;
+use bristle_run::{Observer, StudyRun};
 use bristle_text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -50,10 +51,32 @@ enum Event<'a> {
     },
 }
 
+/// The work that each case of a study takes, compared with the others; zero where it has a result or is not to be simulated.
+pub struct Works {
+    works: Vec<f64>,
+    /// Numbers of cases, of which so many have a result already.
+    total: usize,
+    resumed: usize,
+}
+
+impl Works {
+    /// Those of the cases that `is_own` names.
+    pub fn of(run: &StudyRun, is_own: impl Fn(usize) -> bool) -> Self {
+        let study = run.study();
+        let own = || run.results().iter().enumerate().filter(|(case, _)| is_own(*case));
+        let mut works = vec![0.0; study.case_count()];
+        for (case, _) in own().filter(|(_, result)| result.is_none()) {
+            works[case] = work(&study.settings(case));
+        }
+        Self { works, total: own().count(), resumed: own().filter(|(_, result)| result.is_some()).count() }
+    }
+}
+
 /// Reports the progress of a study, from any thread.
 pub struct Progress {
     total: usize,
     resumed: usize,
+    works: Vec<f64>,
     begun: Instant,
     state: Mutex<Tally>,
     output: Output,
@@ -67,6 +90,8 @@ enum Output {
 
 struct Tally {
     done: usize,
+    /// The work that is done since the start, and that which is left.
+    work: [f64; 2],
     failures: usize,
     pace: Pace,
     /// When the last object was written.
@@ -79,7 +104,7 @@ struct Tally {
 
 impl Progress {
     /// Starts with the cases that already have a result.
-    pub fn begin(total: usize, resumed: usize, failures: usize, json: bool) -> Self {
+    pub fn begin(Works { works, total, resumed }: Works, failures: usize, json: bool) -> Self {
         let begun = Instant::now();
         let output = if json {
             Output::Json
@@ -92,8 +117,16 @@ impl Progress {
                 Output::Bar(bar)
             }
         };
-        let state = Tally { done: resumed, failures, pace: Pace::new(), told: begun, seconds: 0.0, error: None };
-        let progress = Self { total, resumed, begun, state: Mutex::new(state), output };
+        let state = Tally {
+            done: resumed,
+            work: [0.0, works.iter().sum()],
+            failures,
+            pace: Pace::new(),
+            told: begun,
+            seconds: 0.0,
+            error: None,
+        };
+        let progress = Self { total, resumed, works, begun, state: Mutex::new(state), output };
         progress.tell(&mut progress.state());
         progress
     }
@@ -115,7 +148,7 @@ impl Progress {
 
     fn tell(&self, state: &mut Tally) {
         let rate = state.pace.rate();
-        let seconds_left = rate.map(|rate| (self.total - state.done) as f64 / rate);
+        let seconds_left = state.seconds_left(self.begun.elapsed().as_secs_f64());
         match &self.output {
             Output::Bar(bar) => {
                 bar.set_position(state.done as u64);
@@ -138,10 +171,12 @@ impl Progress {
 }
 
 impl Observer for Progress {
-    fn case_done(&self, failed: bool) {
+    fn case_done(&self, case: usize, failed: bool) {
         let now = Instant::now();
         let mut state = self.state();
         state.done += 1;
+        let [done, left] = state.work;
+        state.work = [done + self.works[case], left - self.works[case]];
         state.failures += usize::from(failed);
         let (seconds, simulated) = (now.duration_since(self.begun).as_secs_f64(), state.done - self.resumed);
         state.pace.count(seconds, simulated);
@@ -343,6 +378,12 @@ fn pass_style(what: &str) -> ProgressStyle {
 }
 
 impl Tally {
+    /// The time left in s after so many `seconds`.
+    fn seconds_left(&self, seconds: f64) -> Option<f64> {
+        let [done, left] = self.work;
+        (done > 0.0).then(|| seconds * left / done)
+    }
+
     /// Writes a line to stdout, and keeps the first error.
     fn print(&mut self, event: &Event<'_>) {
         // A path that is not Unicode cannot be written as JSON; its file is written all the same.

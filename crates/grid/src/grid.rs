@@ -260,6 +260,18 @@ impl Study {
             || self.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH)
     }
 
+    /// The same study with each filament alone.
+    ///
+    /// # Errors
+    /// The path of a sweep over what only a brush has.
+    pub fn without_brush(mut self) -> Result<Self, &'static str> {
+        if let Some(sweep) = self.sweeps.iter().find(|sweep| sweep.setting().section() == BRUSH) {
+            return Err(sweep.path());
+        }
+        self.tools.iter_mut().for_each(|tool| tool.settings.brush = None);
+        Ok(self)
+    }
+
     /// Whether some case has more than one turn.
     #[must_use]
     pub fn takes_turns(&self) -> bool {

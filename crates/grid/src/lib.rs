@@ -19,7 +19,8 @@ pub mod uncertainty;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, thread_count, waiting_cases, without_result,
+    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, thread_count, waiting_cases,
+    without_result, work,
 };
 pub use setting::{OFFSET, Setting, TOOL, equation};
 pub use shard::Shard;

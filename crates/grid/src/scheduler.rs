@@ -171,12 +171,14 @@ pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
     kinds.flat_map(|(kind, cases)| cases.iter().rev().map(move |&(_, case)| waiting(kind, case))).collect()
 }
 
-/// The work of a case, compared with others: steps are ways of the tips.
-fn work(settings: &Settings) -> f64 {
-    settings.filament.segments as f64
-        * Pass::new(settings).end_time()
-        * settings.process.brushing_velocity_m_s
-        * settings.brush.as_ref().and_then(|brush| brush.rows).unwrap_or(1) as f64
+/// The work of a case, compared with others: steps are ways of the tips, and the memory of a brush is in proportion to its segments.
+#[must_use]
+pub fn work(settings: &Settings) -> f64 {
+    let size = match settings.brush {
+        Some(_) => check_brush(settings, None).map_or(0.0, |bytes| bytes as f64),
+        None => settings.filament.segments as f64,
+    };
+    size * Pass::new(settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
 /// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are

@@ -17,6 +17,7 @@ pub mod materials;
 pub mod measured;
 mod mistakes;
 mod options;
+pub mod packing;
 pub mod plausibility;
 pub mod schema;
 pub mod table;

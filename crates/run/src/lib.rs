@@ -26,8 +26,8 @@ use thiserror::Error;
 
 /// Watches a study, from any thread.
 pub trait Observer: Sync {
-    /// A case has a result, which is in the journal if there is one.
-    fn case_done(&self, failed: bool);
+    /// A case, counted from 0, has a result, which is in the journal if there is one.
+    fn case_done(&self, case: usize, failed: bool);
 
     /// No further case is simulated; page and files may follow.
     fn ended(&self) {}
@@ -259,7 +259,7 @@ fn simulate(
     let done = |case: usize, result: CaseResult| {
         let flow = journal.map_or(ControlFlow::Continue(()), |journal| journal.append(case, &result));
         if flow.is_continue() {
-            observer.case_done(result.is_err());
+            observer.case_done(case, result.is_err());
         }
         results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
         flow

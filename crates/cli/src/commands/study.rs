@@ -8,6 +8,7 @@ use std::process::{self, ExitCode};
 use bristle::simulation::Stop;
 use bristle_grid::brush::check_brushes;
 use bristle_grid::{CaseResult, Resources, Shard, Study};
+use bristle_input::document::Document;
 use bristle_input::plausibility::unusual_in_study;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::measured::unusual_points;
@@ -23,7 +24,7 @@ use clap::Args;
 use crate::error::{CliError, SIMULATION_FAILED};
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_forces, say_drawn};
-use crate::progress::Progress;
+use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
@@ -74,7 +75,8 @@ const LONGEST_FAILURE: usize = 400;
 ///
 /// With [brush], the filaments of a case touch each other. Before the first case
 /// is simulated, all cases are checked: filaments must not overlap, nor need more
-/// memory than is available.
+/// memory than is available. --without-interaction simulates filaments alone, for
+/// a quick look. If filaments touch but are simulated alone, a warning says so.
 ///
 /// If cases are laterally unstable, a warning says how many, and how to see what
 /// an imperfect filament does in them. The tables mark them with !. If filaments
@@ -121,11 +123,6 @@ pub struct StudyCommandArgs {
     check: bool,
 }
 
-/// The study, whose cases are simulated again if it is to `check` them.
-fn checked_if(study: Study, check: bool) -> Study {
-    if check { study.checked() } else { study }
-}
-
 /// The input of a study, and where its results go.
 #[derive(Args)]
 pub struct StudyArgs {
@@ -141,6 +138,9 @@ pub struct StudyArgs {
     threads: Option<u64>,
     #[command(flatten)]
     memory: MemoryArgs,
+    /// Leave out [brush]: simulate each filament alone
+    #[arg(long)]
+    without_interaction: bool,
     /// Discard the results of an earlier call in DIR/journal.jsonl, and begin anew
     #[arg(long)]
     pub restart: bool,
@@ -153,6 +153,16 @@ impl StudyArgs {
     /// The requested number of threads.
     fn threads(&self) -> Option<NonZeroUsize> {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+    }
+
+    /// The study of the input file, whose cases are simulated again if it is to `check` them.
+    pub fn study(&self, document: &Document<'_>, check: bool) -> Result<Study, CliError> {
+        let mut study = document.study()?;
+        if self.without_interaction {
+            let refused = |key| CliError::WithoutBrush { path: self.input.file.clone(), key };
+            study = study.without_brush().map_err(refused)?;
+        }
+        Ok(if check { study.checked() } else { study })
     }
 
     /// What the study may use, watched by `progress`.
@@ -217,7 +227,7 @@ fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
 /// Simulates the cases of a shard, which are then in the journal.
 fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
-    let study = checked_if(text.document()?.study()?, check);
+    let study = arguments.study(&text.document()?, check)?;
     arguments.check(&study)?;
     let mut run = open(study, &arguments.out, arguments.restart)?;
     let count = |run: &StudyRun, is_one: fn(&Option<CaseResult>) -> bool| {
@@ -226,7 +236,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
     };
     let is_failure: fn(&Option<CaseResult>) -> bool = |result| matches!(result, Some(Err(_)));
     let total = count(&run, |_| true);
-    let progress = Progress::begin(total, count(&run, Option::is_some), count(&run, is_failure), arguments.json);
+    let progress = Progress::begin(Works::of(&run, |case| shard.has(case)), count(&run, is_failure), arguments.json);
     run.simulate_shard(shard, &arguments.means(&progress, &Stop::default()))?;
     let path = arguments.out.join(JOURNAL);
     if !arguments.json {
@@ -249,21 +259,19 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
-    let study = checked_if(document.study()?, check);
+    let study = arguments.study(&document, check)?;
     arguments.check(&study)?;
     let measured = match document.measured() {
         Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,
         None => Vec::new(),
     };
     arguments.input.warn_of(&unusual_points(&study, &measured))?;
-    if figures.are_drawn() {
-        prepare_directory(&arguments.out.join(FIGURES))?;
-    }
-
     let out = &arguments.out;
     let run = open(study, out, restart)?;
-    let (done, failed) = run.counts();
-    let progress = Progress::begin(run.study().case_count(), done, failed, arguments.json);
+    if figures.are_drawn() {
+        prepare_directory(&out.join(FIGURES))?;
+    }
+    let progress = Progress::begin(Works::of(&run, |_| true), run.counts().1, arguments.json);
     let (stop, name) = (Stop::default(), arguments.input.short_name());
     let finished = run.finish(&name, &document, &measured, &arguments.means(&progress, &stop))?;
     let Finished { study, results, assumptions, comparisons, files } = finished;

@@ -8,6 +8,7 @@ use bristle_text::layout::Warning;
 
 mod brush;
 mod limited_work;
+mod packing;
 pub(crate) mod stability;
 mod touch;
 pub(crate) mod turns;
@@ -20,6 +21,7 @@ pub use stability::is_unstable;
 pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistics) -> Vec<Warning> {
     let single = [
         limited_work::of_contact(statistics),
+        packing::of_contact(settings),
         touch::of_contact(settings, metrics),
         stability::of_contact(settings, metrics),
     ];
@@ -29,8 +31,12 @@ pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistic
 /// The warnings about the cases of a study.
 #[must_use]
 pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
-    let single =
-        [limited_work::of_study(results), touch::of_study(study, results), stability::of_study(study, results)];
-    let several = brush::of_study(study, results).into_iter().chain(turns::of_study(study, results));
-    single.into_iter().flatten().chain(several).collect()
+    let single = [
+        limited_work::of_study(results),
+        packing::of_study(study, results),
+        touch::of_study(study, results),
+        stability::of_study(study, results),
+        brush::of_study(study, results),
+    ];
+    single.into_iter().flatten().chain(turns::of_study(study, results)).collect()
 }
