@@ -104,6 +104,9 @@ pub enum CliError {
     Exists(PathBuf),
     #[error("without a terminal to ask at, state {0}")]
     Unanswered(String),
+    /// An answer to a question that the setting cannot have.
+    #[error("{0}")]
+    Answer(String),
     /// The arguments are wrong. Its text begins with `error:` and shows how to call the program.
     #[error("{}", .0.render())]
     Call(clap::Error),

@@ -45,7 +45,7 @@ pub(crate) fn has_decimal_comma(table: &Table<'_>, columns: &[usize], separator:
 }
 
 /// Whether the marks of a number may separate thousands.
-fn has_thousands(cell: &str, mark: char) -> bool {
+pub(crate) fn has_thousands(cell: &str, mark: char) -> bool {
     let mut groups = cell.split(mark);
     let first = groups.next().unwrap_or_default().trim_start_matches(['+', '-']);
     let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());

@@ -1,29 +1,37 @@
 //! Control points of a profile from a table.
 
+use bristle_text::units::units_of;
+
 use crate::cells::{has_decimal_comma, not_a_number, number, separator_of};
 use crate::table::{DataError, Source};
 
 /// The most control points of a profile.
 pub const MOST_CONTROL_POINTS: usize = 10_000;
 
-/// The columns of the table. Others are skipped.
+/// The columns of the table, in m. Others are skipped.
 const COLUMNS: [&str; 2] = ["x_m", "y_m"];
 
 /// What a reader is told about a table that cannot be read.
-const ADVICE: &str = "control points are a CSV file with a line of headings that has x_m and y_m, and a line for each point, without\n     separators \
-    of thousands";
+const ADVICE: &str = "control points are a CSV file with a line of headings that has x_m and y_m, or x_mm and y_mm, and a line for each\n     \
+    point, without separators of thousands";
 
-/// Reads a table of control points `[x, y]` in m as CSV, with the separators and decimals of tables of measured forces. Errors use
-/// `name` for the table.
+/// Reads a table of control points `[x, y]` in m as CSV, with the separators and decimals of tables of measured forces. Its columns may have
+/// another unit of length in their names. Errors use `name` for the table.
 ///
 /// # Errors
 /// If a column is missing, a cell is not a finite number, or there is no point or more than [`MOST_CONTROL_POINTS`].
 pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, DataError> {
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
-    let has_all = |headings: &[String]| COLUMNS.iter().all(|column| headings.iter().any(|heading| heading == column));
-    let separator = separator_of(&source, has_all);
+    let unit_in = |headings: &[String]| {
+        let is_there = |column: &str| headings.iter().any(|heading| heading == column);
+        units_of(COLUMNS[0])
+            .find(|unit| COLUMNS.iter().all(|column| unit.key_of(column).is_some_and(|key| is_there(&key))))
+    };
+    let separator = separator_of(&source, |headings| unit_in(headings).is_some());
     let table = source.table_separated_by(separator, ADVICE)?;
-    let columns = table.columns(&COLUMNS)?;
+    let unit = unit_in(&table.headings());
+    let names = COLUMNS.map(|column| unit.and_then(|unit| unit.key_of(column)).unwrap_or_else(|| column.to_owned()));
+    let columns = table.columns(&names.each_ref().map(String::as_str))?;
     if let Some(row) = table.rows().get(MOST_CONTROL_POINTS) {
         let problem = format!("more than {MOST_CONTROL_POINTS} control points");
         return Err(source.error(
@@ -42,7 +50,7 @@ pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, Data
             let Some(read) = number(cell, has_comma) else {
                 return Err(table.wrong(row, column, not_a_number(cell, has_comma)));
             };
-            *coordinate = read;
+            *coordinate = unit.map_or(read, |unit| unit.to_own(read));
         }
         points.push(point);
     }
@@ -65,6 +73,7 @@ mod tests {
             "\u{feff}x_m;y_m\r\n-0,01;0,5\r\n3;0\r\n",
             "x_m\ty_m\n-0,01\t0,5\n3\t0\n",
             "x_m,y_m\n\"-0,01\",\"0,5\"\n3,0\n",
+            "x_mm;y_mm\n-10;500\n3000;0\n",
         ] {
             assert_eq!(read_control_points(text, "points.csv"), points, "{text}");
         }

@@ -9,6 +9,7 @@ use crate::document::{SECTIONS, setting_meant};
 use crate::input_error::LONGEST_KEY;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
+use crate::units::other_paths;
 use bristle_text::layout::{left, wrap};
 use bristle_text::number::short;
 
@@ -37,8 +38,8 @@ pub fn all_keys(width: usize) -> String {
     sections(&schema).iter().map(|section| keys_of(&schema, section, width)).collect()
 }
 
-/// What a key means: its description, unit, range, default and the source of the default. `key` is a path, the last part of one, or a
-/// section, whose keys are then listed. Lines have at most `width` columns.
+/// What a key means: its description, unit, range, default and the source of the default. `key` is a path, the last part of one, either
+/// of them in another unit, or a section, whose keys are then listed. Lines have at most `width` columns.
 ///
 /// # Errors
 /// If there is no such key.
@@ -51,9 +52,13 @@ pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
         wrap(width, &mut text, "", &format!("[{section}]: {}", one_line(meaning)));
         return Ok(text + &keys_of(&schema, section, width));
     }
-    let paths = paths(&schema);
-    let is_named = |path: &&String| path.as_str() == key || path.split_once('.').is_some_and(|(_, last)| last == key);
-    let found: Vec<String> = paths.iter().filter(is_named).map(|path| entry(&schema, path, width)).collect();
+    let is_named = |path: &str| path == key || path.split_once('.').is_some_and(|(_, last)| last == key);
+    let in_unit = |path: &String| {
+        let (other, unit) = other_paths(path).find(|(other, _)| is_named(other))?;
+        Some(format!("{other}: {path} in {}\n\n{}", unit.name(), entry(&schema, path, width)))
+    };
+    let explained = |path: &String| is_named(path).then(|| entry(&schema, path, width)).or_else(|| in_unit(path));
+    let found: Vec<String> = paths(&schema).iter().filter_map(explained).collect();
     if found.is_empty() {
         return Err(UnknownKey { key: shown(key, LONGEST_KEY), hint: setting_meant(key) });
     }
@@ -142,6 +147,8 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
         }
     };
     tell("meaning", &one_line(description(schema, path)));
+    let others: Vec<String> = other_paths(path).map(|(other, _)| other).collect();
+    tell("also", &others.join(", "));
     let Some(parameter) = parameter else {
         let words: Vec<String> = property["enum"].as_array().into_iter().flatten().map(Value::to_string).collect();
         let kinds = property["oneOf"].as_array().into_iter().flatten().map(|kind| kind["const"].to_string());
@@ -224,6 +231,15 @@ mod tests {
         let material = explain("filament.material", WIDTH).expect("a key");
         assert!(material.contains("\n  PA6.12 ") && material.contains("Ultramid A3K"), "{material}");
         assert!(material.lines().all(|line| line.chars().count() <= WIDTH), "{material}");
+        let millimetres = explain("length_mm", WIDTH).expect("a key in another unit");
+        assert!(
+            millimetres.starts_with("filament.length_mm: filament.length_m in mm\n\nfilament.length_m\n"),
+            "{millimetres}"
+        );
+        assert!(
+            millimetres.contains("also     filament.length_mm, filament.length_cm, filament.length_um\n"),
+            "{millimetres}"
+        );
         let section = explain("filament", WIDTH).expect("a section");
         assert!(section.starts_with("[filament]: ") && section.contains("  filament.diameter_m "), "{section}");
         let unknown = explain("rpm", WIDTH).expect_err("no key").to_string();

@@ -4,13 +4,16 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle_text::{columns, shown};
 
+use crate::cells::has_thousands;
 use crate::document::Document;
 use crate::input_error::{InputError, LONGEST_KEY};
 use crate::materials::Material;
 use crate::packing::{PACKED, tip_spacing};
-use bristle_grid::without_rounding_noise;
+use crate::plausibility::{Unusual, unusual_in_study, unusual_value};
+use bristle_grid::{DEPTH, SPEED, without_rounding_noise};
 use bristle_text::layout::left;
 use bristle_text::number::short;
+use bristle_text::units::{Unit, in_unit_of, units_of};
 
 /// A question about a brush or a machine.
 #[derive(Debug)]
@@ -19,75 +22,190 @@ pub struct Question {
     pub option: &'static str,
     /// The question, with the unit of the answer.
     pub words: &'static str,
-    /// The answer without one, if there is a usual one.
-    pub default: Option<f64>,
-    /// From the answer to SI.
-    to_si: fn(f64) -> f64,
+    /// What is taken for an empty answer, if there is a usual one.
+    pub default: Option<&'static str>,
+    /// The path of the setting.
+    path: &'static str,
+    /// The unit of an answer without one.
+    unit: &'static str,
 }
+
+/// The path of the radius of the body, and those of the number of filaments: itself, and the share of the surface that they cover.
+const BODY_RADIUS: &str = "tool.body_radius_m";
+const COUNT: &str = "tool.filament_count";
+const SHARE: &str = "tool.fill_factor";
+
+/// Position of the question for the length of the filaments.
+pub const LENGTH: usize = 0;
+/// Position of that for the modulus, which a material answers.
+pub const MODULUS: usize = 2;
+/// Position of that for the size of the brush, whose answer needs the length of the filaments.
+pub const SIZE: usize = 3;
 
 /// All questions, in the order in which they are asked.
 pub const QUESTIONS: [Question; 9] = [
+    question("--length-mm", "Free length of the filaments, in mm", "filament.length_m", "mm"),
+    question("--diameter-mm", "Diameter of the filaments, in mm", "filament.diameter_m", "mm"),
     Question {
-        option: "--body-radius-mm",
-        words: "Radius of the brush body, where the filaments are clamped, in mm",
-        default: None,
-        to_si: from_milli,
+        default: Some("3"),
+        ..question(
+            "--youngs-modulus-gpa",
+            "Young's modulus of the filaments, in GPa",
+            "filament.youngs_modulus_pa",
+            "GPa",
+        )
     },
+    question(
+        "--tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm)",
+        "Diameter of the brush over its filaments, in mm; or that of its body, where the filaments are\n\
+         clamped, as in body 280; or the radius of the body, as in radius 140",
+        BODY_RADIUS,
+        "mm",
+    ),
+    question("--width-mm", "Width of the brush along its axis, in mm", "tool.width_m", "mm"),
+    question(
+        "--filaments",
+        "Number of filaments, or the share of the body's surface that they cover, such as 0.6 or 60 %",
+        COUNT,
+        "",
+    ),
     Question {
-        option: "--width-mm",
-        words: "Width of the brush along its axis, in mm",
-        default: None,
-        to_si: from_milli,
+        default: Some("0"),
+        ..question(
+            "--friction",
+            "Coefficient of friction on the workpiece; 0 gives an upper bound of the force",
+            "contact.friction_coefficient",
+            "",
+        )
     },
-    Question {
-        option: "--filaments",
-        words: "Number of filaments, or the share of the body's surface that they cover, such as 0.6",
-        default: None,
-        to_si: as_it_is,
-    },
-    Question { option: "--length-mm", words: "Free length of the filaments, in mm", default: None, to_si: from_milli },
-    Question { option: "--diameter-mm", words: "Diameter of the filaments, in mm", default: None, to_si: from_milli },
-    Question {
-        option: "--youngs-modulus-gpa",
-        words: "Young's modulus of the filaments, in GPa",
-        default: Some(3.0),
-        to_si: from_giga,
-    },
-    Question {
-        option: "--friction",
-        words: "Coefficient of friction on the workpiece; 0 gives an upper bound of the force",
-        default: Some(0.0),
-        to_si: as_it_is,
-    },
-    Question {
-        option: "--max-rpm",
-        words: "Highest rotational speed of the machine, in rpm",
-        default: None,
-        to_si: as_it_is,
-    },
-    Question {
-        option: "--max-depth-mm",
-        words: "Largest penetration depth of interest, in mm",
-        default: None,
-        to_si: from_milli,
-    },
+    question("--max-rpm", "Highest rotational speed of the machine, in rpm", SPEED, "rpm"),
+    question("--max-depth-mm", "Largest penetration depth of interest, in mm", DEPTH, "mm"),
 ];
 
-fn from_milli(value: f64) -> f64 {
-    without_rounding_noise(value / 1e3)
+const fn question(option: &'static str, words: &'static str, path: &'static str, unit: &'static str) -> Question {
+    Question { option, words, default: None, path, unit }
 }
 
-fn from_giga(value: f64) -> f64 {
-    without_rounding_noise(value * 1e9)
+/// The question that an option answers, by the beginning of its name.
+#[must_use]
+pub fn question_of(option: &str) -> Option<&'static Question> {
+    QUESTIONS.iter().find(|question| question.option.starts_with(option))
 }
 
-fn as_it_is(value: f64) -> f64 {
-    value
+/// How the size of a brush is stated, in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Size {
+    /// The radius of its body.
+    BodyRadius(f64),
+    /// The diameter of its body.
+    BodyDiameter(f64),
+    /// The diameter over its filaments.
+    ToolDiameter(f64),
 }
 
-/// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its question, and the material of the filaments if it
-/// is known, with a study up to the machine's limits. A question without an answer has its default, and the file does not state it. `name`
-/// is that of the file.
+impl Size {
+    /// The radius of the body in m, with filaments of a length in m.
+    ///
+    /// # Errors
+    /// If it is not an allowed one, which then is told.
+    pub fn body_radius_m(self, length_m: f64) -> Result<f64, String> {
+        let (radius_m, slip) = match self {
+            Self::BodyRadius(radius_m) => (radius_m, ""),
+            Self::BodyDiameter(diameter_m) => (diameter_m / 2.0, ""),
+            Self::ToolDiameter(diameter_m) => (
+                without_rounding_noise(diameter_m / 2.0 - length_m),
+                ": half the diameter over the filaments, less their length",
+            ),
+        };
+        parameter(BODY_RADIUS).check(radius_m).map(|()| radius_m).map_err(|violation| format!("{violation}{slip}"))
+    }
+}
+
+impl Question {
+    /// The answer that a text states, in the unit of the setting. The number may have a decimal comma, and a unit behind it. For the
+    /// size of the brush, filaments have a length in m.
+    ///
+    /// # Errors
+    /// If it is no number, or not one that the setting may have; it says what to type.
+    pub fn answer(&self, text: &str, length_m: f64) -> Result<f64, String> {
+        if self.path == BODY_RADIUS {
+            return self.size(text)?.body_radius_m(length_m);
+        }
+        let value = self.number(text)?;
+        self.parameter(value).check(value).map_err(|violation| violation.to_string())?;
+        Ok(value)
+    }
+
+    /// The answer without one.
+    ///
+    /// # Panics
+    /// If there is none.
+    fn default_answer(&self) -> f64 {
+        let default = self.default.expect("there is an answer or a default");
+        self.number(default).expect("a default is a number")
+    }
+
+    /// The setting of an answer.
+    fn parameter(&self, value: f64) -> &'static Parameter {
+        parameter(if self.path == COUNT && value < 1.0 { SHARE } else { self.path })
+    }
+
+    /// What is unusual about an answer, and the likely slip.
+    #[must_use]
+    pub fn unusual(&self, value: f64) -> Option<Unusual> {
+        unusual_value(self.parameter(value), value)
+    }
+
+    /// The size of a brush as people state it: the diameter over the filaments, or with a word before it another.
+    fn size(&self, text: &str) -> Result<Size, String> {
+        let text = text.trim();
+        let lower = text.to_lowercase();
+        let after = |word: &str| lower.strip_prefix(word).and_then(|rest| text.get(text.len() - rest.len()..));
+        match (after("body"), after("radius"), after("diameter")) {
+            (Some(rest), ..) => self.number(rest).map(Size::BodyDiameter),
+            (_, Some(rest), _) => self.number(rest).map(Size::BodyRadius),
+            (.., rest) => self.number(rest.unwrap_or(text)).map(Size::ToolDiameter),
+        }
+    }
+
+    /// The number that a text states, in the unit of the setting.
+    ///
+    /// # Errors
+    /// If it is none, or has a unit of something else.
+    pub fn number(&self, text: &str) -> Result<f64, String> {
+        let text = text.trim();
+        let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.,eE".contains(letter);
+        let (number, unit) = text.split_at(text.find(|letter| !is_of_number(letter)).unwrap_or(text.len()));
+        if number.contains(',') && has_thousands(number, ',') {
+            return Err(format!(
+                "the comma of {number} may separate decimals or thousands: write {}",
+                number.replace(',', "")
+            ));
+        }
+        let example = if self.unit.is_empty() { "0.6 or 0,6".to_owned() } else { format!("4.5 or 4,5 {}", self.unit) };
+        let wrong = || format!("{} is not a number: please type one, such as {example}", shown(text, LONGEST_KEY));
+        let decimal = if number.contains('.') { number.to_owned() } else { number.replacen(',', ".", 1) };
+        let number: f64 = decimal.parse().map_err(|_| wrong())?;
+        let value = match unit.trim() {
+            "" if self.unit.is_empty() => Some(number),
+            "" => in_unit_of(self.path, number, self.unit),
+            // All filaments cannot cover all of a surface; it would be taken for a single one.
+            unit => in_unit_of(self.path, number, unit).filter(|value| self.path != COUNT || *value < 1.0),
+        };
+        let units: Vec<&str> = units_of(self.path).map(Unit::name).collect();
+        let allowed = if units.is_empty() { "no unit, or below 100 %".to_owned() } else { units.join(", ") };
+        value.ok_or_else(|| format!("{} has another unit: please use {allowed}", shown(text, LONGEST_KEY)))
+    }
+}
+
+/// The setting at a path.
+fn parameter(path: &str) -> &'static Parameter {
+    Parameter::find(path).expect("a question is about a setting")
+}
+
+/// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its setting, and the material of the filaments if it
+/// is known, with a study up to the machine's limits; and what is unusual in it. A question without an answer has its default, and the
+/// file does not state it. `name` is that of the file.
 ///
 /// # Errors
 /// If the answers make no brush that can be simulated.
@@ -98,14 +216,14 @@ pub fn first_file(
     answers: [Option<f64>; 9],
     material: Option<&'static Material>,
     name: &str,
-) -> Result<String, InputError> {
+) -> Result<(String, Vec<Unusual>), InputError> {
     let mut questions = QUESTIONS.iter();
-    let [radius, width, filaments, length, diameter, modulus, friction, speed, depth] = answers.map(|answer| {
+    let [length, diameter, modulus, radius, width, filaments, friction, speed, depth] = answers.map(|answer| {
         let question = questions.next().expect("each answer has its question");
-        (question.to_si)(answer.or(question.default).expect("there is an answer or a default"))
+        answer.unwrap_or_else(|| question.default_answer())
     });
-    let [.., has_modulus, has_friction, _, _] = answers.map(|answer| answer.is_some());
-    let count = if filaments < 1.0 { "tool.fill_factor" } else { "tool.filament_count" };
+    let [_, _, has_modulus, _, _, _, has_friction, _, _] = answers.map(|answer| answer.is_some());
+    let count = if filaments < 1.0 { SHARE } else { COUNT };
     let shares = |limit: f64, parts: u32| {
         let values = (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts)));
         values.map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ")
@@ -140,22 +258,13 @@ pub fn first_file(
             "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{}",
             calls.map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest))).concat()
         ),
-        section(
-            "tool",
-            &[("tool.body_radius_m", radius, true), ("tool.width_m", width, true), (count, filaments, true)],
-        ),
+        section("tool", &[(BODY_RADIUS, radius, true), ("tool.width_m", width, true), (count, filaments, true)]),
         section("filament", &filament),
         section(
             "contact",
             &[("contact.friction_coefficient", friction, has_friction), ("contact.stiffness_n_m", 1e5, false)],
         ),
-        section(
-            "process",
-            &[
-                ("process.rotational_speed_rpm", rounded(speed / 2.0), true),
-                ("process.penetration_depth_m", rounded(depth / 2.0), true),
-            ],
-        ),
+        section("process", &[(SPEED, rounded(speed / 2.0), true), (DEPTH, rounded(depth / 2.0), true)]),
         format!(
             "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n\
              penetration_depth_m = [{}]\n",
@@ -166,8 +275,8 @@ pub fn first_file(
     .concat();
     let settings = Document::parse(&text, name)?.settings()?;
     let text = if tip_spacing(&settings) < PACKED { text + &section_of_brush(&settings) } else { text };
-    Document::parse(&text, name)?.study()?;
-    Ok(text)
+    let unusual = unusual_in_study(&Document::parse(&text, name)?.study()?);
+    Ok((text, unusual))
 }
 
 /// The section of filaments that touch each other. Its commented lines are guesses of what no brush is without.
@@ -217,11 +326,20 @@ fn rounded(value: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// The answers to all questions, typed by a person.
+    fn typed(texts: [&str; 9]) -> [Option<f64>; 9] {
+        let mut answers = [None; 9];
+        for ((answer, question), text) in answers.iter_mut().zip(&QUESTIONS).zip(texts) {
+            *answer = Some(question.answer(text, 0.04).expect(text));
+        }
+        answers
+    }
+
     #[test]
     fn answers_become_a_brush() {
-        let answers = [140.0, 20.0, 10_500.0, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
-        let text = first_file(answers, None, "brush.toml");
-        let text = text.expect("the paper's brush");
+        let mut answers = typed(["40", "1,18 mm", "3", "36 cm", "20", "10500", "0.3", "25 Hz", "4"]);
+        let (text, unusual) = first_file(answers, None, "brush.toml").expect("the paper's brush");
+        assert_eq!(unusual, []);
         let document = Document::parse(&text, "brush.toml").expect("a document");
         let settings = document.settings().expect("settings");
         assert_eq!((settings.tool.body_radius_m, settings.filament.diameter_m), (0.14, 1.18e-3));
@@ -231,13 +349,12 @@ mod tests {
         let unstated = document.unstated();
         let unstated: Vec<&str> = unstated.iter().map(|parameter| parameter.key()).collect();
         assert_eq!(unstated, ["density_kg_m3", "damping_ratio", "stiffness_n_m"], "what was not asked is not stated");
-        assert_eq!(crate::plausibility::unusual(&settings), []);
 
-        let mut answers = [140.0, 20.0, 0.6, 40.0, 1.18, 3.0, 0.3, 1500.0, 4.0].map(Some);
-        answers[5] = None;
-        let packed = first_file(answers, None, "brush.toml").expect("a brush");
+        answers[2] = None;
+        answers[5] = Some(0.6);
+        let (packed, _) = first_file(answers, None, "brush.toml").expect("a brush");
         assert!(packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "), "{packed}");
-        let named = first_file(answers, Material::find("PA6.12"), "brush.toml").expect("a brush");
+        let (named, _) = first_file(answers, Material::find("PA6.12"), "brush.toml").expect("a brush");
         assert!(
             named.contains("\nmaterial = \"PA6.12\" ") && named.contains("# E = 3.31 GPa, ρ = 1060 kg/m³, dry;"),
             "{named}"
@@ -245,8 +362,50 @@ mod tests {
         assert!(!named.contains("youngs_modulus_pa") && !named.contains("density_kg_m3"), "{named}");
         let document = Document::parse(&named, "brush.toml").expect("a document");
         assert_eq!(document.settings().expect("settings").filament.youngs_modulus_pa, 3.31e9);
-        answers[8] = Some(50.0);
+        answers[5] = Some(20_000.0);
+        let (_, unusual) = first_file(answers, None, "brush.toml").expect("a brush");
+        assert!(unusual.iter().any(|unusual| unusual.statement.contains("fit on the body")), "{unusual:?}");
+        answers[8] = Some(50e-3);
         let wrong = first_file(answers, None, "brush.toml");
         assert!(wrong.expect_err("too deep").to_string().contains("`process.penetration_depth_m`"));
+    }
+
+    #[test]
+    fn answers_are_read_as_people_type_them() {
+        let question = |option: &str| question_of(option).expect(option);
+        for (option, text, expected) in [
+            ("--diameter-mm", " 1,18 ", 1.18e-3),
+            ("--diameter-mm", "600µm", 0.6e-3),
+            ("--length-mm", "4 cm", 0.04),
+            ("--youngs-modulus-gpa", "3310 N/mm²", 3.31e9),
+            ("--filaments", "60 %", 0.6),
+            ("--tool-diameter", "360", 0.14),
+            ("--tool-diameter", "Diameter 280,5 mm", 0.10025),
+            ("--tool-diameter", "body 280", 0.14),
+            ("--tool-diameter", "Radius 14 cm", 0.14),
+            ("--max-rpm", "20 Hz", 1200.0),
+        ] {
+            assert_eq!(question(option).answer(text, 0.04), Ok(expected), "{text}");
+        }
+        for (option, text, part) in [
+            ("--length-mm", "long", "is not a number: please type one, such as 4.5 or 4,5 mm"),
+            ("--length-mm", "1.2,3", "is not a number"),
+            ("--length-mm", "4 in", "has another unit: please use m, mm, cm, µm"),
+            ("--length-mm", "-4", "`filament.length_m` is -0.004, but must be"),
+            ("--filaments", "10,500", "may separate decimals or thousands: write 10500"),
+            ("--filaments", "100 %", "has another unit: please use no unit, or below 100 %"),
+            ("--tool-diameter", "60", "`tool.body_radius_m` is -0.01, but must be"),
+            ("--tool-diameter", "60", "half the diameter over the filaments, less their length"),
+            ("--tool-diameter", "", "is not a number"),
+        ] {
+            let problem = question(option).answer(text, 0.04).expect_err(text);
+            assert!(problem.contains(part), "{text}: {problem}");
+        }
+        let slip = question("--diameter-mm").unusual(0.6).expect("unusual");
+        assert!(
+            slip.statement.contains("`filament.diameter_m` is 0.6 m; usually it is from 2e-5 to 0.005 m"),
+            "{slip:?}"
+        );
+        assert_eq!(question("--filaments").unusual(0.6), None);
     }
 }

@@ -71,12 +71,12 @@ pub enum Problem {
         sections: Vec<&'static str>,
     },
     /// Two keys that state the same.
-    #[error("`{key}` and `{other}` are both given")]
+    #[error("`{}` and `{}` are both given", shown(key, LONGEST_KEY), shown(other, LONGEST_KEY))]
     Both {
         /// Dotted path of the one.
-        key: &'static str,
+        key: String,
         /// Dotted path of the other.
-        other: &'static str,
+        other: String,
     },
     /// An option, or a setting of a named tool, for a key that the study sweeps.
     #[error("`{key}` has no effect, because the study sweeps `{swept}`")]
@@ -123,10 +123,11 @@ impl Problem {
             Self::Unreadable { .. } | Self::Number { .. } => None,
             Self::UnknownKey { key, .. }
             | Self::Missing { key, .. }
+            | Self::Both { key, .. }
             | Self::NotAllowed { key, .. }
             | Self::Sweep { key, .. } => Some(key),
             Self::MissingSections { sections } => sections.first().copied(),
-            Self::Both { key, .. } | Self::Swept { key, .. } | Self::OfEachTool { key } => Some(key),
+            Self::Swept { key, .. } | Self::OfEachTool { key } => Some(key),
             Self::Study(error) => match error {
                 StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => Some(path),
                 StudyError::Case { violation, .. } => Some(violation.path),

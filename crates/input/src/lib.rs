@@ -1,7 +1,7 @@
 //! What Bristle reads: input files, and tables of numbers.
 //!
 //! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]); [`schema`] describes such files,
-//! [`explain`] single settings; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of materials;
+//! [`explain`] single settings; [`units`] has the rule of keys in other units; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of materials;
 //! [`first_file`] writes a first input file. [`table`] and [`cells`] read tables as laboratories and spreadsheets write them:
 //! [`measured`] forces, and the [`control_points`] of splines.
 //!
@@ -12,6 +12,7 @@ pub mod control_points;
 pub mod document;
 pub mod explain;
 pub mod first_file;
+mod headings;
 pub mod input_error;
 pub mod materials;
 pub mod measured;
@@ -23,3 +24,4 @@ pub mod schema;
 pub mod table;
 #[cfg(test)]
 mod testing;
+pub mod units;

@@ -6,10 +6,12 @@
 use std::collections::HashMap;
 
 use bristle_text::shortened;
+use bristle_text::units::{Unit, own_keys, units_of};
 
 use crate::cells::{self, has_decimal_comma, not_a_number, number};
+use crate::headings::lines_to_paste;
 use crate::table::{DataError, Source, Table};
-use bristle_grid::{Study, TOOL};
+use bristle_grid::{DEPTH, SPEED, Study, TOOL, VELOCITY};
 
 /// What to do about a table that cannot be used.
 const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
@@ -89,14 +91,15 @@ pub enum Quantity {
     Std,
 }
 
-/// A unit as people write it, and the factor from it to the unit of the key.
-type Unit = (&'static str, f64);
-
-const UNITS_OF_FORCE: &[Unit] = &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3)];
-
 impl Quantity {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Velocity, Self::RotationalSpeed, Self::Depth, Self::Force, Self::Std];
+
+    /// Whether it is one of the two that state the speed of the tool.
+    #[must_use]
+    pub fn is_speed(self) -> bool {
+        matches!(self, Self::Velocity | Self::RotationalSpeed)
+    }
 
     /// The name of its column, which ends with its unit, and of its key in the input file.
     #[must_use]
@@ -110,50 +113,47 @@ impl Quantity {
         }
     }
 
-    /// The quantity whose key this is.
+    /// The quantity that a key names, and the unit in which it does: that of its own key, or another at the end.
     #[must_use]
-    pub fn of_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|quantity| quantity.key() == key)
+    pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
+        let quantity = |own: &str| Self::ALL.into_iter().find(|quantity| quantity.key() == own);
+        own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit)))
+    }
+
+    /// The path of the setting that is measured, if it is one.
+    pub(crate) fn path(self) -> Option<&'static str> {
+        match self {
+            Self::Velocity => Some(VELOCITY),
+            Self::RotationalSpeed => Some(SPEED),
+            Self::Depth => Some(DEPTH),
+            Self::Force | Self::Std => None,
+        }
     }
 
     /// Its units. The first is that of the key.
-    fn units(self) -> &'static [Unit] {
-        match self {
-            Self::Velocity => &[("m/s", 1.0), ("mm/s", 1e-3), ("m/min", 1.0 / 60.0), ("km/h", 1.0 / 3.6)],
-            Self::RotationalSpeed => &[
-                ("rpm", 1.0),
-                ("1/min", 1.0),
-                ("min-1", 1.0),
-                ("min^-1", 1.0),
-                ("min⁻¹", 1.0),
-                ("r/min", 1.0),
-                ("U/min", 1.0),
-                ("1/s", 60.0),
-                ("Hz", 60.0),
-                ("rad/s", 30.0 / std::f64::consts::PI),
-            ],
-            // Two letters look like µ.
-            Self::Depth => {
-                &[("m", 1.0), ("mm", 1e-3), ("\u{b5}m", 1e-6), ("\u{3bc}m", 1e-6), ("um", 1e-6), ("cm", 1e-2)]
-            }
-            Self::Force | Self::Std => UNITS_OF_FORCE,
-        }
+    pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
+        units_of(self.key())
     }
 
     /// The names of its units.
     pub fn unit_names(self) -> impl Iterator<Item = &'static str> {
-        self.units().iter().map(|(name, _)| *name)
+        self.units().flat_map(|unit| unit.names.iter().copied())
     }
 
-    /// The factor from a unit to that of the key.
-    fn factor(self, unit: &str) -> Option<f64> {
-        self.units().iter().find(|(name, _)| *name == unit.trim()).map(|(_, factor)| *factor)
+    /// Its unit of a name.
+    pub(crate) fn unit(self, name: &str) -> Option<&'static Unit> {
+        self.units().find(|unit| unit.names.contains(&name))
+    }
+
+    /// Its unit as people write it, which may be RPM or KN.
+    pub(crate) fn unit_written(self, name: &str) -> Option<&'static Unit> {
+        let is_it = |unit: &&Unit| unit.names.iter().any(|own| own.eq_ignore_ascii_case(name));
+        self.unit(name).or_else(|| self.units().find(is_it))
     }
 
     /// The unit in which a number would be between two others, if it is not that of the key.
-    pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static str> {
-        let fits = |(_, factor): &&Unit| *factor != 1.0 && (least..=largest).contains(&(number * factor));
-        self.units().iter().find(fits).map(|(name, _)| *name)
+    pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static Unit> {
+        self.units().find(|unit| !unit.is_own() && (least..=largest).contains(&unit.to_own(number)))
     }
 
     /// The least number that a cell may have, and what the limits are in words.
@@ -167,16 +167,16 @@ impl Quantity {
 }
 
 /// A column that the input file names.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ColumnName {
     /// Its heading in the table.
     pub heading: String,
     /// Its unit. If there is none, that in the heading, or that of the key.
-    pub unit: Option<String>,
+    pub unit: Option<&'static Unit>,
 }
 
 /// How a table is written, as far as the input file states it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Format {
     /// What separates the cells of a row: one of [`SEPARATORS`](crate::cells::SEPARATORS).
     pub separator: Option<char>,
@@ -197,9 +197,13 @@ impl Format {
         Self { tools: study.tool_names(), ..Self::default() }
     }
 
-    /// The heading of a quantity's column.
-    fn heading(&self, quantity: Quantity) -> &str {
-        self.named(quantity).map_or(quantity.key(), |column| &column.heading)
+    /// The heading of a quantity's column, if it is there: the one that is named, or else the quantity's key, in any unit.
+    fn heading<'h>(&self, quantity: Quantity, headings: &'h [String]) -> Option<&'h str> {
+        let is_its = |heading: &&'h str| match self.named(quantity) {
+            Some(column) => *heading == column.heading,
+            None => Quantity::of_key(heading).is_some_and(|(of_key, _)| of_key == quantity),
+        };
+        headings.iter().map(String::as_str).find(is_its)
     }
 
     /// The position of the column with the names of tools: the one that is named, or else there under its own key. `None` if tools are not
@@ -210,13 +214,13 @@ impl Format {
         if self.tools.is_empty() || !is_there { Ok(None) } else { Ok(Some(table.columns(&[heading])?[0])) }
     }
 
-    fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
+    pub(crate) fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
         self.columns.iter().find(|(named, _)| *named == quantity).map(|(_, column)| column)
     }
 
     /// The quantities to read from a table with these headings: what is named, and what is there under its own key.
     fn quantities(&self, headings: &[String]) -> Vec<Quantity> {
-        let is_there = |quantity| headings.iter().any(|heading| heading == self.heading(quantity));
+        let is_there = |quantity| self.heading(quantity, headings).is_some();
         let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
         let speed = if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
             // A table may have both under their own keys.
@@ -232,7 +236,7 @@ impl Format {
     /// The separator of a table: the one stated, or else by its headings.
     fn separator_of(&self, source: &Source<'_>) -> char {
         let has_all = |headings: &[String]| {
-            self.quantities(headings).iter().all(|&quantity| headings.iter().any(|h| h == self.heading(quantity)))
+            self.quantities(headings).iter().all(|&quantity| self.heading(quantity, headings).is_some())
         };
         self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
     }
@@ -249,8 +253,7 @@ impl Format {
 struct Column {
     quantity: Quantity,
     position: usize,
-    /// From its unit to that of the key.
-    factor: f64,
+    unit: &'static Unit,
 }
 
 /// Reads a table of measured forces, written in a `format`. Errors use `name` for the table.
@@ -284,9 +287,9 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
             std_n: None,
             tool: None,
         };
-        if let Some(Column { position, factor, .. }) = second_speed {
-            point.second_speed_rpm =
-                number(row.get(position).unwrap_or_default(), has_comma).map(|speed| speed * factor);
+        if let Some(Column { position, unit, .. }) = second_speed {
+            let speed = number(row.get(position).unwrap_or_default(), has_comma);
+            point.second_speed_rpm = speed.map(|speed| unit.to_own(speed));
         }
         if let Some(column) = tool {
             let name = row.get(column).unwrap_or_default().trim();
@@ -297,13 +300,13 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
                 return Err(table.wrong(row, column, problem));
             }
         }
-        for &Column { quantity, position, factor } in &columns {
+        for &Column { quantity, position, unit } in &columns {
             let cell = row.get(position).unwrap_or_default();
             if quantity == Quantity::Std && cell.trim().is_empty() {
                 continue;
             }
             let wrong = |problem: String| Err(table.wrong(row, position, problem));
-            let Some(number) = number(cell, has_comma).map(|number| number * factor) else {
+            let Some(number) = number(cell, has_comma).map(|number| unit.to_own(number)) else {
                 return wrong(not_a_number(cell, has_comma));
             };
             let (least, in_words) = quantity.least();
@@ -344,31 +347,35 @@ fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Ve
 
 /// The column of a quantity.
 fn column(quantity: Quantity, table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Column, DataError> {
-    let heading = format.heading(quantity);
-    let position = table.columns(&[heading])?[0];
-    let unknown = |unit: &str| {
-        let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
-        let problem = format!("the unit `{}` is none of {units}", shortened(unit));
-        Err(source.error(1, Some(heading.to_owned()), problem, ADVICE))
+    let headings = table.headings();
+    let with_lines = |error: DataError| DataError { advice: lines_to_paste(table, format, ADVICE), ..error };
+    let named = format.named(quantity);
+    let heading = format.heading(quantity, &headings);
+    let heading = heading.unwrap_or(named.map_or(quantity.key(), |column| &column.heading));
+    let position = table.column(heading).map_err(with_lines)?;
+    let of_key = |heading: &str| Quantity::of_key(heading).filter(|(of_key, _)| *of_key == quantity);
+    if let Some(other) = headings[position + 1..].iter().find(|other| named.is_none() && of_key(other).is_some()) {
+        let problem = format!("the columns `{heading}` and `{}` state the same", shortened(other));
+        return Err(source.error(1, None, problem, "name the right one under [measured], or remove the other"));
+    }
+    let stated = named.and_then(|column| column.unit);
+    let in_heading = || unit_in(heading).map(|name| quantity.unit(name).ok_or(name));
+    let unit = match stated.map(Ok).or_else(in_heading) {
+        Some(Ok(unit)) => Some(unit),
+        Some(Err(unknown)) => {
+            let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
+            let problem = format!("the unit `{}` is none of {units}", shortened(unknown));
+            return Err(with_lines(source.error(1, Some(heading.to_owned()), problem, ADVICE)));
+        }
+        None => of_key(heading).map(|(_, unit)| unit),
     };
-    // The key itself states its unit.
-    let unit = match format.named(quantity) {
-        Some(ColumnName { unit: Some(unit), .. }) => Some(unit.as_str()),
-        Some(_) if heading != quantity.key() => unit_in(heading),
-        _ => None,
-    };
-    let factor = match unit {
-        Some(unit) => match quantity.factor(unit) {
-            Some(factor) => factor,
-            None => return unknown(unit),
-        },
-        None => 1.0,
-    };
-    Ok(Column { quantity, position, factor })
+    // A heading without a unit has that of the key.
+    let unit = unit.or_else(|| quantity.units().next()).expect("what is measured has a unit");
+    Ok(Column { quantity, position, unit })
 }
 
 /// The unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
-fn unit_in(heading: &str) -> Option<&str> {
+pub(crate) fn unit_in(heading: &str) -> Option<&str> {
     let bracketed = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
         let (_, rest) = heading.rsplit_once(open)?;
         rest.split_once(close).map(|(unit, _)| unit)
@@ -448,7 +455,8 @@ mod tests {
     /// A format with columns, each by its heading and its unit if one is stated.
     fn format(columns: &[(Quantity, &str, Option<&str>)]) -> Format {
         let column = |&(quantity, heading, unit): &(Quantity, &str, Option<&str>)| {
-            (quantity, ColumnName { heading: heading.to_owned(), unit: unit.map(str::to_owned) })
+            let unit = unit.map(|name| quantity.unit(name).expect("a unit"));
+            (quantity, ColumnName { heading: heading.to_owned(), unit })
         };
         Format { columns: columns.iter().map(column).collect(), ..Format::default() }
     }
@@ -509,6 +517,9 @@ mod tests {
         let text = "v\tae\tF\n600\t500\t125\n";
         let expected = Measurement { std_n: None, ..point(10.0, 0.5e-3, 125.0, 0.0) };
         assert_eq!(read_measured(text, "forces.csv", &stated), Ok(vec![expected]));
+        // Keys in other units.
+        let text = "brushing_velocity_m_min,penetration_depth_um,force_kn\n600,500,0.125\n";
+        assert_eq!(read(text), Ok(vec![expected]));
         for heading in ["Fz [N]", "Fz (N)", "Fz / N", "Fz in N"] {
             assert_eq!(unit_in(heading), Some("N"), "{heading}");
         }
@@ -568,7 +579,13 @@ mod tests {
         assert!(message.contains("there is no column `Fz`; there are `brushing_velocity_m_s`"), "{message}");
         let message = refusal("v;F\n1;2\n", &Format::default());
         assert!(message.contains("there is no column `brushing_velocity_m_s`; there are `v`, `F`"), "{message}");
+        assert!(message.contains("columns.penetration_depth_m = \"…\""), "{message}");
+        // Headings that tell nothing.
+        let message = refusal("a;b\n1;2\n", &Format::default());
         assert!(message.contains("columns.penetration_depth_m = \"ae [mm]\""), "{message}");
+        let twice = HEADING.replace("std_n", "force_kn") + "10,1,1,1\n";
+        let message = refusal(&twice, &Format::default());
+        assert!(message.contains("the columns `force_n` and `force_kn` state the same"), "{message}");
     }
 
     #[test]

@@ -1,42 +1,7 @@
 //! Natural mistakes in the lines of an input file, and what to write instead.
 
-use std::f64::consts::PI;
-
 use bristle_text::shortened;
-use bristle_text::units::own_unit;
-
-use bristle_grid::without_rounding_noise;
-
-/// Units as people write them behind a number, each with the end of the keys that it may follow, and the factor to their unit.
-const WRITTEN_UNITS: &[(&str, &str, f64)] = &[
-    ("m", "_m", 1.0),
-    ("cm", "_m", 1e-2),
-    ("mm", "_m", 1e-3),
-    ("\u{b5}m", "_m", 1e-6),
-    ("\u{3bc}m", "_m", 1e-6),
-    ("um", "_m", 1e-6),
-    ("m/s", "_m_s", 1.0),
-    ("mm/s", "_m_s", 1e-3),
-    ("m/min", "_m_s", 1.0 / 60.0),
-    ("rpm", "_rpm", 1.0),
-    ("1/min", "_rpm", 1.0),
-    ("Hz", "_rpm", 60.0),
-    ("Pa", "_pa", 1.0),
-    ("MPa", "_pa", 1e6),
-    ("N/mm2", "_pa", 1e6),
-    ("N/mm²", "_pa", 1e6),
-    ("GPa", "_pa", 1e9),
-    ("kg/m3", "_kg_m3", 1.0),
-    ("kg/m³", "_kg_m3", 1.0),
-    ("g/cm3", "_kg_m3", 1e3),
-    ("g/cm³", "_kg_m3", 1e3),
-    ("N/m", "_n_m", 1.0),
-    ("N/mm", "_n_m", 1e3),
-    ("rad", "_rad", 1.0),
-    ("°", "_rad", PI / 180.0),
-    ("deg", "_rad", PI / 180.0),
-    ("%", "", 1e-2),
-];
+use bristle_text::units::in_unit_of;
 
 /// A number that people write and TOML does not know.
 #[derive(Debug)]
@@ -110,9 +75,7 @@ fn number_mistake(key: &str, value: &str) -> Option<Mistake> {
 
 /// A number with a unit in the unit of a key, if both are known.
 fn in_own_unit(key: &str, number: &str, unit: &str) -> Option<String> {
-    let own = own_unit(key);
-    let (.., factor) = WRITTEN_UNITS.iter().find(|(written, of, _)| *written == unit && *of == own)?;
-    let number = without_rounding_noise(number.parse::<f64>().ok()? * factor);
+    let number = in_unit_of(key, number.parse().ok()?, unit)?;
     Some(if number.abs() >= 1e7 { format!("{number:e}") } else { number.to_string() })
 }
 

@@ -7,16 +7,20 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue, Error};
 
 use bristle::model::parameters::Parameter;
+use bristle_text::units::Unit;
 
-use crate::document::TOOLS;
-
-/// The section of the sweeps, whose keys are paths themselves.
-const STUDY: &str = "study";
+use crate::document::{STUDY, TOOLS};
+use crate::units::{own_key, own_path};
 
 /// The parts of an option, with their places in it.
 pub(crate) struct Assignment<'t> {
     pub section: &'t str,
-    pub key: &'t str,
+    /// The key as it was written.
+    pub written: &'t str,
+    /// The key in the unit of the setting.
+    pub key: Cow<'t, str>,
+    /// Its unit as it was written, if it is another.
+    pub unit: Option<&'static Unit>,
     /// Place of the whole key.
     pub key_span: Range<usize>,
     pub value: &'t str,
@@ -30,8 +34,33 @@ impl<'t> Assignment<'t> {
         let value_start = path.len() + 1;
         let (section, key) = path.trim().split_once('.').unwrap_or(("", path.trim()));
         // The path of a sweep may have quotes, as in a file.
-        let key = if section == STUDY { key.trim_matches('"') } else { key };
-        Some(Self { section, key, key_span: 0..path.len(), value, value_span: value_start..option.len() })
+        let written = if section == STUDY { key.trim_matches('"') } else { key };
+        let own = match tool_in(section, written) {
+            Some([_, path]) => {
+                own_path(path).map(|(own, unit)| (format!("{}{own}", &written[..written.len() - path.len()]), unit))
+            }
+            None => own_key(section, written),
+        };
+        let (key, unit) = own.map_or((Cow::Borrowed(written), None), |(own, unit)| (Cow::Owned(own), Some(unit)));
+        Some(Self {
+            section,
+            written,
+            key,
+            unit,
+            key_span: 0..path.len(),
+            value,
+            value_span: value_start..option.len(),
+        })
+    }
+
+    /// The path of what it states, in the unit of the setting.
+    pub fn path(&self) -> String {
+        format!("{}.{}", self.section, self.key)
+    }
+
+    /// The same as it was written.
+    pub fn written_path(&self) -> String {
+        format!("{}.{}", self.section, self.written)
     }
 
     /// Whether it has a key and a value.
@@ -40,13 +69,8 @@ impl<'t> Assignment<'t> {
     }
 
     /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a study.
-    pub fn tool(&self) -> Option<[&'t str; 2]> {
-        let rest = self.key.strip_prefix(TOOLS)?.strip_prefix('.').filter(|_| self.section == STUDY)?;
-        let (name, path) = match rest.strip_prefix('"') {
-            Some(quoted) => quoted.split_once("\".")?,
-            None => rest.split_once('.')?,
-        };
-        Some([name, path])
+    pub fn tool(&self) -> Option<[&str; 2]> {
+        tool_in(self.section, &self.key)
     }
 
     /// The value as TOML. A word needs no quotes.
@@ -66,14 +90,24 @@ impl<'t> Assignment<'t> {
     }
 }
 
+/// The name of a tool and the path of its setting, if a key of a section is that of a named tool.
+fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
+    let rest = key.strip_prefix(TOOLS)?.strip_prefix('.').filter(|_| section == STUDY)?;
+    let (name, path) = match rest.strip_prefix('"') {
+        Some(quoted) => quoted.split_once("\".")?,
+        None => rest.split_once('.')?,
+    };
+    Some([name, path])
+}
+
 /// States a value in the tree, at the place of the option. What the tree states about the same in another way goes.
 pub(crate) fn state<'t>(
     table: &mut DeTable<'t>,
-    [section, key]: [&'t str; 2],
+    [section, key]: [&str; 2],
     value: DeValue<'t>,
     [key_span, value_span]: [Range<usize>; 2],
 ) {
-    let entry = Spanned::new(key_span.clone(), Cow::Borrowed(section));
+    let entry = Spanned::new(key_span.clone(), Cow::Owned(section.to_owned()));
     let new = || Spanned::new(key_span.clone(), DeValue::Table(DeTable::new()));
     let DeValue::Table(entries) = table.entry(entry).or_insert_with(new).get_mut() else { return };
     let path = format!("{section}.{key}");
@@ -82,21 +116,21 @@ pub(crate) fn state<'t>(
     }
     // The entry is removed first: an insertion alone would keep the old key's place.
     entries.remove(key);
-    entries
-        .insert(Spanned::new(key_span, Cow::Borrowed(key)), Spanned::new(value_span.clone(), at(value, &value_span)));
+    let key = Spanned::new(key_span, Cow::Owned(key.to_owned()));
+    entries.insert(key, Spanned::new(value_span.clone(), at(value, &value_span)));
 }
 
 /// [`state`] for a setting of a named tool, below the keys `parents` of the tree.
 pub(crate) fn state_of_tool<'t>(
     table: &mut DeTable<'t>,
-    parents: [&'t str; 2],
-    [name, path]: [&'t str; 2],
+    parents: [&str; 2],
+    [name, path]: [&str; 2],
     value: DeValue<'t>,
     spans: [Range<usize>; 2],
 ) {
     let mut tool = table;
     for key in [parents[0], parents[1], name] {
-        let entry = Spanned::new(spans[0].clone(), Cow::Borrowed(key));
+        let entry = Spanned::new(spans[0].clone(), Cow::Owned(key.to_owned()));
         let new = || Spanned::new(spans[0].clone(), DeValue::Table(DeTable::new()));
         let DeValue::Table(entries) = tool.entry(entry).or_insert_with(new).get_mut() else { return };
         tool = entries;
@@ -109,7 +143,7 @@ pub(crate) fn state_of_tool<'t>(
         None => {
             let [key_span, value_span] = spans;
             let value = Spanned::new(value_span.clone(), at(value, &value_span));
-            tool.insert(Spanned::new(key_span, Cow::Borrowed(path)), value);
+            tool.insert(Spanned::new(key_span, Cow::Owned(path.to_owned())), value);
         }
     }
 }

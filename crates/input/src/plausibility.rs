@@ -91,35 +91,41 @@ const RELATIONS: &[Relation] = &[
     },
 ];
 
+impl Unusual {
+    /// A value of a setting, what is usual in words that follow "usually it is", and the likely slip.
+    fn new(parameter: &Parameter, value: f64, usual: &str, slip: &str) -> Self {
+        let value = format!("{} {}", short(value), parameter.unit);
+        let path = parameter.path;
+        let statement = format!("`{path}` is {}; usually it is {usual}. A likely slip: {slip}.", value.trim_end());
+        Self { path, statement }
+    }
+}
+
+/// What is unusual about one value of a setting.
+#[must_use]
+pub fn unusual_value(parameter: &Parameter, value: f64) -> Option<Unusual> {
+    let Usual { least, largest, slip } =
+        parameter.usual.filter(|usual| !(usual.least..=usual.largest).contains(&value))?;
+    let usual = format!("from {} to {} {}", short(least), short(largest), parameter.unit);
+    Some(Unusual::new(parameter, value, usual.trim_end(), slip))
+}
+
 /// What is unusual about settings.
 #[must_use]
 pub fn unusual(settings: &Settings) -> Vec<Unusual> {
+    let of_values = PARAMETERS.iter().filter_map(|parameter| unusual_value(parameter, parameter.get(settings)));
+    let of_relations = RELATIONS.iter().filter(|relation| !(relation.holds)(settings)).filter_map(|relation| {
+        let parameter = Parameter::find(relation.path)?;
+        Some(Unusual::new(parameter, parameter.get(settings), &(relation.usual)(settings), relation.slip))
+    });
     let mut found: Vec<Unusual> = Vec::new();
-    let mut tell = |path: &'static str, usual: &str, slip: &str| {
+    for unusual in of_values.chain(of_relations) {
         // A setting that states another in its own way is not told again.
-        let parameter = Parameter::find(path);
-        let same = |told: &Unusual| {
-            parameter.is_some_and(|parameter| parameter.group().any(|of_group| of_group.path == told.path))
+        let is_same = |told: &Unusual| {
+            Parameter::find(unusual.path).is_some_and(|parameter| parameter.group().any(|same| same.path == told.path))
         };
-        if let Some(parameter) = parameter
-            && !found.iter().any(same)
-        {
-            let value = format!("{} {}", short(parameter.get(settings)), parameter.unit);
-            let statement = format!("`{path}` is {}; usually it is {usual}. A likely slip: {slip}.", value.trim_end());
-            found.push(Unusual { path, statement });
-        }
-    };
-    for parameter in PARAMETERS {
-        if let Some(Usual { least, largest, slip }) = parameter.usual
-            && !(least..=largest).contains(&parameter.get(settings))
-        {
-            let usual = format!("from {} to {} {}", short(least), short(largest), parameter.unit);
-            tell(parameter.path, usual.trim_end(), slip);
-        }
-    }
-    for Relation { path, holds, usual, slip } in RELATIONS {
-        if !holds(settings) {
-            tell(path, &usual(settings), slip);
+        if !found.iter().any(is_same) {
+            found.push(unusual);
         }
     }
     found

@@ -6,15 +6,13 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use crate::cells::{DECIMALS, SEPARATORS};
-use crate::document::{SECTIONS, TOOLS};
+use crate::document::{SECTIONS, STUDY, TOOLS};
 use crate::materials::MATERIALS;
 use crate::measured::Quantity;
+use crate::units::other_paths;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 use bristle_grid::{SHORT_NAMES, TOOL};
-
-/// The section of the sweeps.
-const STUDY: &str = "study";
 
 /// The schema, with the limits of every number, as indented text.
 #[must_use]
@@ -55,6 +53,9 @@ pub(crate) fn file_schema() -> Value {
     for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
         state_choice(&mut schema["properties"][parameter.section()], parameter);
     }
+    for (name, section) in schema["properties"].as_object_mut().into_iter().flatten() {
+        state_other_units(name, section);
+    }
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["filament"]["properties"]["material"] = json!({
         "type": "string",
@@ -87,25 +88,55 @@ fn capitalised(words: &str) -> String {
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
-/// States that a section has exactly one of the settings that state the same, or at most one if it need not have any.
+/// States that a section has exactly one of the keys that state the same, or at most one if it need not have any.
 fn state_choice(section: &mut Value, parameter: &Parameter) {
-    let keys: Vec<&str> = parameter.group().map(Parameter::key).collect();
+    let keys: Vec<String> =
+        parameter.group().flat_map(|same| [same.key().to_owned()].into_iter().chain(other_keys(same.path))).collect();
     let Value::Object(section) = section else { return };
-    if keys.len() < 2 {
-        return;
-    }
     let is_required = match section.get_mut("required") {
-        Some(Value::Array(required)) => {
-            required.retain(|key| key != keys[0]);
-            true
-        }
+        Some(Value::Array(required)) => required.extract_if(.., |key| *key == keys[0]).count() > 0,
         _ => false,
     };
+    if !is_required && parameter.group().count() < 2 {
+        return;
+    }
     let each: Vec<Value> = keys.iter().map(|key| json!({ "required": [key] })).collect();
-    if is_required {
-        section.insert("oneOf".to_owned(), json!(each));
-    } else {
-        section.insert("not".to_owned(), json!({ "required": keys }));
+    let none = json!({ "not": { "anyOf": each } });
+    let choice = json!({ "oneOf": each.into_iter().chain((!is_required).then_some(none)).collect::<Vec<_>>() });
+    match section.entry("allOf").or_insert_with(|| json!([])) {
+        Value::Array(choices) => choices.push(choice),
+        _ => unreachable!("only choices are stated there"),
+    }
+}
+
+/// The keys that state the setting at a path in other units.
+fn other_keys(path: &str) -> impl Iterator<Item = String> {
+    other_paths(path).filter_map(|(path, _)| path.split_once('.').map(|(_, key)| key.to_owned()))
+}
+
+/// The pattern of the keys that state the setting at a path in other units; `None` if there is none.
+fn other_units_pattern(path: &str) -> Option<String> {
+    let keys: Vec<String> = other_keys(path).collect();
+    (!keys.is_empty()).then(|| format!("^({})$", keys.join("|")))
+}
+
+/// States which other keys a section has: those of its settings, with other units.
+fn state_other_units(name: &str, section: &mut Value) {
+    let mut patterns = Map::new();
+    for (key, property) in section["properties"].as_object().into_iter().flatten() {
+        let Some(pattern) = other_units_pattern(&format!("{name}.{key}")) else { continue };
+        let mut other = json!({ "description": format!("`{key}` in the unit of this key.") });
+        for word in ["type", "items"] {
+            if !property[word].is_null() {
+                other[word] = property[word].clone();
+            }
+        }
+        patterns.insert(pattern, other);
+    }
+    if let Value::Object(section) = section
+        && !patterns.is_empty()
+    {
+        section.insert("patternProperties".to_owned(), Value::Object(patterns));
     }
 }
 
@@ -126,15 +157,23 @@ fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
 
 /// A named tool: settings of some sections, none of them required, under their sections or with their paths in quotes.
 fn tool_schema(schema: &Value) -> Value {
-    let mut properties = Map::new();
+    let (mut properties, mut patterns) = (Map::new(), Map::new());
     for section in SECTIONS {
         let keys = &schema["properties"][section]["properties"];
-        let of_section = json!({ "type": "object", "properties": keys, "additionalProperties": false });
-        properties.insert(section.to_owned(), of_section);
+        let others = schema["properties"][section].get("patternProperties").cloned().unwrap_or_else(|| json!({}));
         let quoted = keys.as_object().into_iter().flatten();
         properties.extend(quoted.map(|(key, property)| (format!("{section}.{key}"), property.clone())));
+        let quoted = others.as_object().into_iter().flatten();
+        patterns.extend(quoted.map(|(key, other)| (format!("^{section}\\.{}", &key[1..]), other.clone())));
+        let of_section = json!({
+            "type": "object",
+            "properties": keys,
+            "patternProperties": others,
+            "additionalProperties": false,
+        });
+        properties.insert(section.to_owned(), of_section);
     }
-    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+    json!({ "type": "object", "properties": properties, "patternProperties": patterns, "additionalProperties": false })
 }
 
 fn study_schema(tool: Value) -> Value {
@@ -168,10 +207,19 @@ fn study_schema(tool: Value) -> Value {
         .map(|name| (name.to_owned(), sweep.clone()))
         .chain([(TOOLS.to_owned(), tools)])
         .collect();
+    let pattern = |parameter: &Parameter| {
+        let is_short = SHORT_NAMES.iter().any(|(_, path)| *path == parameter.path);
+        let section = format!("{}\\.", parameter.section());
+        let section = if is_short { format!("({section})?") } else { section };
+        other_units_pattern(parameter.path).map(|pattern| format!("^{section}{}", &pattern[1..]))
+    };
+    let patterns: Map<String, Value> =
+        PARAMETERS.iter().filter_map(|parameter| Some((pattern(parameter)?, sweep.clone()))).collect();
     json!({
         "description": "The settings that `bristle study` sweeps, and the tools that it compares.",
         "type": "object",
         "properties": sweeps,
+        "patternProperties": patterns,
         "additionalProperties": false,
     })
 }
@@ -188,6 +236,14 @@ fn measured_schema() -> Value {
         });
         (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
     };
+    let other = |quantity: Quantity| {
+        let keys: Vec<String> =
+            quantity.units().filter(|unit| !unit.is_own()).filter_map(|unit| unit.key_of(quantity.key())).collect();
+        let heading =
+            json!({ "type": "string", "minLength": 1, "description": "Heading of a column in the unit of the key." });
+        (format!("^({})$", keys.join("|")), heading)
+    };
+    let others: Map<String, Value> = Quantity::ALL.into_iter().map(other).collect();
     let tool =
         json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
     let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();
@@ -210,6 +266,7 @@ fn measured_schema() -> Value {
                 "description": "Headings of the columns in the file, as in { force_n = \"Fz [kN]\" }. Their units are those in brackets in \
                                 the headings, or stated, as in { force_n = { column = \"Fz\", unit = \"kN\" } }.",
                 "properties": columns,
+                "patternProperties": others,
                 "additionalProperties": false,
                 "not": { "required": keys[..2] },
             },
@@ -272,8 +329,15 @@ mod tests {
         assert!(sweeps["filament.segments"].is_object());
         let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
         assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
-        assert_eq!(process["not"]["required"], json!(["brushing_velocity_m_s", "rotational_speed_rpm"]));
-        assert_eq!(tool["required"], json!(["body_radius_m", "width_m"]));
-        assert_eq!(tool["oneOf"].as_array().map(Vec::len), Some(3));
+        let choices = |section: &Value| {
+            let of = |choice: &Value| choice["oneOf"].as_array().map(Vec::len).expect("alternatives");
+            section["allOf"].as_array().expect("choices").iter().map(of).collect::<Vec<_>>()
+        };
+        // Of a length in four units, and of the number of filaments: itself, per area in three units, and the share.
+        assert_eq!((choices(tool), choices(process)), (vec![4, 4, 5], vec![9]));
+        let pattern = "^(length_mm|length_cm|length_um)$";
+        assert_eq!(schema["properties"]["filament"]["patternProperties"][pattern]["type"], json!("number"));
+        let pattern = "^(process\\.)?(penetration_depth_mm|penetration_depth_cm|penetration_depth_um)$";
+        assert!(schema["properties"]["study"]["patternProperties"][pattern].is_object());
     }
 }

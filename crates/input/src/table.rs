@@ -1,5 +1,6 @@
 //! Reads saved text back, with errors that state where it is wrong.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use bristle::model::record::{Column, Record};
@@ -32,7 +33,7 @@ pub struct DataError {
     /// What is wrong.
     pub problem: String,
     /// What to do.
-    pub advice: &'static str,
+    pub advice: Cow<'static, str>,
 }
 
 fn column_text(column: &Option<String>) -> String {
@@ -59,7 +60,7 @@ impl Source<'_> {
     ) -> DataError {
         let column = column.map(|column| shown(&column, LONGEST_NAME));
         let problem = shown(&problem.into(), LONGEST_PROBLEM);
-        DataError { file: shown_path(Path::new(self.name)), line, column, problem, advice }
+        DataError { file: shown_path(Path::new(self.name)), line, column, problem, advice: advice.into() }
     }
 
     /// The error about text that is not JSON, or is JSON of something else.

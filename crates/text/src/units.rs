@@ -1,57 +1,239 @@
-//! Units at the ends of keys.
+//! Units as people write them: at the ends of keys, behind numbers, and in headings.
+//!
+//! One table has them all. Each converts to the unit of the settings that it measures, by decimal digits where that is a power of ten:
+//! 40 mm are the same double as 0.04 m.
 
-/// Units of keys that people write instead of that of the setting: the end of their key, that of the setting's, and the conversion.
-const OTHER_UNITS: [(&str, &str, &str); 12] = [
-    ("_mm_s", "_m_s", "1 mm/s is 0.001 m/s"),
-    ("_m_min", "_m_s", "1 m/min is 0.01667 m/s"),
-    ("_mm", "_m", "1 mm is 0.001 m"),
-    ("_cm", "_m", "1 cm is 0.01 m"),
-    ("_um", "_m", "1 µm is 1e-6 m"),
-    ("_gpa", "_pa", "1 GPa is 1e9 Pa"),
-    ("_mpa", "_pa", "1 MPa is 1e6 Pa"),
-    ("_g_cm3", "_kg_m3", "1 g/cm³ is 1000 kg/m³"),
-    ("_deg", "_rad", "1° is 0.017453 rad"),
-    ("_hz", "_rpm", "1 revolution per second is 60 rpm"),
-    ("_rad_s", "_rpm", "1 rad/s is 9.5493 rpm"),
-    ("_n_mm", "_n_m", "1 N/mm is 1000 N/m"),
-];
+use std::f64::consts::PI;
 
-/// Units at the ends of keys. Those that end another come after it.
-const OWN_UNITS: [&str; 9] = ["_kg_m3", "_n_m2", "_m_s", "_s_m", "_n_m", "_rpm", "_rad", "_pa", "_m"];
-
-/// The conversion of a key's unit to that of the key that was meant, with a space before it; empty if it is the same.
-#[must_use]
-pub fn other_unit(written: &str, meant: &str) -> String {
-    let unit = |(other, own, _): &&(&str, &str, &str)| written.ends_with(other) && meant.ends_with(own);
-    OTHER_UNITS
-        .iter()
-        .find(unit)
-        .filter(|(_, own, _)| !written.ends_with(own))
-        .map_or_else(String::new, |(_, _, conversion)| format!(" {conversion}"))
+/// A unit of a quantity.
+#[derive(Debug, PartialEq)]
+pub struct Unit {
+    /// The end of a key in this unit.
+    pub suffix: &'static str,
+    /// How it is written behind a number or in a heading; the first is that of messages.
+    pub names: &'static [&'static str],
+    /// The end of the keys of settings that have this quantity.
+    pub own: &'static str,
+    conversion: Conversion,
 }
 
-/// The unit at the end of a key of an input file; empty if it has none.
+/// From a number in a unit to one in that of the settings.
+#[derive(Debug, PartialEq)]
+enum Conversion {
+    /// By a power of ten.
+    Ten(i32),
+    /// By a factor and a divisor.
+    Ratio(f64, f64),
+}
+
+use Conversion::{Ratio, Ten};
+
+/// All units. Of each quantity the first is that of the settings.
+pub static UNITS: [Unit; 33] = [
+    unit("_m", &["m"], "_m", Ten(0)),
+    unit("_mm", &["mm"], "_m", Ten(-3)),
+    unit("_cm", &["cm"], "_m", Ten(-2)),
+    // Two letters look like µ.
+    unit("_um", &["\u{b5}m", "\u{3bc}m", "um"], "_m", Ten(-6)),
+    unit("_rad", &["rad"], "_rad", Ten(0)),
+    unit("_deg", &["°", "deg"], "_rad", Ratio(PI / 180.0, 1.0)),
+    unit("_mrad", &["mrad"], "_rad", Ten(-3)),
+    unit("_pa", &["Pa"], "_pa", Ten(0)),
+    unit("_gpa", &["GPa"], "_pa", Ten(9)),
+    unit("_mpa", &["MPa"], "_pa", Ten(6)),
+    unit("_n_mm2", &["N/mm²", "N/mm2"], "_pa", Ten(6)),
+    unit("_m_s", &["m/s"], "_m_s", Ten(0)),
+    unit("_mm_s", &["mm/s"], "_m_s", Ten(-3)),
+    unit("_m_min", &["m/min"], "_m_s", Ratio(1.0, 60.0)),
+    unit("_mm_min", &["mm/min"], "_m_s", Ratio(1.0, 60e3)),
+    unit("_km_h", &["km/h"], "_m_s", Ratio(1.0, 3.6)),
+    unit("_rpm", &["rpm", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min"], "_rpm", Ten(0)),
+    unit("_hz", &["Hz", "1/s"], "_rpm", Ratio(60.0, 1.0)),
+    unit("_rad_s", &["rad/s"], "_rpm", Ratio(30.0, PI)),
+    unit("_kg_m3", &["kg/m³", "kg/m3"], "_kg_m3", Ten(0)),
+    unit("_g_cm3", &["g/cm³", "g/cm3"], "_kg_m3", Ten(3)),
+    unit("_per_m2", &["1/m²", "1/m2"], "_per_m2", Ten(0)),
+    unit("_per_cm2", &["1/cm²", "1/cm2"], "_per_m2", Ten(4)),
+    unit("_per_mm2", &["1/mm²", "1/mm2"], "_per_m2", Ten(6)),
+    unit("_n_m", &["N/m"], "_n_m", Ten(0)),
+    unit("_n_mm", &["N/mm"], "_n_m", Ten(3)),
+    unit("_n_m2", &["N/m²", "N/m2"], "_n_m2", Ten(0)),
+    unit("_n_mm2", &["N/mm²", "N/mm2"], "_n_m2", Ten(6)),
+    unit("_s_m", &["s/m"], "_s_m", Ten(0)),
+    unit("_n", &["N"], "_n", Ten(0)),
+    unit("_kn", &["kN"], "_n", Ten(3)),
+    unit("_mn", &["mN"], "_n", Ten(-3)),
+    // Of keys without a unit.
+    unit("", &["%"], "", Ten(-2)),
+];
+
+const fn unit(suffix: &'static str, names: &'static [&'static str], own: &'static str, conversion: Conversion) -> Unit {
+    Unit { suffix, names, own, conversion }
+}
+
+impl Unit {
+    /// How it is written in messages.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.names[0]
+    }
+
+    /// How the unit of the settings is written in messages.
+    #[must_use]
+    pub fn own_name(&self) -> &'static str {
+        UNITS.iter().find(|unit| unit.suffix == self.own).map_or("", Self::name)
+    }
+
+    /// Whether it is the unit of the settings.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        self.conversion == Ten(0)
+    }
+
+    /// A number in this unit, in that of the settings.
+    #[must_use]
+    pub fn to_own(&self, number: f64) -> f64 {
+        match self.conversion {
+            Ten(power) => shifted(number, power),
+            Ratio(factor, divisor) => without_last_bit(number * factor / divisor),
+        }
+    }
+
+    /// A number in the unit of the settings, in this one.
+    #[must_use]
+    pub fn of_own(&self, number: f64) -> f64 {
+        match self.conversion {
+            Ten(power) => shifted(number, -power),
+            Ratio(factor, divisor) => without_last_bit(number * divisor / factor),
+        }
+    }
+
+    /// The key that states in this unit what `own` states in that of the settings, if `own` has this quantity.
+    #[must_use]
+    pub fn key_of(&self, own: &str) -> Option<String> {
+        (own_suffix(own) == self.own).then(|| format!("{}{}", &own[..own.len() - self.own.len()], self.suffix))
+    }
+}
+
+/// A number times a power of ten, as if its decimal point were elsewhere.
+fn shifted(number: f64, power: i32) -> f64 {
+    if power == 0 || !number.is_finite() {
+        return number;
+    }
+    let text = format!("{number:e}");
+    let moved = text.split_once('e').and_then(|(digits, exponent)| {
+        let exponent: i32 = exponent.parse().ok()?;
+        format!("{digits}e{}", exponent + power).parse().ok()
+    });
+    moved.expect("a finite number has digits and an exponent")
+}
+
+/// The number of 12 digits that a quotient is except for rounding, if there is one; otherwise the quotient.
+fn without_last_bit(quotient: f64) -> f64 {
+    let short = format!("{quotient:.11e}").parse().unwrap_or(quotient);
+    if (short - quotient).abs() <= f64::EPSILON * quotient.abs() { short } else { quotient }
+}
+
+/// The end of a key that is its unit in the settings; empty if it has none.
+fn own_suffix(key: &str) -> &'static str {
+    longest(key, UNITS.iter().map(|unit| unit.own))
+}
+
+/// The longest of some suffixes of a text.
+fn longest(text: &str, suffixes: impl Iterator<Item = &'static str>) -> &'static str {
+    suffixes.filter(|suffix| text.ends_with(suffix)).max_by_key(|suffix| suffix.len()).unwrap_or_default()
+}
+
+/// The units that the end of a key states: several if it may be a key of several quantities.
+fn units_at_end(key: &str) -> impl Iterator<Item = &'static Unit> {
+    let suffix = longest(key, UNITS.iter().map(|unit| unit.suffix));
+    UNITS.iter().filter(move |unit| unit.suffix == suffix)
+}
+
+/// The keys of settings that a key may state, each with the unit in which it does; the key itself included.
+pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
+    let own_key = |unit: &Unit| format!("{}{}", &key[..key.len() - unit.suffix.len()], unit.own);
+    units_at_end(key).map(move |unit| (own_key(unit), unit)).filter(|(own, unit)| own_suffix(own) == unit.own)
+}
+
+/// The units in which a key of a setting can be stated, that of the setting first; none if it has no unit.
+pub fn units_of(own: &str) -> impl Iterator<Item = &'static Unit> {
+    let suffix = own_suffix(own);
+    UNITS.iter().filter(move |unit| !suffix.is_empty() && unit.own == suffix)
+}
+
+/// A number with a unit as written behind it, in the unit that the end of a key states; `None` if the unit does not suit the key.
 #[must_use]
-pub fn own_unit(key: &str) -> &'static str {
-    OWN_UNITS.into_iter().find(|own| key.ends_with(own)).unwrap_or_default()
+pub fn in_unit_of(key: &str, number: f64, written: &str) -> Option<f64> {
+    units_at_end(key).find_map(|of_key| {
+        let unit = UNITS.iter().find(|unit| unit.own == of_key.own && unit.names.contains(&written))?;
+        // A ratio has no unit of its own.
+        Some(if of_key.own.is_empty() { unit.to_own(number) } else { of_key.of_own(unit.to_own(number)) })
+    })
 }
 
 /// A key without the unit at its end, if it has one.
 #[must_use]
 pub fn without_unit(key: &str) -> Option<&str> {
-    let units = OTHER_UNITS.iter().map(|(other, ..)| *other).chain(OWN_UNITS);
-    units.filter_map(|unit| key.strip_suffix(unit)).min_by_key(|bare| bare.len())
+    let suffix = longest(key, UNITS.iter().map(|unit| unit.suffix));
+    key.strip_suffix(suffix).filter(|_| !suffix.is_empty())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The unit at the end of a key of a setting with this end.
+    fn at_end(key: &str, own: &str) -> &'static Unit {
+        units_at_end(key).find(|unit| unit.own == own).expect(key)
+    }
+
     #[test]
-    fn another_unit_has_its_conversion() {
-        assert_eq!(other_unit("length_mm", "length_m"), " 1 mm is 0.001 m");
-        assert_eq!(other_unit("length", "length_m"), "");
-        assert_eq!(other_unit("lenght_m", "length_m"), "");
-        assert_eq!(other_unit("brushing_velocity_m_min", "brushing_velocity_m_s"), " 1 m/min is 0.01667 m/s");
+    fn numbers_are_those_that_people_write_in_si() {
+        let cases = [
+            ("length_mm", "length_m", 40.0, 0.04),
+            ("diameter_um", "diameter_m", 600.0, 0.6e-3),
+            ("diameter_mm", "diameter_m", 1.18, 1.18e-3),
+            ("youngs_modulus_gpa", "youngs_modulus_pa", 3.31, 3.31e9),
+            ("youngs_modulus_n_mm2", "youngs_modulus_pa", 3310.0, 3.31e9),
+            ("stiffness_n_mm2", "stiffness_n_m2", 60.0, 6e7),
+            ("density_g_cm3", "density_kg_m3", 1.11, 1110.0),
+            ("filaments_per_cm2", "filaments_per_m2", 59.7, 597_000.0),
+            ("brushing_velocity_m_min", "brushing_velocity_m_s", 600.0, 10.0),
+            ("feed_velocity_mm_min", "feed_velocity_m_s", 0.6, 1e-5),
+            ("brushing_velocity_km_h", "brushing_velocity_m_s", 36.0, 10.0),
+            ("rotational_speed_hz", "rotational_speed_rpm", 20.0, 1200.0),
+            ("included_angle_deg", "included_angle_rad", 90.0, std::f64::consts::FRAC_PI_2),
+            ("lateral_tilt_deg", "lateral_tilt_rad", 5.0, 5.0_f64.to_radians()),
+            ("damping_s_m", "damping_s_m", 0.1, 0.1),
+        ];
+        for (key, own, number, expected) in cases {
+            let (_, unit) = own_keys(key).find(|(of_setting, _)| of_setting == own).expect(key);
+            assert_eq!(unit.to_own(number), expected, "{key}");
+            assert_eq!(unit.of_own(expected), number, "{key}");
+            assert_eq!(unit.key_of(own).as_deref(), Some(key));
+        }
+        // Every number of four digits, at any place of the decimal point.
+        let millimetres = at_end("length_mm", "_m");
+        for digits in 1..10_000 {
+            for power in -4..=2 {
+                let number = |power: i32| format!("{digits}e{power}").parse::<f64>().expect("a number");
+                assert_eq!(millimetres.to_own(number(power)), number(power - 3));
+            }
+        }
+        assert!(millimetres.to_own(f64::NAN).is_nan() && at_end("e_gpa", "_pa").to_own(1e308).is_infinite());
+    }
+
+    #[test]
+    fn a_key_has_the_unit_of_its_longest_end() {
+        assert_eq!(own_keys("damping_s_mm").count(), 0, "1 s/mm is not 0.001 s/m");
+        assert_eq!(at_end("length_mm", "_m").key_of("damping_s_m"), None);
+        assert_eq!(units_of("damping_s_m").map(Unit::name).collect::<Vec<_>>(), ["s/m"]);
+        assert_eq!(units_of("lateral_tilt_rad").map(|unit| unit.suffix).collect::<Vec<_>>(), ["_rad", "_deg", "_mrad"]);
+        assert_eq!(units_of("segments").count(), 0);
+        assert_eq!((without_unit("feed_mm_min"), without_unit("segments")), (Some("feed"), None));
+        assert_eq!((in_unit_of("length_mm", 3.0, "cm"), in_unit_of("length_mm", 3.0, "s")), (Some(30.0), None));
+        assert_eq!(in_unit_of("damping_ratio", 5.0, "%"), Some(0.05));
+        assert!(UNITS.iter().all(|unit| unit.suffix.is_empty() || unit.is_own() == (unit.suffix == unit.own)));
     }
 }

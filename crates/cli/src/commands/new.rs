@@ -4,73 +4,89 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bristle_input::first_file::{QUESTIONS, Question, first_file};
+use bristle_input::first_file::{LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, first_file, question_of};
 use bristle_input::materials::{MATERIALS, Material};
+use bristle_input::plausibility::warnings;
 use bristle_store::staged::{FileError, StagedFile};
 use clap::Args;
 
 use crate::error::CliError;
 use crate::terminal::{say, say_written};
 
-/// The option that states the modulus.
-const MODULUS: &str = "--youngs-modulus-gpa";
-
 /// Write a first input file from a few answers: brush, filaments, and the limits of the machine
 ///
 /// On a terminal the program asks for what the options do not state; an empty line takes the value in brackets. Elsewhere the
-/// options must state everything that has no such value. The file has a comment at each line, and a study up to the limits of the
-/// machine. An existing file is not replaced.
+/// options must state everything that has no such value. Numbers may have a decimal comma, and another unit behind them, as in
+/// 1,18 or "0.6 cm". The file has a comment at each line, and a study up to the limits of the machine. Values that are unusual draw
+/// a warning. An existing file is not replaced.
 #[derive(Args)]
 pub struct NewArgs {
     /// The file to write
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Radius of the brush body, where the filaments are clamped, in mm
-    #[arg(long, value_name = "MM")]
+    /// Diameter of the brush over its filaments, in mm
+    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
+    tool_diameter_mm: Option<f64>,
+    /// Diameter of the brush body, where the filaments are clamped, in mm
+    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
+    body_diameter_mm: Option<f64>,
+    /// Radius of the brush body, in mm
+    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
     body_radius_mm: Option<f64>,
     /// Width of the brush along its axis, in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number("--width-mm"))]
     width_mm: Option<f64>,
     /// Number of filaments, or the share of the body's surface that they cover
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number("--filaments"))]
     filaments: Option<f64>,
     /// Free length of the filaments, in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number("--length-mm"))]
     length_mm: Option<f64>,
     /// Diameter of the filaments, in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number("--diameter-mm"))]
     diameter_mm: Option<f64>,
     /// Material of the filaments, such as PA6.12, for their density and modulus [default: not stated]
     #[arg(long, value_name = "NAME", value_parser = parse_material)]
     material: Option<&'static Material>,
     /// Young's modulus of the filaments, in GPa [default: that of the material, or 3]
-    #[arg(long, value_name = "GPA")]
+    #[arg(long, value_name = "GPA", value_parser = number("--youngs-modulus-gpa"))]
     youngs_modulus_gpa: Option<f64>,
     /// Coefficient of friction on the workpiece [default: 0]
-    #[arg(long, value_name = "MU")]
+    #[arg(long, value_name = "MU", value_parser = number("--friction"))]
     friction: Option<f64>,
     /// Highest rotational speed of the machine, in rpm
-    #[arg(long, value_name = "RPM")]
+    #[arg(long, value_name = "RPM", value_parser = number("--max-rpm"))]
     max_rpm: Option<f64>,
     /// Largest penetration depth of interest, in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number("--max-depth-mm"))]
     max_depth_mm: Option<f64>,
 }
 
+/// A parser of the number that an option states, in the unit of its setting.
+fn number(option: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| question_of(option).ok_or("no such question")?.number(text)
+}
+
 impl NewArgs {
-    /// The answers that the options give, in the order of [`QUESTIONS`].
+    /// The answers that the options give, in the order of [`QUESTIONS`]. The size of the brush is stated apart.
     fn stated(&self) -> Answers {
         [
-            self.body_radius_mm,
-            self.width_mm,
-            self.filaments,
             self.length_mm,
             self.diameter_mm,
             self.youngs_modulus_gpa,
+            None,
+            self.width_mm,
+            self.filaments,
             self.friction,
             self.max_rpm,
             self.max_depth_mm,
         ]
+    }
+
+    /// The size of the brush, if an option states it.
+    fn size(&self) -> Option<Size> {
+        let body = self.body_diameter_mm.map(Size::BodyDiameter).or(self.body_radius_mm.map(Size::BodyRadius));
+        self.tool_diameter_mm.map(Size::ToolDiameter).or(body)
     }
 }
 
@@ -80,13 +96,13 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists(path.clone()));
     }
-    let (stated, material) = (arguments.stated(), arguments.material);
-    let (answers, material) =
-        if io::stdin().is_terminal() { asked(stated, material)? } else { (with_defaults(stated)?, material) };
+    let lines = io::stdin().is_terminal().then(|| io::stdin().lock().lines());
+    let (answers, material) = answered(arguments, lines)?;
     let Some(name) = path.file_name() else {
         return Err(FileError::new("write", path, io::Error::other("it has no name")).into());
     };
-    let text = first_file(answers, material, &name.to_string_lossy())?;
+    let (text, unusual) = first_file(answers, material, &name.to_string_lossy())?;
+    warnings(&unusual).iter().for_each(say);
     let directory = path.parent().unwrap_or(Path::new(""));
     let written = StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?.commit()?;
     say_written(&written);
@@ -96,32 +112,30 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
 /// The answers to all questions; `None` stands for the default.
 type Answers = [Option<f64>; QUESTIONS.len()];
 
-/// The answers without a terminal.
-fn with_defaults(stated: Answers) -> Result<Answers, CliError> {
-    let missing = QUESTIONS.iter().zip(stated).filter(|(question, stated)| stated.or(question.default).is_none());
-    let missing: Vec<&str> = missing.map(|(question, _)| question.option).collect();
-    if !missing.is_empty() {
-        return Err(CliError::Unanswered(missing.join(", ")));
-    }
-    Ok(stated)
-}
-
-/// The answers of a user at a terminal. The modulus of a material is not asked for.
-fn asked(
-    stated: Answers,
-    material: Option<&'static Material>,
+/// The answers of the options, and those of a user at a terminal, if there is one. The modulus of a material is not asked for.
+fn answered(
+    arguments: &NewArgs,
+    mut lines: Option<impl Iterator<Item = io::Result<String>>>,
 ) -> Result<(Answers, Option<&'static Material>), CliError> {
-    let mut lines = io::stdin().lock().lines();
-    let (mut answers, mut material) = (stated, material);
-    for (answer, question) in answers.iter_mut().zip(&QUESTIONS).filter(|(answer, _)| answer.is_none()) {
-        if question.option == MODULUS {
-            material = material.map_or_else(|| ask_material(&mut lines), |material| Ok(Some(material)))?;
-        }
-        if question.option != MODULUS || material.is_none() {
-            *answer = ask(question, &mut lines)?;
+    let (mut answers, mut material) = (arguments.stated(), arguments.material);
+    let mut missing = Vec::new();
+    for (position, question) in QUESTIONS.iter().enumerate() {
+        let length_m = answers[LENGTH];
+        if let (SIZE, Some(size)) = (position, arguments.size()) {
+            let body_radius_m = length_m.map(|length_m| size.body_radius_m(length_m));
+            answers[SIZE] = body_radius_m.transpose().map_err(CliError::Answer)?;
+        } else if let (None, Some(lines)) = (answers[position], &mut lines) {
+            if position == MODULUS && material.is_none() {
+                material = ask_material(lines)?;
+            }
+            if position != MODULUS || material.is_none() {
+                answers[position] = ask(question, length_m.unwrap_or_default(), lines)?;
+            }
+        } else if answers[position].is_none() && question.default.is_none() {
+            missing.push(question.option);
         }
     }
-    Ok((answers, material))
+    if missing.is_empty() { Ok((answers, material)) } else { Err(CliError::Unanswered(missing.join(", "))) }
 }
 
 /// Asks until the answer is a material, or an empty line for none.
@@ -147,20 +161,71 @@ fn parse_material(text: &str) -> Result<&'static Material, String> {
     Material::find(text).ok_or_else(|| format!("must be one of {}", names()))
 }
 
-/// Asks until the answer is a number, or an empty line for the default.
-fn ask(question: &Question, lines: &mut impl Iterator<Item = io::Result<String>>) -> Result<Option<f64>, CliError> {
+/// Asks until the answer is one that the setting may have, or an empty line for the default. An unusual answer must be given twice. For
+/// the size of the brush, filaments have a length in m.
+fn ask(
+    question: &Question,
+    length_m: f64,
+    lines: &mut impl Iterator<Item = io::Result<String>>,
+) -> Result<Option<f64>, CliError> {
+    let mut told = None;
     loop {
         let default = question.default.map_or_else(String::new, |default| format!(" [{default}]"));
         say(format_args!("{}{default}:", question.words));
         let Some(line) = lines.next().transpose()? else {
             return Err(CliError::Unanswered(question.option.to_owned()));
         };
-        match (line.trim(), question.default) {
-            ("", Some(_)) => return Ok(None),
-            (answer, _) => match answer.parse() {
-                Ok(answer) => return Ok(Some(answer)),
-                Err(_) => say("please type a number, with a decimal point and without a unit"),
-            },
+        if line.trim().is_empty() && question.default.is_some() {
+            return Ok(None);
         }
+        match question.answer(&line, length_m) {
+            Ok(answer) => match question.unusual(answer).filter(|_| told != Some(answer)) {
+                Some(unusual) => {
+                    told = Some(answer);
+                    warnings(&[unusual]).iter().for_each(say);
+                    say("If it is right, please type it again.");
+                }
+                None => return Ok(Some(answer)),
+            },
+            Err(problem) => say(problem),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    /// The command alone.
+    #[derive(Parser)]
+    struct Call {
+        #[command(flatten)]
+        arguments: NewArgs,
+    }
+
+    fn answers(options: &str, typed: &[&str]) -> Result<(Answers, Option<&'static Material>), CliError> {
+        let call = Call::try_parse_from(["new", "brush.toml"].into_iter().chain(options.split_whitespace()));
+        let lines = typed.iter().map(|line| Ok((*line).to_owned()));
+        answered(&call.unwrap_or_else(|error| panic!("{error}")).arguments, Some(lines))
+    }
+
+    #[test]
+    fn answers_are_asked_again_until_they_are_right_or_meant() {
+        // A unit, a slip, an unusual diameter that is meant, a material, and the diameter over the filaments.
+        let typed = ["4 cm", "1,18 m", "1,18", "wood", "", "", "long", "360", "20", "60 %", "", "1500", "50", "4"];
+        let (all, material) = answers("", &typed).expect("answers");
+        let of_machine = [Some(1500.0), Some(4e-3)];
+        assert_eq!(all[..6], [Some(0.04), Some(1.18e-3), None, Some(0.14), Some(0.02), Some(0.6)]);
+        assert_eq!((&all[7..], material.is_none()), (&of_machine[..], true));
+        let (all, _) = answers(
+            "--length-mm 40 --diameter-mm 1,18 --material PA6 --body-diameter-mm 3000 --width-mm 20",
+            &["2000000", "2000000", "0,3", "1500", "4"],
+        )
+        .expect("answers");
+        assert_eq!((all[3], all[5], all[6]), (Some(1.5), Some(2e6), Some(0.3)));
+        let error = answers("--length-mm 40", &["1.18"]).expect_err("an end").to_string();
+        assert!(error.contains("--youngs-modulus-gpa") || error.contains("--diameter-mm"), "{error}");
     }
 }

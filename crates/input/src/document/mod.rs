@@ -5,8 +5,10 @@
 #[cfg(test)]
 mod tests;
 mod tools;
+mod units;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use bristle_text::{shortened, shown};
@@ -21,18 +23,20 @@ use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, Format, Quantity};
 use crate::mistakes::{Mistake, value_mistake};
 use crate::options::{self, Assignment};
+use crate::units::setting;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
 use bristle_grid::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
-use bristle_text::units::{other_unit, without_unit};
+use bristle_text::units::{UNITS, Unit, without_unit};
 
 pub(crate) use tools::{SECTIONS, TOOLS};
 
 use tools::LocatedTool;
+use units::{ONE_UNIT, OtherUnit};
 
-/// The section that states the sweeps and the named tools.
-const STUDY: &str = "study";
+/// The section that states the sweeps and the named tools. Its other keys are short names and paths of settings.
+pub(crate) const STUDY: &str = "study";
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
 /// The section of velocity and depth, which a study may sweep instead.
@@ -47,13 +51,16 @@ const COLUMNS: &str = "columns";
 /// A path of a table.
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
+/// What to do about two keys of which one follows from the other.
+const FOLLOWS: &str = "give one of them: each follows from the other";
+
 /// The path of the number of filaments.
 const FILAMENT_COUNT: &str = "tool.filament_count";
 
 /// The section of the workpiece, with its key for a file of control points.
 const WORKPIECE: &str = "workpiece";
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
-const CONTROL_POINTS: &str = "workpiece.control_points_m";
+pub(crate) const CONTROL_POINTS: &str = "workpiece.control_points_m";
 
 /// The section of the filament, with its key for a material.
 const FILAMENT: &str = "filament";
@@ -82,6 +89,8 @@ pub struct Document<'t> {
     control_points: Vec<[f64; 2]>,
     /// The material of the filaments.
     material: Option<LocatedMaterial>,
+    /// The keys of the tree that were written in other units than those of their settings, by their places.
+    other_units: BTreeMap<usize, OtherUnit>,
 }
 
 /// A material that the file names.
@@ -149,6 +158,7 @@ impl<'t> Document<'t> {
             control_points_file: None,
             control_points: Vec::new(),
             material: None,
+            other_units: BTreeMap::new(),
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
@@ -162,6 +172,7 @@ impl<'t> Document<'t> {
             document.error(problem, span, &advice)
         })?;
         document.table = root.into_inner();
+        document.take_units()?;
         document.take_options()?;
         for (name, section) in &document.table {
             if !section.get_ref().is_table() {
@@ -199,10 +210,10 @@ impl<'t> Document<'t> {
                 let advice = "as in --set process.rotational_speed_rpm=1200";
                 return Err(self.error(problem, there(&(0..option.len())), advice));
             };
-            let Assignment { section, key, key_span, value_span, .. } = &assignment;
+            let Assignment { section, key, unit, key_span, value_span, .. } = &assignment;
             if section.is_empty() {
                 let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
-                let problem = Problem::UnknownKey { key: (*key).to_owned(), expected };
+                let problem = Problem::UnknownKey { key: key.to_string(), expected };
                 let advice = PARAMETERS.iter().find(|parameter| parameter.section() == *key).map_or_else(
                     || setting_meant(key),
                     |first| format!("state a key of [{key}], as in --set {}=…, or the section in the file", first.path),
@@ -213,18 +224,24 @@ impl<'t> Document<'t> {
                 let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
                 self.error(problem, there(value_span), &advice)
             })?;
-            let parameter = Parameter::find(&format!("{section}.{key}"));
-            let options = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
-            let mut earlier = options.filter_map(|other| Parameter::find(&format!("{}.{}", other.section, other.key)));
-            let other = parameter.and_then(|parameter| {
-                let is_other = |same: &&Parameter| !std::ptr::eq(*same, parameter);
-                earlier.find(|other| parameter.group().filter(is_other).any(|same| std::ptr::eq(same, *other)))
-            });
-            if let (Some(parameter), Some(other)) = (parameter, other) {
-                let problem = Problem::Both { key: parameter.path, other: other.path };
-                return Err(self.error(problem, there(key_span), "give one of them: each follows from the other"));
+            // The same key again replaces the earlier one; the same setting by another key does not.
+            let group = Parameter::find(&assignment.path()).into_iter().flat_map(Parameter::group);
+            let paths: Vec<String> = group.map(|same| same.path.to_owned()).chain([assignment.path()]).collect();
+            let is_other = |other: &Assignment<'_>| {
+                paths.contains(&other.path()) && other.written_path() != assignment.written_path()
+            };
+            let mut earlier = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
+            if let Some(other) = earlier.find(is_other) {
+                let problem = Problem::Both { key: assignment.written_path(), other: other.written_path() };
+                let advice = if other.path() == assignment.path() { ONE_UNIT } else { FOLLOWS };
+                return Err(self.error(problem, there(key_span), advice));
             }
             let spans = [there(key_span), there(value_span)];
+            if let Some(unit) = unit {
+                let value = Spanned::new(spans[1].clone(), value.clone());
+                let other = OtherUnit::new(key, assignment.written, unit, &value);
+                self.other_units.insert(spans[0].start, other);
+            }
             match assignment.tool() {
                 None => options::state(&mut self.table, [section, key], value, spans),
                 Some(tool) => options::state_of_tool(&mut self.table, [STUDY, TOOLS], tool, value, spans),
@@ -236,8 +253,9 @@ impl<'t> Document<'t> {
     /// The error about an option without effect on a study, which sweeps what it states.
     fn check_options(&self) -> Result<(), InputError> {
         for (number, option) in self.source.options.iter().enumerate() {
-            let Some(Assignment { section, key, key_span, .. }) = Assignment::of(option) else { continue };
-            let Some(parameter) = Parameter::find(&format!("{section}.{key}")) else { continue };
+            let Some(assignment) = Assignment::of(option) else { continue };
+            let Some(parameter) = Parameter::find(&assignment.path()) else { continue };
+            let key_span = &assignment.key_span;
             let start = self.source.start_of_option(number);
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
                 let problem = Problem::Swept { key: parameter.path, swept: swept.path };
@@ -476,6 +494,7 @@ impl<'t> Document<'t> {
         if let Some(tool) = tool {
             tool.state(&mut table);
         }
+        self.convert(&mut table);
         self.state_material(&mut table, tool);
         for Override { parameter, text, span } in overrides {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
@@ -563,13 +582,18 @@ impl<'t> Document<'t> {
             let Some(value) = find(table, parameter.path) else { continue };
             let span = value.span();
             if let Some(other) = stated(table, parameter).find(|other| !std::ptr::eq(*other, parameter)) {
-                let problem = Problem::Both { key: parameter.path, other: other.path };
-                return Err(self.error(problem, span, "give one of them: each follows from the other"));
+                let written = |parameter: &Parameter| {
+                    let place = find(table, parameter.path).map(Spanned::span);
+                    place.map_or_else(|| parameter.path.to_owned(), |place| self.written(parameter.path, &place))
+                };
+                let problem = Problem::Both { key: written(parameter), other: written(other) };
+                return Err(self.error(problem, span, FOLLOWS));
             }
             let refused = |found: String| {
                 let problem =
                     Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
-                self.error(problem, span.clone(), &text_mistake(parameter.key(), value.get_ref()))
+                let key = self.written(parameter.path, &span);
+                self.error(problem, span.clone(), &text_mistake(&key, value.get_ref()))
             };
             let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
             parameter.check(number).map_err(|violation| refused(violation.value))?;
@@ -637,16 +661,30 @@ impl<'t> Document<'t> {
             let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
             return Err(self.not_allowed(path, columns, allowed));
         };
-        self.check_keys(&path, entries, &[&Quantity::ALL.map(Quantity::key)[..], &[TOOL]].concat())?;
-        if let (Some(_), Some(other)) =
-            (entries.get(Quantity::Velocity.key()), entries.get(Quantity::RotationalSpeed.key()))
-        {
-            let key = "measured.columns.rotational_speed_rpm";
-            let problem = Problem::Both { key, other: "measured.columns.brushing_velocity_m_s" };
-            return Err(self.error(problem, other.span(), "give one of them: each follows from the other"));
+        let is_named = |key: &Spanned<Cow<'_, str>>| Quantity::of_key(key.get_ref()).is_some();
+        let mut named: Vec<_> = entries.iter().filter(|(key, _)| is_named(key)).collect();
+        let others = named.iter().map(|(key, _)| key.get_ref().as_ref());
+        let keys: Vec<&str> = Quantity::ALL.map(Quantity::key).into_iter().chain([TOOL]).chain(others).collect();
+        self.check_keys(&path, entries, &keys)?;
+        named.sort_by_key(|(key, _)| key.span().start);
+        let mut columns: Vec<(Quantity, ColumnName)> = Vec::new();
+        for (key, value) in &named {
+            let Some((quantity, unit)) = Quantity::of_key(key.get_ref()) else { continue };
+            let is_same = |other: Quantity| other == quantity || (other.is_speed() && quantity.is_speed());
+            if let Some(first) = columns.iter().position(|(other, _)| is_same(*other)) {
+                let advice = if columns[first].0 == quantity { ONE_UNIT } else { FOLLOWS };
+                let [key_path, other] = [key, named[first].0].map(|key| format!("{path}.{}", key.get_ref()));
+                return Err(self.error(Problem::Both { key: key_path, other }, key.span(), advice));
+            }
+            let ColumnName { heading, unit: stated } = self.read_column(quantity, key.get_ref(), value)?;
+            let of_key = Some(unit).filter(|unit| !unit.is_own());
+            if stated.is_some() && of_key.is_some() {
+                let allowed = "the heading of a column alone, as the key states the unit".to_owned();
+                return Err(self.not_allowed(format!("{path}.{}", key.get_ref()), value, allowed));
+            }
+            columns.push((quantity, ColumnName { heading, unit: stated.or(of_key) }));
         }
-        let named = Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, entries.get(quantity.key())?)));
-        named.map(|(quantity, value)| Ok((quantity, self.read_column(quantity, value)?))).collect()
+        Ok(columns)
     }
 
     /// Reads the name of the column of named tools, if it is stated.
@@ -659,10 +697,15 @@ impl<'t> Document<'t> {
     }
 
     /// Reads the name of a column, with its unit if it is stated.
-    fn read_column(&self, quantity: Quantity, value: &Spanned<DeValue<'_>>) -> Result<ColumnName, InputError> {
+    fn read_column(
+        &self,
+        quantity: Quantity,
+        key: &str,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<ColumnName, InputError> {
         const COLUMN: &str = "column";
         const UNIT: &str = "unit";
-        let path = format!("{MEASURED}.{COLUMNS}.{}", quantity.key());
+        let path = format!("{MEASURED}.{COLUMNS}.{key}");
         let text = |value: &Spanned<DeValue<'_>>| {
             value.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned)
         };
@@ -676,7 +719,7 @@ impl<'t> Document<'t> {
         let heading = entries.get(COLUMN).and_then(text);
         let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
         let unit = entries.get(UNIT).map(|unit| {
-            let known = text(unit).filter(|unit| units.contains(&unit.as_str()));
+            let known = text(unit).and_then(|unit| quantity.unit(&unit));
             known
                 .ok_or_else(|| self.not_allowed(format!("{path}.{UNIT}"), unit, format!("one of {}", units.join(", "))))
         });
@@ -705,6 +748,10 @@ impl<'t> Document<'t> {
         key: &Spanned<Cow<'_, str>>,
         value: &Spanned<DeValue<'_>>,
     ) -> Result<LocatedSweep, InputError> {
+        let mut value = value.clone();
+        if let Some(other) = self.other_units.get(&key.span().start) {
+            other.convert(&mut value);
+        }
         let name = key.get_ref().as_ref();
         let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
         let study_key = format!("{STUDY}.{name}");
@@ -725,9 +772,9 @@ impl<'t> Document<'t> {
             self.error(problem, span, "")
         };
         let sweep = if value.get_ref().is_array() {
-            Sweep::list(parameter, read(value).map_err(unreadable)?)
+            Sweep::list(parameter, read(&value).map_err(unreadable)?)
         } else {
-            let SweepRange { start, stop, step } = read(value).map_err(unreadable)?;
+            let SweepRange { start, stop, step } = read(&value).map_err(unreadable)?;
             Sweep::range(parameter, start, stop, step)
         };
         let located = |sweep| LocatedSweep { parameter, sweep, span: value.span() };
@@ -792,7 +839,7 @@ impl<'t> Document<'t> {
                 if value.span().start <= span.start && span.end <= value.span().end {
                     let allowed =
                         Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
-                    let advice = text_mistake(&path, value.get_ref());
+                    let advice = text_mistake(&self.written(&path, &span), value.get_ref());
                     let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
                     return self.error(problem, span, &advice);
                 }
@@ -849,7 +896,7 @@ impl<'t> Document<'t> {
 
     fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
         InputError {
-            problem: Box::new(problem),
+            problem: Box::new(self.as_written(problem, &span)),
             location: Box::new(self.source.location(span)),
             advice: advice.to_owned(),
         }
@@ -965,5 +1012,9 @@ pub(crate) fn setting_meant(written: &str) -> String {
     // Of equally similar ones the first.
     let meant = close.rev().max_by(|(left, _), (right, _)| left.total_cmp(right));
     let Some((_, meant)) = meant.filter(|(_, meant)| meant.path != whole) else { return String::new() };
-    format!("did you mean `{}`?{}", meant.path, other_unit(&lower, meant.key()))
+    // In the unit that was written, if the setting can be stated in it.
+    let in_unit = |unit: &Unit| lower.ends_with(unit.suffix).then(|| unit.key_of(meant.path)).flatten();
+    let is_meant = |path: &String| setting(path).is_some_and(|(found, _)| std::ptr::eq(found, meant));
+    let path = UNITS.iter().filter_map(in_unit).find(is_meant).unwrap_or_else(|| meant.path.to_owned());
+    format!("did you mean `{path}`?")
 }

@@ -167,9 +167,10 @@ impl<'t> Document<'t> {
         for (position, entry) in entries.iter().enumerate() {
             let Some(parameter) = entry.parameter() else { continue };
             let is_same = |other: &Parameter| parameter.group().any(|same| std::ptr::eq(same, other));
-            let mut earlier = entries[..position].iter().filter_map(Entry::parameter);
-            if let Some(other) = earlier.find(|other| is_same(other)) {
-                let problem = Problem::Both { key: parameter.path, other: other.path };
+            let mut earlier = entries[..position].iter();
+            if let Some(other) = earlier.find(|other| other.parameter().is_some_and(is_same)) {
+                let written = |entry: &Entry<'_>| self.written(&entry.path(), &entry.key_span);
+                let problem = Problem::Both { key: written(entry), other: written(other) };
                 return Err(self.error(problem, entry.key_span.clone(), "give one of them"));
             }
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {

@@ -88,7 +88,7 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
     let [least, largest] = [least, largest].map(|end| end / factor);
     let key = quantity.key();
     let slip = match quantity.unit_between(first / factor, [least / 2.0, 2.0 * largest]) {
-        Some(unit) => format!("State it, as in columns.{key} = {{ column = \"…\", unit = \"{unit}\" }}."),
+        Some(unit) => format!("State it, as in columns.{key} = {{ column = \"…\", unit = \"{}\" }}.", unit.name()),
         None => "State it under columns, or decimal = \".\" if commas separate thousands.".to_owned(),
     };
     let rotational = match quantity {
