@@ -6,6 +6,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::document::{SECTIONS, setting_meant};
+use crate::friction::{FRICTION, REMEDY, pairing_list};
 use crate::input_error::LONGEST_KEY;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
@@ -175,6 +176,10 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
     if SECTIONS.iter().any(|section| others(section)) {
         tell("tools", &format!("{path} = … under [study.tools.NAME], for one of several tools"));
     }
+    if path == FRICTION {
+        text.push_str(&format!("  abrasive filaments on:\n{}", pairing_list(width)));
+        wrap(width, &mut text, "  ", REMEDY);
+    }
     text
 }
 
@@ -224,12 +229,19 @@ mod tests {
         assert_eq!(explain("filament.length_m", WIDTH), explain("length_m", WIDTH));
         let both = explain("friction_coefficient", WIDTH).expect("two keys");
         assert!(both.contains("contact.friction_coefficient\n") && both.contains("brush.friction_coefficient\n"));
+        assert!(
+            both.contains("\n  ceramics wet  0.05 to 0.4  a guess") && both.matches("[measured]").count() == 1,
+            "{both}"
+        );
         let modulus = explain("youngs_modulus_pa", WIDTH).expect("a key");
         assert!(modulus.contains("default  3e9") && modulus.contains("source   chosen"), "{modulus}");
         let kind = explain("workpiece.kind", WIDTH).expect("a key");
         assert!(kind.contains("\"edge\"") && kind.contains("default  \"plane\""), "{kind}");
         let material = explain("filament.material", WIDTH).expect("a key");
         assert!(material.contains("\n  PA6.12 ") && material.contains("Ultramid A3K"), "{material}");
+        // Bounds of Reuss and Voigt: 1/(0.1804/430 + 0.8196/3.31) and 0.1804·430 + 0.8196·3.31.
+        let row = "PA6.12 + 40 % SiC        18.0 %        1448      4.87   4.03   80.3";
+        assert!(material.contains(row), "{material}");
         assert!(material.lines().all(|line| line.chars().count() <= WIDTH), "{material}");
         let millimetres = explain("length_mm", WIDTH).expect("a key in another unit");
         assert!(

@@ -1,7 +1,9 @@
 //! What Bristle reads: input files, and tables of numbers.
 //!
 //! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]); [`schema`] describes such files,
-//! [`explain`] single settings; [`units`] has the rule of keys in other units; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of materials;
+//! [`explain`] single settings; [`units`] has the rule of keys in other units; [`plausibility`] tells what is unusual in them;
+//! [`materials`] has the constants of materials, [`mixture`] those of polymers with grains, [`friction`] coefficients of pairings;
+//! [`packing`] tells how densely a trim is filled;
 //! [`first_file`] writes a first input file. [`table`] and [`cells`] read tables as laboratories and spreadsheets write them:
 //! [`measured`] forces, and the [`control_points`] of splines.
 //!
@@ -12,11 +14,13 @@ pub mod control_points;
 pub mod document;
 pub mod explain;
 pub mod first_file;
+pub mod friction;
 mod headings;
 pub mod input_error;
 pub mod materials;
 pub mod measured;
 mod mistakes;
+pub mod mixture;
 mod options;
 pub mod packing;
 pub mod plausibility;

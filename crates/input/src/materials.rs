@@ -2,10 +2,14 @@
 //!
 //! Data sheets by ISO 527 state dry material at 23 °C. Tables of brush makers state neither moisture nor temperature; they are taken for
 //! dry filaments at room temperature. A filament of a brush may differ: by its grade, by how it was drawn, and by the water in it.
-//! Materials without a published modulus are left out. A kpsi is 6.895 MPa.
+//! Materials without a published modulus are left out, except filaments with abrasive grains, which are computed from their parts.
+//! A kpsi is 6.895 MPa.
 
-use bristle_text::layout::wrap;
-use bristle_text::number::short;
+use bristle_text::columns;
+use bristle_text::layout::{aligned, left, wrap};
+use bristle_text::number::{short, significant};
+
+use crate::mixture::{ALUMINIUM_OXIDE, Grain, Mixture, SILICON_CARBIDE};
 
 /// Paths of the settings that a material states.
 pub(crate) const DENSITY: &str = "filament.density_kg_m3";
@@ -28,17 +32,52 @@ pub struct Material {
     pub youngs_modulus_pa: f64,
     /// Where the modulus comes from.
     pub modulus_source: &'static str,
-    /// Moduli of other sheets, from the least to the largest of all, in Pa, and where the other end comes from; none if there is one sheet
-    /// only.
-    pub others: Option<([f64; 2], &'static str)>,
+    /// What else is known of the modulus.
+    pub spread: Spread,
     /// What changes the modulus; empty if nothing does that a brush meets.
     pub caution: &'static str,
+}
+
+/// How far a modulus may be from its value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// There is one sheet only.
+    OneSheet,
+    /// Moduli of all sheets, from the least to the largest, in Pa, and where the other end comes from.
+    Sheets([f64; 2], &'static str),
+    /// There is no sheet: density and modulus are those of a polymer with grains.
+    Mixture(Mixture),
 }
 
 /// What is said of each material that is a polyamide with much uptake of water.
 const WATER: &str = "Water uptake about halves the modulus of polyamide, and heat lowers it further.";
 
-/// All materials that have a source, in the order in which they are listed.
+/// The polymer of most abrasive filaments.
+const PA6_12: Material = Material {
+    name: "PA6.12",
+    density_kg_m3: 1060.0,
+    density_source: DENSITIES,
+    youngs_modulus_pa: 3.31e9,
+    modulus_source: "Carolina Brush, Fiber Property Comparisons (480 kpsi)",
+    spread: Spread::OneSheet,
+    caution: "It takes up less water than PA6 and PA6.6, but when wet it is softer, too; heat lowers the modulus.",
+};
+
+/// PA6.12 with a share of its mass in grains.
+const fn abrasive(name: &'static str, grain: &Grain, mass_fraction: f64) -> Material {
+    let mixture = Mixture::new(PA6_12.density_kg_m3, PA6_12.youngs_modulus_pa, grain, mass_fraction);
+    Material {
+        name,
+        density_kg_m3: mixture.density_kg_m3,
+        density_source: "rule of mixtures",
+        youngs_modulus_pa: mixture.youngs_modulus_pa,
+        modulus_source: "Hashin and Shtrikman, J. Mech. Phys. Solids 11 (1963) 127, lower bound",
+        spread: Spread::Mixture(mixture),
+        caution: PA6_12.caution,
+    }
+}
+
+/// All materials, in the order in which they are listed.
 pub const MATERIALS: &[Material] = &[
     Material {
         name: "PA6",
@@ -46,7 +85,7 @@ pub const MATERIALS: &[Material] = &[
         density_source: DENSITIES,
         youngs_modulus_pa: 3.31e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (480 kpsi)",
-        others: Some(([2.76e9, 3.31e9], "Polytech Industrial, Poly-Texx PA6 (400 kpsi, ASTM D638)")),
+        spread: Spread::Sheets([2.76e9, 3.31e9], "Polytech Industrial, Poly-Texx PA6 (400 kpsi, ASTM D638)"),
         caution: WATER,
     },
     Material {
@@ -55,25 +94,17 @@ pub const MATERIALS: &[Material] = &[
         density_source: DENSITIES,
         youngs_modulus_pa: 3.59e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (520 kpsi)",
-        others: Some(([3.0e9, 3.59e9], "BASF, Ultramid A3K (ISO 527, dry; 1.1 GPa conditioned)")),
+        spread: Spread::Sheets([3.0e9, 3.59e9], "BASF, Ultramid A3K (ISO 527, dry; 1.1 GPa conditioned)"),
         caution: WATER,
     },
-    Material {
-        name: "PA6.12",
-        density_kg_m3: 1060.0,
-        density_source: DENSITIES,
-        youngs_modulus_pa: 3.31e9,
-        modulus_source: "Carolina Brush, Fiber Property Comparisons (480 kpsi)",
-        others: None,
-        caution: "It takes up less water than PA6 and PA6.6, but when wet it is softer, too; heat lowers the modulus.",
-    },
+    PA6_12,
     Material {
         name: "PA12",
         density_kg_m3: 1010.0,
         density_source: "CR-3D, data sheet PA 12 of 2022 (ISO 1183)",
         youngs_modulus_pa: 1.4e9,
         modulus_source: "CR-3D, data sheet PA 12 of 2022 (ISO 527)",
-        others: Some(([0.9e9, 1.4e9], "Matmatch, Polyamide 12 (0.9 to 1.2 GPa)")),
+        spread: Spread::Sheets([0.9e9, 1.4e9], "Matmatch, Polyamide 12 (0.9 to 1.2 GPa)"),
         caution: "These are moulded specimens; drawn filaments are usually stiffer. Heat lowers the modulus, water little.",
     },
     Material {
@@ -82,7 +113,7 @@ pub const MATERIALS: &[Material] = &[
         density_source: DENSITIES,
         youngs_modulus_pa: 3.07e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (polyester, 445 kpsi)",
-        others: None,
+        spread: Spread::OneSheet,
         caution: "Heat lowers the modulus, water little.",
     },
     Material {
@@ -91,7 +122,7 @@ pub const MATERIALS: &[Material] = &[
         density_source: "Mollificio Modenese, carbon steel wire EN 10270-1",
         youngs_modulus_pa: 206e9,
         modulus_source: "Mollificio Modenese, carbon steel wire EN 10270-1",
-        others: None,
+        spread: Spread::OneSheet,
         caution: "",
     },
     Material {
@@ -100,7 +131,7 @@ pub const MATERIALS: &[Material] = &[
         density_source: "Cecchi, wire AISI 302 EN 10270-3",
         youngs_modulus_pa: 185e9,
         modulus_source: "Cecchi, wire AISI 302 EN 10270-3",
-        others: Some(([180e9, 185e9], "Cecchi, wire AISI 316 EN 10270-3")),
+        spread: Spread::Sheets([180e9, 185e9], "Cecchi, wire AISI 316 EN 10270-3"),
         caution: "",
     },
     Material {
@@ -109,9 +140,15 @@ pub const MATERIALS: &[Material] = &[
         density_source: "Wieland, M36 (CuZn36)",
         youngs_modulus_pa: 110e9,
         modulus_source: "Wieland, M36 (CuZn36)",
-        others: Some(([97e9, 110e9], "E-Z LOK, free-cutting brass C36000")),
+        spread: Spread::Sheets([97e9, 110e9], "E-Z LOK, free-cutting brass C36000"),
         caution: "",
     },
+    abrasive("PA6.12 + 20 % SiC", &SILICON_CARBIDE, 0.2),
+    abrasive("PA6.12 + 30 % SiC", &SILICON_CARBIDE, 0.3),
+    abrasive("PA6.12 + 40 % SiC", &SILICON_CARBIDE, 0.4),
+    abrasive("PA6.12 + 20 % Al2O3", &ALUMINIUM_OXIDE, 0.2),
+    abrasive("PA6.12 + 30 % Al2O3", &ALUMINIUM_OXIDE, 0.3),
+    abrasive("PA6.12 + 40 % Al2O3", &ALUMINIUM_OXIDE, 0.4),
 ];
 
 impl Material {
@@ -120,7 +157,8 @@ impl Material {
     pub fn find(name: &str) -> Option<&'static Self> {
         let plain = |name: &str| {
             let lower: String = name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect();
-            ["nylon", "polyamide"].iter().fold(lower, |name, word| name.replace(word, "pa"))
+            let words = [("nylon", "pa"), ("polyamide", "pa"), ("with", "")];
+            words.iter().fold(lower, |name, (word, instead)| name.replace(word, instead))
         };
         MATERIALS.iter().find(|material| plain(material.name) == plain(name))
     }
@@ -135,19 +173,21 @@ impl Material {
         }
     }
 
-    /// Its values with their sources, in sentences.
+    /// Where its values come from, in words.
     #[must_use]
-    pub fn statement(&self) -> String {
-        let others = self.others.map_or_else(
-            || "no other sheet was found".to_owned(),
-            |([least, largest], source)| {
-                format!("sheets from {} to {} GPa, {source}", short(least / 1e9), short(largest / 1e9))
-            },
-        );
+    pub fn provenance(&self) -> &'static str {
+        match self.spread {
+            Spread::OneSheet | Spread::Sheets(..) => "as published for dry material",
+            Spread::Mixture(_) => "computed from those of its parts when dry",
+        }
+    }
+
+    /// Its values with their sources, in sentences, with what is known of the `spread` of its modulus.
+    fn statement(&self, spread: &str) -> String {
         let modulus = short(self.youngs_modulus_pa / 1e9);
         let density = short(self.density_kg_m3);
         let (of_modulus, of_density) = (self.modulus_source, self.density_source);
-        format!("E = {modulus} GPa: {of_modulus}; {others}. ρ = {density} kg/m³: {of_density}. {}", self.caution)
+        format!("E = {modulus} GPa: {of_modulus}; {spread}. ρ = {density} kg/m³: {of_density}. {}", self.caution)
             .trim_end()
             .to_owned()
     }
@@ -157,9 +197,36 @@ impl Material {
 #[must_use]
 pub fn material_list(width: usize) -> String {
     let mut text = String::new();
+    let heading = ["with grains, by mass", "by volume", "ρ in kg/m³", "E in GPa", "Reuss", "Voigt"];
+    let mut mixtures = vec![heading.map(str::to_owned).to_vec()];
     for material in MATERIALS {
-        wrap(width, &mut text, &format!("  {:17}", material.name), &material.statement());
+        let mut tell =
+            |spread: &str| wrap(width, &mut text, &format!("  {:17}", material.name), &material.statement(spread));
+        match material.spread {
+            Spread::OneSheet => tell("no other sheet was found"),
+            Spread::Sheets(moduli, source) => {
+                let [least, largest] = moduli.map(|modulus| short(modulus / 1e9));
+                tell(&format!("sheets from {least} to {largest} GPa, {source}"));
+            }
+            Spread::Mixture(Mixture { volume_fraction, bounds_pa: [reuss, voigt], .. }) => {
+                let [modulus, reuss, voigt] =
+                    [material.youngs_modulus_pa, reuss, voigt].map(|modulus| significant(modulus / 1e9));
+                let share = format!("{:.1} %", 100.0 * volume_fraction);
+                let density = short(material.density_kg_m3);
+                mixtures.push(vec![material.name.to_owned(), share, density, modulus, reuss, voigt]);
+            }
+        }
     }
+    let longest = mixtures.iter().map(|row| columns(&row[0])).max().unwrap_or(0);
+    mixtures.iter_mut().for_each(|row| row[0] = left(&row[0], longest));
+    text.push_str(&format!("{}\n", aligned(&mixtures).join("\n")));
+    let note = format!(
+        "Those with grains are computed from {} and the grains: SiC has {}; Al2O3 has {}. The density is exact without pores. E is the lower \
+         bound of Hashin and Shtrikman (1963), with Poisson's ratio 0.4 of the polymer. Reuss and Voigt bound any mixture: parts in series, \
+         parts in parallel. Grains that have come loose stiffen less.",
+        PA6_12.name, SILICON_CARBIDE.source, ALUMINIUM_OXIDE.source
+    );
+    wrap(width, &mut text, "  ", &note);
     text
 }
 
@@ -175,6 +242,7 @@ mod tests {
         for name in ["PA6.12", "pa612", "PA 6.12", "Nylon 6.12", "polyamide 6-12"] {
             assert_eq!(Material::find(name).map(|material| material.name), Some("PA6.12"), "{name}");
         }
+        assert_eq!(Material::find("nylon 6.12 with 30% SiC").map(|material| material.name), Some("PA6.12 + 30 % SiC"));
         assert_eq!(Material::find("Stainless-Steel").map(|material| material.name), Some("stainless steel"));
         assert_eq!((Material::find("PA"), Material::find("")), (None, None));
         for material in MATERIALS {
@@ -191,8 +259,14 @@ mod tests {
                 let value = material.value(path).expect("a material states it");
                 assert!((usual.least..=usual.largest).contains(&value), "{}: {path}", material.name);
             }
-            if let Some(([least, largest], source)) = material.others {
-                assert!((least..=largest).contains(&material.youngs_modulus_pa) && !source.is_empty());
+            match material.spread {
+                Spread::OneSheet => {}
+                Spread::Sheets([least, largest], source) => {
+                    assert!((least..=largest).contains(&material.youngs_modulus_pa) && !source.is_empty());
+                }
+                Spread::Mixture(Mixture { bounds_pa: [reuss, voigt], .. }) => {
+                    assert!(PA6_12.youngs_modulus_pa < reuss && (reuss..voigt).contains(&material.youngs_modulus_pa));
+                }
             }
         }
         let list = material_list(WIDTH);

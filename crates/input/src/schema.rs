@@ -59,8 +59,9 @@ pub(crate) fn file_schema() -> Value {
     schema["properties"]["measured"] = measured_schema();
     schema["properties"]["filament"]["properties"]["material"] = json!({
         "type": "string",
-        "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, as published for \
-                        dry material at room temperature. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
+        "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, for dry \
+                        material at room temperature: as published, or with abrasive grains computed from its parts, of which percentages \
+                        are by mass. Water uptake about halves the stiffness of polyamide, and heat lowers it.",
         "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
     });
     schema["properties"][STUDY] = study_schema(tool_schema(&schema));

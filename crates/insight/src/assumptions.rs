@@ -1,6 +1,8 @@
-//! Settings that decide the force and that the input file leaves to their defaults: their values, and what a change of each does.
+//! Settings that decide the force and that the input file leaves to their defaults: the values that are assumed, and what a change of each
+//! does.
 //!
-//! Each is changed alone, by a tenth, in a pass of its own. The defaults are those of one brush, and another brush has others.
+//! Each is changed alone, by a tenth, in a pass of its own. The defaults are those of one brush, and another brush has others. Friction comes
+//! first: no other setting that is assumed may be as far from its value, and move the force as much.
 
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
@@ -9,6 +11,7 @@ use bristle::simulation::simulate;
 use crate::warnings::stability::place;
 use bristle_grid::{CaseResult, Study};
 use bristle_input::document::Document;
+use bristle_input::friction::{FRICTION, REMEDY, ranges};
 use bristle_input::materials::Material;
 use bristle_text::layout::{aligned, wrap};
 use bristle_text::number::short;
@@ -38,7 +41,7 @@ pub struct Assumptions {
     pub row: Option<usize>,
     /// Velocity and depth of the contact, and whose it is if not that of all filaments.
     pub place: String,
-    /// The settings, in the order of the table of settings.
+    /// The settings: friction, then the others in the order of the table of settings.
     pub list: Vec<Assumption>,
     /// The material that states some of them in place of their defaults.
     pub material: Option<&'static Material>,
@@ -61,7 +64,9 @@ impl Assumptions {
         };
         let whose = if settings.brush.is_some() { ", for one filament alone" } else { "" };
         let place = format!("{}{whose}", place(settings));
-        Self { row: None, place, list: unstated.iter().map(assumption).collect(), material: None }
+        let mut list: Vec<Assumption> = unstated.iter().map(assumption).collect();
+        list.sort_by_key(|assumption| assumption.parameter.path != FRICTION);
+        Self { row: None, place, list, material: None }
     }
 
     /// The same, where a `material` of the input file states some of them.
@@ -70,21 +75,26 @@ impl Assumptions {
         Self { material, ..self }
     }
 
-    /// Which of the settings come from a material, and what to know of it. `None` if there are none.
+    /// What to know of the settings: how large friction may be and what removes this doubt, and which of the others come from a material.
     #[must_use]
-    pub fn material_note(&self) -> Option<String> {
+    pub fn notes(&self) -> Vec<String> {
+        self.friction_note().into_iter().chain(self.material_note()).collect()
+    }
+
+    fn friction_note(&self) -> Option<String> {
+        let is_assumed = self.list.iter().any(|assumption| assumption.parameter.path == FRICTION);
+        is_assumed.then(|| format!("Friction is the largest doubt. {} {REMEDY}", ranges()))
+    }
+
+    fn material_note(&self) -> Option<String> {
         let material = self.material?;
         let paths = self.list.iter().map(|assumption| assumption.parameter.path);
         let paths: Vec<&str> = paths.filter(|path| material.value(path).is_some()).collect();
         let are = if paths.len() == 1 { "is that" } else { "are those" };
-        let name = material.name;
+        let (name, provenance, caution) = (material.name, material.provenance(), material.caution);
         (!paths.is_empty()).then(|| {
-            let note = format!(
-                "{} {are} of filament.material = \"{name}\", as published for dry material. {}",
-                paths.join(" and "),
-                material.caution
-            );
-            note.trim_end().to_owned()
+            let paths = paths.join(" and ");
+            format!("{paths} {are} of filament.material = \"{name}\", {provenance}. {caution}").trim_end().to_owned()
         })
     }
 
@@ -113,9 +123,7 @@ impl Assumptions {
         if self.list.is_empty() {
             return String::new();
         }
-        let first =
-            if self.material.is_some() { "not stated, by default or material" } else { "not stated, by default" };
-        let heading = [first, "", "with", "F_n,w"].map(str::to_owned).to_vec();
+        let heading = ["assumed", "", "F_n,w at +10 %"].map(str::to_owned).to_vec();
         let row = |assumption: &Assumption| {
             let Assumption { parameter, value, changed, force_change } = assumption;
             let change = match force_change {
@@ -124,8 +132,13 @@ impl Assumptions {
                 Some(change) => format!("{:+.1} %", 100.0 * change),
                 None => "unknown".to_owned(),
             };
-            let with_unit = |value: f64| format!("{} {}", short(value), parameter.unit).trim_end().to_owned();
-            vec![parameter.path.to_owned(), with_unit(*value), with_unit(*changed), change]
+            // A tenth of zero is no change.
+            let change = if *value == 0.0 { format!("at {}: {change}", short(*changed)) } else { change };
+            vec![
+                parameter.path.to_owned(),
+                format!("{} {}", short(*value), parameter.unit).trim_end().to_owned(),
+                change,
+            ]
         };
         let rows: Vec<Vec<String>> = std::iter::once(heading).chain(self.list.iter().map(row)).collect();
         let mut text = aligned(&rows).join("\n") + "\n";
@@ -136,7 +149,7 @@ impl Assumptions {
             "  ",
             &format!("State them if you know them. Each was changed alone, at {}{row}.", self.place),
         );
-        if let Some(note) = self.material_note() {
+        for note in self.notes() {
             wrap(width, &mut text, "  ", &note);
         }
         text.truncate(text.trim_end().len());
@@ -189,11 +202,12 @@ mod tests {
             simulate(&settings).expect("a contact").metrics.tool_contact_normal_force_n
         };
         let expected = [
+            force(&|settings| settings.contact.friction_coefficient = 0.1),
             force(&|settings| settings.filament.density_kg_m3 *= 1.1),
             force(&|settings| settings.filament.damping_ratio *= 1.1),
             force(&|settings| settings.contact.stiffness_n_m *= 1.1),
-            force(&|settings| settings.contact.friction_coefficient = 0.1),
         ];
+        assert_eq!(list[0].parameter.path, "contact.friction_coefficient");
         for (assumption, expected) in list.iter().zip(expected) {
             let change = assumption.force_change.expect("a force");
             assert!((change - (expected / force(&|_| ()) - 1.0)).abs() < 1e-12, "{}", assumption.parameter.path);
@@ -216,11 +230,18 @@ mod tests {
         );
         assert!(
             note.contains("Water uptake about halves the modulus")
-                && table.starts_with("  not stated, by default or material")
+                && note
+                    .contains("Friction is the largest doubt. Abrasive filaments may have 0.05 to 0.7: on steel dry")
+        );
+        let first: Vec<&str> = table.lines().take(2).flat_map(str::split_whitespace).collect();
+        assert_eq!(
+            first[..9],
+            ["assumed", "F_n,w", "at", "+10", "%", "contact.friction_coefficient", "0", "at", "0.1:"],
+            "{table}"
         );
         assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
         let without = Assumptions { material: None, ..assumptions };
-        assert_eq!(without.material_note(), None);
+        assert_eq!(without.notes().len(), 1, "that of friction");
     }
 
     #[test]

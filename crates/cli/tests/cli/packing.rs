@@ -69,11 +69,12 @@ fn defaults_that_decide_the_force_are_told() {
         "F_n,w in N",
         "M_w in N m",
         "P_w in W",
-        "not stated, by default",
+        "assumed F_n,w at +10 %",
         "filament.damping_ratio",
         "contact.stiffness_n_m",
-        "contact.friction_coefficient",
+        "contact.friction_coefficient 0 at 0.1: -",
         "at v_b = 10 m/s, a_e = 1 mm.",
+        "on steel dry 0.2 to 0.6",
     ] {
         assert!(words.contains(part), "no `{part}` in\n{told}");
     }
@@ -81,7 +82,7 @@ fn defaults_that_decide_the_force_are_told() {
     assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
 
     let told = said(&(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"), "study case.toml --out results");
-    assert!(told.contains("not stated, by default") && told.contains("(row "), "{told}");
+    assert!(told.contains("assumed") && told.contains("(row "), "{told}");
     let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
     assert!(page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#));
 }

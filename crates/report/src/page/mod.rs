@@ -275,7 +275,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     })
 }
 
-/// The settings that have their defaults, and what a change of each does.
+/// The settings that are assumed, and what a change of each does.
 fn assumptions_data(assumptions: &Assumptions) -> Value {
     let entry = |assumption: &Assumption| {
         let &Assumption { parameter, value, changed, force_change } = assumption;
@@ -286,8 +286,8 @@ fn assumptions_data(assumptions: &Assumptions) -> Value {
         })
     };
     let Assumptions { row, place, list, material: _ } = assumptions;
-    let material = assumptions.material_note();
-    json!({ "row": row, "place": place, "list": list.iter().map(entry).collect::<Vec<_>>(), "material": material })
+    let list: Vec<Value> = list.iter().map(entry).collect();
+    json!({ "row": row, "place": place, "list": list, "notes": assumptions.notes() })
 }
 
 /// The order of metrics on the page: the most prominent first, with all those of the tool together.

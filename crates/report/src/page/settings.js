@@ -48,11 +48,11 @@ function showWarnings(warnings) {
 }
 
 /** Shows the settings that the input file leaves to their defaults or to a material, and what a change of each does to the tool force. */
-function showAssumptions({ row, place, list, material }) {
+function showAssumptions({ row, place, list, notes }) {
   if (list.length === 0) return;
   const section = document.getElementById("assumptions");
   section.hidden = false;
-  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place}${row === null ? "" : ` (row ${row})`}.${material === null ? "" : ` ${material}`}`;
+  const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place}${row === null ? "" : ` (row ${row})`}. ${notes.join(" ")}`;
   document.getElementById("assumptions-note").replaceChildren(...rich(note));
   const cell = (...content) => element("td", { class: "number" }, ...content);
   const percent = (change) => (change === null ? "–" : `${change < 0 ? "" : "+"}${number(100 * change, 3)}\u202f%`);
