@@ -3,6 +3,10 @@
 use std::fs;
 
 use bristle::model::parameters::PARAMETERS;
+use bristle_input::friction::{PAIRINGS, Pairing, range_of_all};
+use bristle_input::materials::{MATERIALS, Spread};
+use bristle_input::mixture::Mixture;
+use bristle_text::number::significant;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -78,6 +82,28 @@ fn keys_are_explained() {
     assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
     let message = refused(&directory, "explain rpm");
     assert!(message.contains("there is no key `rpm`") && message.contains("process.rotational_speed_rpm"), "{message}");
+}
+
+#[test]
+fn the_documents_state_abrasive_filaments_and_their_friction() {
+    let page = include_str!("../../../../docs/input.md");
+    for material in MATERIALS {
+        let Spread::Mixture(Mixture { volume_fraction, bounds_pa, .. }) = material.spread else { continue };
+        let modulus = significant(material.youngs_modulus_pa / 1e9);
+        let bounds = bounds_pa.map(|bound| significant(bound / 1e9)).join(" to ");
+        let (name, density, share) = (material.name, material.density_kg_m3, 100.0 * volume_fraction);
+        let row = format!("| `{name:?}` | {share:.1} % | {density} | {modulus} | {bounds} |\n");
+        assert!(page.contains(&row), "{row}");
+    }
+    for pairings in PAIRINGS.chunk_by(|one, next| one.workpiece == next.workpiece) {
+        assert_eq!(pairings.iter().map(|pairing| pairing.condition).collect::<Vec<_>>(), ["dry", "wet"]);
+        let ranges = pairings.iter().map(|Pairing { range: [least, largest], .. }| format!("{least} to {largest}"));
+        let row = format!("| {} | {} | ", pairings[0].workpiece, ranges.collect::<Vec<_>>().join(" | "));
+        assert!(page.contains(&row), "{row}");
+    }
+    let [least, largest] = range_of_all();
+    let range = format!("anywhere from {least} to {largest}");
+    assert!(include_str!("../../../../docs/what-to-measure.md").contains(&range), "{range}");
 }
 
 /// The rows of a section of docs/input.md, as cells.

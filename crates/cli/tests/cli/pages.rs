@@ -128,6 +128,21 @@ fn check(page: &Page) -> TempDir {
 }
 
 #[test]
+fn the_readme_describes_a_brush_as_it_says() {
+    let (_, section) =
+        include_str!("../../../../README.md").split_once("\n## A brush of your own\n").expect("the section");
+    let section = section.split("\n## ").next().expect("it ends");
+    let files = &["new/report.html", "fresh/runs.csv", "wear/report.html", "wear/runs.csv"];
+    let directory = check(&Page { text: section, counts: (5, 1), files, metrics: &[] });
+    // Its prose says what the second study prints, whose results are there.
+    let again = section.lines().find(|line| line.contains("--out fresh")).expect("the second study");
+    let printed = run(again, directory.path());
+    for force in ["57.6", "65.2"] {
+        assert!(section.contains(force) && printed.contains(&format!(" {force}   ")), "{force} in {printed}");
+    }
+}
+
+#[test]
 fn the_tutorial_does_what_it_says() {
     check(&Page {
         text: include_str!("../../../../docs/tutorial.md"),
@@ -237,6 +252,24 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
     about((0.060 + 0.035) / 0.060, 1.58, 0.01);
     is_told("20 N on the brush, and 5.2 N to pull: µ = 0.26");
     about(5.2 / 20.0, 0.26, 0.01);
+
+    is_told("s/√(2(N − 1)): 16 % for N = 20, 11 %\nfor 40, 7 % for 100");
+    let relative = |count: f64| 1.0 / (2.0 * (count - 1.0)).sqrt();
+    for (count, percent) in [(20.0, 16.0), (40.0, 11.0), (100.0, 7.0)] {
+        about(100.0 * relative(count), percent, 1.0);
+    }
+    is_told("0.050 rad, and ten readings of one by 0.015 rad, so that s_τ = 0.048 ± 0.005 rad");
+    let less = |seen: f64, other: f64| (seen.powi(2) - other.powi(2)).sqrt();
+    let tilt = less(0.050, 0.015);
+    about(tilt, 0.048, 0.001);
+    about(tilt * relative(40.0), 0.005, 0.001);
+    is_told("40 lengths scatter by 0.34 mm,\nten readings by 0.15 mm: s_l = 0.31 ± 0.03 mm");
+    about(less(0.34, 0.15), 0.31, 0.01);
+    about(less(0.34, 0.15) * relative(40.0), 0.03, 0.01);
+    is_told("40 tips scatter by 1.90 mm, of which 35 mm · 0.048 = 1.68 mm come from the tilts:\ns_root = 0.9 ± 0.6 mm");
+    about(35.0 * 0.048, 1.68, 0.01);
+    about(less(1.90, 1.68), 0.9, 0.1);
+    about(relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / less(1.90, 1.68), 0.6, 0.1);
 }
 
 #[test]
