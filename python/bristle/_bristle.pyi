@@ -1,17 +1,18 @@
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, final
+from typing import Any, TypedDict, final, type_check_only
 
 import numpy as np
 import numpy.typing as npt
 
 from bristle._metrics import Statistics
+from bristle._progress import TellCases, TellShare
 from bristle._table import Column
 
 __all__ = [
     "Cases",
-    "GatheredStudy",
     "Input",
     "MOST_CONTROL_POINTS",
+    "PendingStudy",
     "SampledTool",
     "Simulated",
     "SimulatedBrush",
@@ -24,7 +25,6 @@ __all__ = [
     "paper",
     "read_input",
     "simulate",
-    "study",
     "validate",
 ]
 
@@ -72,12 +72,37 @@ class SimulatedBrush:
     @staticmethod
     def of_state(input: Input, state: tuple[int, bytes]) -> SimulatedBrush: ...
 
+@type_check_only
+class Description(TypedDict):
+    unit: str
+    name: str
+    label: str
+    factor: float
+
+@final
+class PendingStudy:
+    def __new__(
+        cls,
+        input: Input,
+        out: str | None,
+        restart: bool,
+        threads: int | None,
+        memory: int | None,
+        tool: SampledTool | None,
+    ) -> PendingStudy: ...
+    def counts(self) -> tuple[int, int, int]: ...
+    def has_brush(self) -> bool: ...
+    def waiting(self) -> list[tuple[int, int, float]]: ...
+    def take(self, lines: str) -> None: ...
+    def finish(self, threads: int | None, tell: TellCases | None) -> SimulatedStudy: ...
+    def close(self) -> None: ...
+
 @final
 class SimulatedStudy:
     def warnings(self) -> list[str]: ...
     def runs(self) -> dict[str, Column | list[str]]: ...
-    def descriptions(self) -> dict[str, tuple[str, str]]: ...
-    def axes(self) -> list[tuple[str, list[float] | list[str]]]: ...
+    def descriptions(self) -> dict[str, Description]: ...
+    def axes(self) -> list[tuple[str, int]]: ...
     def failures(self) -> int: ...
     def report(self, input: Input, path: str) -> None: ...
     def advise(self, limits: Mapping[str, float]) -> tuple[str, str]: ...
@@ -90,37 +115,22 @@ class Cases:
     def __new__(cls, input: Input) -> Cases: ...
     def simulate(self, cases: Sequence[int], tell: Callable[[], object]) -> str: ...
 
-@final
-class GatheredStudy:
-    def __new__(
-        cls, input: Input, out: str | None, restart: bool, memory: int | None
-    ) -> GatheredStudy: ...
-    def counts(self) -> tuple[int, int, int]: ...
-    def has_brush(self) -> bool: ...
-    def waiting(self) -> list[tuple[int, int, float]]: ...
-    def take(self, lines: str) -> None: ...
-    def close(self) -> None: ...
-    def finish(self) -> SimulatedStudy: ...
-
 def paper(brushing_velocity_m_s: float, penetration_depth_m: float) -> str: ...
 def read_input(path: str) -> tuple[str, list[list[float]] | None]: ...
 def simulate(
-    input: Input, samples: int, shapes: int, tool: SampledTool | None
+    input: Input,
+    samples: int,
+    shapes: int,
+    tool: SampledTool | None,
+    tell: TellShare | None,
 ) -> Simulated: ...
 def brush(
     input: Input,
     threads: int | None,
     frames: int,
     memory: int | None,
+    tell: TellShare | None,
 ) -> SimulatedBrush: ...
-def study(
-    input: Input,
-    threads: int | None,
-    out: str | None,
-    restart: bool,
-    memory: int | None,
-    tell: Callable[[int, int, int], object] | None,
-) -> SimulatedStudy: ...
 def accelerations(
     input: Input,
     q: _Floats,

@@ -16,6 +16,7 @@ from bristle import _bristle
 from bristle._errors import warn_of
 from bristle._html import framed
 from bristle._metrics import BrushMetrics
+from bristle._progress import TellShare, of_share
 from bristle._settings import Settings, checked
 from bristle._table import Table
 
@@ -62,17 +63,17 @@ class Brush:
     @cached_property
     def filaments(self) -> Table:
         """One row per filament with its metrics: ``filaments.csv``."""
-        return Table(*self._simulated.filaments())
+        return Table(*self._simulated.filaments(), self._settings)
 
     @cached_property
     def history(self) -> Table:
         """One row per step with the forces of the sector: ``history.csv``."""
-        return Table(*self._simulated.history())
+        return Table(*self._simulated.history(), self._settings)
 
     @cached_property
     def contacts(self) -> Table:
         """One row per pair of filaments that touched: ``contacts.csv``."""
-        return Table(*self._simulated.contacts())
+        return Table(*self._simulated.contacts(), self._settings)
 
     @cached_property
     def frames(self) -> Frames:
@@ -100,26 +101,29 @@ def brush(
     threads: int | None = None,
     frames: int = 120,
     memory_bytes: int | None = None,
+    progress: bool | TellShare = True,
 ) -> Brush:
     """Simulates the filaments of the section ``[brush]``, as ``bristle brush`` does.
 
-    It can take minutes. Other threads of Python go on meanwhile; Ctrl-C stops it.
+    It can take minutes. The tool is the round one of the settings. Other threads of Python go on meanwhile; Ctrl-C stops it.
 
     Args:
         settings: What to simulate, with the section ``[brush]``.
         threads: Number of threads, by default one per core; changes no result.
         frames: Number of times of `Brush.frames`, at most.
         memory_bytes: Refuses a brush that needs more memory than this, in bytes.
+        progress: Whether to show progress, on a line of a terminal and elsewhere in a
+            line now and then, or a function that is called with the share that is done.
 
     Raises:
         SettingsError: If there is no such brush, or no steady stretch of columns.
         SimulationError: If a step is not possible.
     """
-    simulated = _bristle.brush(
-        checked(settings),
-        arguments.whole_or_none("threads", threads, 1),
-        arguments.whole("frames", frames, 0, arguments.MOST_TIMES),
-        arguments.whole_or_none("memory_bytes", memory_bytes, 0),
-    )
+    checked_input = checked(settings)
+    threads = arguments.whole_or_none("threads", threads, 1)
+    frames = arguments.whole("frames", frames, 0, arguments.MOST_TIMES)
+    memory = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
+    with of_share(progress, "the brush") as tell:
+        simulated = _bristle.brush(checked_input, threads, frames, memory, tell)
     warn_of(simulated)
     return Brush(settings, simulated)

@@ -16,9 +16,10 @@ from bristle import _bristle
 from bristle._errors import warn_of
 from bristle._html import framed
 from bristle._metrics import Metrics, Statistics
+from bristle._progress import TellShare, of_share
 from bristle._settings import Settings, checked
 from bristle._table import Table
-from bristle._tool import Tool
+from bristle._tool import Tool, checked_tool, with_own_speed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,7 +73,10 @@ class Contact:
 
         It cannot be written to; ``dict(contact.metrics)`` is a copy.
         """
-        metrics: Metrics = arguments.fixed(json.loads(self._simulated.metrics()))
+        loaded = json.loads(self._simulated.metrics())
+        if self._tool is not None:
+            loaded.update(with_own_speed(loaded))
+        metrics: Metrics = arguments.fixed(loaded)
         return metrics
 
     @cached_property
@@ -87,7 +91,7 @@ class Contact:
 
         One row per sample; ``docs/results.md`` lists the columns.
         """
-        return Table(*self._simulated.history())
+        return Table(*self._simulated.history(), self._settings, self._tool)
 
     @cached_property
     def profile(self) -> Table:
@@ -95,7 +99,7 @@ class Contact:
 
         One row per cell along the profile; ``docs/results.md`` lists the columns.
         """
-        return Table(*self._simulated.profile())
+        return Table(*self._simulated.profile(), self._settings, self._tool)
 
     @cached_property
     def shapes(self) -> Shapes:
@@ -156,6 +160,7 @@ def simulate(
     samples: int | None = None,
     shapes: int = 301,
     tool: Tool | None = None,
+    progress: bool | TellShare = False,
 ) -> Contact:
     """Simulates the contact of one filament, as ``bristle simulate`` does.
 
@@ -174,21 +179,22 @@ def simulate(
         shapes: Number of equally spaced times of `Contact.shapes`.
         tool: A tool in place of the round one. The workpiece lies as the settings say,
             at the depth of the round tool.
+        progress: Whether to show progress, on a line of a terminal and elsewhere in a
+            line now and then, or a function that is called with the share that is done.
 
     Raises:
         SettingsError: If the settings leave velocity or depth to a study.
         SimulationError: If the integration cannot continue.
     """
     checked_input = checked(settings)
-    if tool is not None and not isinstance(tool, Tool):
-        raise TypeError(f"tool is a bristle.Tool, not {tool!r}")
-    simulated = _bristle.simulate(
-        checked_input,
+    sampled = checked_tool(tool)
+    samples = (
         settings.solver["samples"]
         if samples is None
-        else arguments.whole("samples", samples, 0, arguments.MOST_TIMES),
-        arguments.whole("shapes", shapes, 0, arguments.MOST_TIMES),
-        None if tool is None else tool._sampled,
+        else arguments.whole("samples", samples, 0, arguments.MOST_TIMES)
     )
+    shapes = arguments.whole("shapes", shapes, 0, arguments.MOST_TIMES)
+    with of_share(progress, "the contact") as tell:
+        simulated = _bristle.simulate(checked_input, samples, shapes, sampled, tell)
     warn_of(simulated)
     return Contact(settings, simulated, tool)

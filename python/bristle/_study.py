@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import json
-import sys
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 from os import PathLike
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._errors import warn_of
+from bristle._plot import drawn
+from bristle._progress import TellCases, of_cases
 from bristle._settings import Section, Settings, checked_study, require
+from bristle._table import Column, Table, attributes
+from bristle._tool import Tool, checked_tool, with_own_speed
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
 
 class Advice:
@@ -49,25 +51,56 @@ class Advice:
 class Study:
     """A simulated study, from `study`: one row per case, in the order of the grid."""
 
-    def __init__(self, settings: Settings, simulated: _bristle.SimulatedStudy) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        simulated: _bristle.SimulatedStudy,
+        tool: Tool | None = None,
+    ) -> None:
         self._settings = settings
         self._simulated = simulated
+        self._tool = tool
 
     @property
     def settings(self) -> Settings:
         """What was simulated; `Settings.sweep` has the sweeps."""
         return self._settings
 
+    @property
+    def tool(self) -> Tool | None:
+        """The tool that was simulated in place of the round one of the settings."""
+        return self._tool
+
     @cached_property
-    def runs(self) -> Mapping[str, npt.NDArray[Any]]:
-        """The columns of ``runs.csv`` by their names, in SI units, not to be written to.
+    def runs(self) -> Table:
+        """One row per case, in the order of the grid: ``runs.csv``.
 
         What a case that failed does not have is NaN; ``status`` says why.
         """
-        runs = {key: np.asarray(value) for key, value in self._simulated.runs().items()}
-        for column in runs.values():
-            column.flags.writeable = False
-        return MappingProxyType(runs)
+        columns = {
+            name: np.asarray(values) for name, values in self._simulated.runs().items()
+        }
+        if self._tool is not None:
+            columns.update(with_own_speed(columns))
+        units = {name: self._descriptions[name]["unit"] for name in columns}
+        return Table(columns, units, self._settings, self._tool)
+
+    @cached_property
+    def _descriptions(self) -> Mapping[str, _bristle.Description]:
+        return self._simulated.descriptions()
+
+    @cached_property
+    def _axes(self) -> dict[str, Column]:
+        """The values along each axis, of the type that they have in the rows."""
+        sizes = dict(self._simulated.axes())
+        shape = list(sizes.values())
+
+        def values(axis: int, name: str) -> Column:
+            grid = np.moveaxis(self.runs[name].reshape(shape), axis, -1)
+            along: Column = grid.reshape(-1, shape[axis])[0]
+            return along
+
+        return {name: values(axis, name) for axis, name in enumerate(sizes)}
 
     @property
     def failures(self) -> int:
@@ -78,63 +111,76 @@ class Study:
         return int(self.runs["status"].size)
 
     def __repr__(self) -> str:
-        axes = (f"{len(values)} of {name}" for name, values in self._simulated.axes())
+        axes = (f"{values.size} of {name}" for name, values in self._axes.items())
         return f"<Study: {len(self)} cases, {' × '.join(axes)}>"
 
     def to_pandas(self) -> pd.DataFrame:
-        """The rows as a table of pandas, which must be installed."""
-        import pandas as pd
-
-        frame = pd.DataFrame({key: np.array(value) for key, value in self.runs.items()})
-        descriptions = self._simulated.descriptions()
-        frame.attrs["units"] = {
-            key: descriptions[key][0] for key in self.runs if key in descriptions
-        }
-        return frame
+        """`Study.runs` as a table of pandas, which must be installed."""
+        return self.runs.to_pandas()
 
     def to_xarray(self) -> xr.Dataset:
         """The grid as a data set of xarray, which must be installed.
 
-        The dimensions have the names of the swept columns of ``runs.csv``, from the
-        slowest to the fastest. Attributes are ``units`` and ``long_name``.
+        The dimensions have the keys of the swept settings, from the slowest to the
+        fastest: ``segments``, or ``filament_segments`` where something else has that name.
+        Attributes of the variables are ``units`` and ``long_name``, those of the data set
+        ``bristle_version`` and ``settings``, the text of an input file.
         """
         import xarray as xr
 
-        descriptions = self._simulated.descriptions()
+        def described(name: str) -> dict[str, str]:
+            description = self._descriptions[name]
+            return {"units": description["unit"], "long_name": description["name"]}
 
-        def attributes(name: str) -> dict[str, str]:
-            if name not in descriptions:
-                return {}
-            units, long_name = descriptions[name]
-            return {"units": units, "long_name": long_name}
-
-        axes = {name: len(values) for name, values in self._simulated.axes()}
-        shape = list(axes.values())
-
-        def along(axis: int, name: str) -> npt.NDArray[Any]:
-            """The values of an axis, of the type that they have in the rows."""
-            values = np.moveaxis(self.runs[name].reshape(shape), axis, 0)
-            return values.reshape(shape[axis], -1)[:, 0]
-
+        keys = [name.rpartition(".")[2] for name in self._axes]
+        taken = [*keys, *(self.runs.keys() - self._axes.keys())]
+        dimensions = [
+            name.replace(".", "_") if taken.count(key) > 1 else key
+            for name, key in zip(self._axes, keys, strict=True)
+        ]
+        shape = [values.size for values in self._axes.values()]
         return xr.Dataset(
             {
-                name: (list(axes), column.reshape(shape), attributes(name))
+                name: (dimensions, column.reshape(shape), described(name))
                 for name, column in self.runs.items()
-                if name not in axes
+                if name not in self._axes
             },
             {
-                name: (name, along(axis, name), attributes(name))
-                for axis, name in enumerate(axes)
+                dimension: (dimension, values, described(name))
+                for dimension, (name, values) in zip(
+                    dimensions, self._axes.items(), strict=True
+                )
             },
+            attributes(self._settings, self._tool),
         )
+
+    def plot(self, metric: str = "tool_contact_normal_force_n") -> Figure:
+        """A column of `Study.runs` over the grid, in the units of the program's figures.
+
+        It is drawn over the longest axis, with one curve for each combination of the
+        others and, for the force of the tool, the 95 % band of the sampled tools where
+        filaments scatter. Two axes of more than 10 values make a map.
+
+        Args:
+            metric: The name of a column of numbers.
+
+        Returns:
+            A figure of matplotlib, which must be installed.
+
+        Raises:
+            ValueError: If there is no such column, or too many curves.
+        """
+        return drawn(self.runs, self._axes, self._descriptions, metric)
 
     def report(self, path: str | PathLike[str]) -> None:
         """Writes the page of the study, as ``bristle study`` does to ``report.html``.
 
         Raises:
             OSError: If the file cannot be written.
+            ValueError: If the study has a `Tool`: the page draws a round one.
         """
         file = arguments.path("path", path)
+        self._require_round("the page")
         self._simulated.report(self._settings._input, file)
 
     def advise(
@@ -164,8 +210,10 @@ class Study:
             target_force_n: The force that is wanted, in N.
 
         Raises:
-            ValueError: If limits contradict each other, or there is nothing to compare.
+            ValueError: If limits contradict each other, there is nothing to compare, or the
+                study has a `Tool`: advice is about a round one.
         """
+        self._require_round("advice")
         limits = {
             "max_velocity_m_s": max_velocity_m_s,
             "max_rotational_speed_rpm": max_rotational_speed_rpm,
@@ -184,41 +232,56 @@ class Study:
         text, values = self._simulated.advise(given)
         return Advice(text, arguments.fixed(json.loads(values)))
 
+    def _require_round(self, what: str) -> None:
+        if self._tool is not None:
+            raise ValueError(f"{what} is for round tools, and this study has `tool=`")
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restored, (self._settings, self._simulated.state()))
+        return (_restored, (self._settings, self._simulated.state(), self._tool))
 
 
-def _restored(settings: Settings, state: tuple[str, str]) -> Study:
-    return Study(settings, _bristle.SimulatedStudy.of_state(state))
+def _restored(settings: Settings, state: tuple[str, str], tool: Tool | None) -> Study:
+    return Study(settings, _bristle.SimulatedStudy.of_state(state), tool)
 
 
-class _Line:
-    """Progress on one line of a terminal; nothing elsewhere, or if it is over soon."""
-
-    PATIENCE_S = 1.0
-    PAUSE_S = 0.2
-
-    def __init__(self) -> None:
-        self._begun = time.monotonic()
-        self._told = 0.0
-
-    def __call__(self, done: int, total: int, failed: int) -> None:
-        now = time.monotonic()
-        if not sys.stderr.isatty() or now - self._begun < self.PATIENCE_S:
-            return
-        if now - self._told < self.PAUSE_S and done < total:
-            return
-        self._told = now
-        failures = f", {failed} failed" if failed else ""
-        end = "\n" if done == total else ""
-        print(f"\r{done}/{total} cases{failures}", end=end, file=sys.stderr, flush=True)
+_unread: dict[tuple[Settings, Tool | None], _bristle.PendingStudy] = {}
+"""Studies without ``out`` of calls that ended early, with the results so far."""
 
 
-def teller(
-    progress: bool | Callable[[int, int, int], object],
-) -> Callable[[int, int, int], object] | None:
-    """What shows progress, if anything does."""
-    return _Line() if progress is True else progress or None
+@contextmanager
+def pending(
+    settings: Settings,
+    checked: _bristle.Input,
+    *,
+    out: str | PathLike[str] | None,
+    restart: bool,
+    threads: int | None,
+    memory_bytes: int | None,
+    tool: Tool | None = None,
+) -> Iterator[_bristle.PendingStudy]:
+    """A study with the results of an earlier call, from the journal of ``out`` or memory.
+
+    Without ``out``, the results stay in memory if the block ends with an exception.
+    """
+    key = (settings, tool)
+    directory = None if out is None else arguments.path("out", out)
+    earlier = _unread.pop(key, None) if directory is None else None
+    if earlier is None or restart:
+        sampled = None if tool is None else tool._sampled
+        earlier = _bristle.PendingStudy(
+            checked, directory, restart, threads, memory_bytes, sampled
+        )
+    try:
+        yield earlier
+    except BaseException as error:
+        done, total, _ = earlier.counts() if directory is None else (0, 0, 0)
+        if done > 0:
+            _unread[key] = earlier
+            error.add_note(f"{done} of {total} cases are kept: the same call goes on")
+        else:
+            earlier.close()
+        raise
+    earlier.close()
 
 
 def swept(settings: Settings, sweep: Section | None) -> Settings:
@@ -236,13 +299,15 @@ def study(
     threads: int | None = None,
     out: str | PathLike[str] | None = None,
     restart: bool = False,
-    progress: bool | Callable[[int, int, int], object] = True,
+    progress: bool | TellCases = True,
     memory_bytes: int | None = None,
+    tool: Tool | None = None,
 ) -> Study:
     """Simulates all combinations of the swept values, as ``bristle study`` does.
 
-    Other threads of Python go on meanwhile. Ctrl-C stops it; with ``out``, the same
-    call goes on from the cases that are in the journal.
+    Other threads of Python go on meanwhile. Ctrl-C stops it; the same call goes on from
+    the cases that are done. With ``out`` they are in the journal, without it in memory,
+    until a call returns the study.
 
     >>> import bristle
     >>> depths = [1e-3, 2e-3]
@@ -259,25 +324,39 @@ def study(
         threads: Number of threads, by default one per core; changes no result.
         out: Directory for ``runs.csv``, ``study.json``, ``report.html`` and the journal,
             with the same bytes as by the program.
-        restart: Whether to discard the results of an earlier call in ``out``.
-        progress: Whether to show progress on a terminal, or a function that is called
-            with the numbers of cases that are done, of all, and of those that failed.
+        restart: Whether to discard the results of an earlier call.
+        progress: Whether to show progress, on a line of a terminal and elsewhere in a
+            line now and then, or a function that is called with the numbers of cases
+            that are done, of all, and of those that failed.
         memory_bytes: Refuses brushes that need more memory than this.
+        tool: A tool in place of the round one, as for :func:`bristle.simulate`. Cases may
+            differ neither in its shape nor in the rotational speed, but in the brushing
+            velocity. Files and brushes have the round tool only.
 
     Raises:
         SettingsError: If the settings of some case are not allowed, or ``out`` has the
             journal of another study.
+        ValueError: If both ``tool`` and ``out`` are given.
         OSError: If a file cannot be written.
     """
     settings = swept(settings, sweep)
-    directory = None if out is None else arguments.path("out", out)
-    simulated = _bristle.study(
-        checked_study(settings),
-        arguments.whole_or_none("threads", threads, 1),
-        directory,
-        restart,
-        arguments.whole_or_none("memory_bytes", memory_bytes, 0),
-        teller(progress),
-    )
-    warn_of(simulated)
-    return Study(settings, simulated)
+    threads = arguments.whole_or_none("threads", threads, 1)
+    memory_bytes = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
+    if checked_tool(tool) is not None and out is not None:
+        raise ValueError("files of results state no `tool=`: leave out `out`")
+    checked = checked_study(settings)
+    with (
+        pending(
+            settings,
+            checked,
+            out=out,
+            restart=restart,
+            threads=threads,
+            memory_bytes=memory_bytes,
+            tool=tool,
+        ) as running,
+        of_cases(progress) as tell,
+    ):
+        simulated = running.finish(threads, tell)
+        warn_of(simulated)
+    return Study(settings, simulated, tool)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
@@ -29,8 +29,9 @@ from uuid import uuid4
 from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._errors import warn_of
+from bristle._progress import TellCases, of_cases
 from bristle._settings import Section, Settings, checked_study
-from bristle._study import Study, swept, teller
+from bristle._study import Study, pending, swept
 
 try:
     from distributed import CancelledError, Client, Future, get_worker
@@ -197,10 +198,10 @@ class _Dispatch:
     def __init__(
         self,
         settings: Settings,
-        gathered: _bristle.GatheredStudy,
+        gathered: _bristle.PendingStudy,
         client: Client,
         queue: _Queue,
-        tell: Callable[[int, int, int], object] | None,
+        tell: TellCases | None,
         retries: int,
         patience: float,
     ) -> None:
@@ -330,8 +331,7 @@ class _Dispatch:
         raise ClusterError(
             f"the workers cannot simulate cases {rows}{more}: "
             f"{type(error).__name__}: {error}\n"
-            "help: see the logs of the workers; the same call goes on from the journal, "
-            "if there is one (out=…)"
+            "help: see the logs of the workers; the same call goes on from what is done"
         ) from error
 
     def _resume(self, chunk: _Chunk, key: str) -> None:
@@ -346,8 +346,7 @@ class _Dispatch:
             raise ClusterError(
                 f"the connection to the scheduler is lost, with {done} of {total} "
                 "cases done\n"
-                "help: the same call with a new client goes on from the journal, "
-                "if there is one (out=…)"
+                "help: the same call with a new client goes on from these"
             )
         self._hanging.clear()
         del self._under_way[key]
@@ -408,7 +407,7 @@ def study(
     *,
     out: str | PathLike[str] | None = None,
     restart: bool = False,
-    progress: bool | Callable[[int, int, int], object] = True,
+    progress: bool | TellCases = True,
     memory_bytes: int | None = None,
     chunk: int | None = None,
     chunk_s: float = 2.0,
@@ -442,7 +441,8 @@ def study(
         SettingsError: If the settings of some case are not allowed, or ``out`` has the
             journal of another study.
         ClusterError: If the workers have another build of Bristle or keep dying, or the
-            scheduler is lost. What is done is in the journal of ``out``.
+            scheduler is lost. The same call goes on from what is done, as for
+            :func:`bristle.study`.
         OSError: If a file cannot be written.
     """
     if isinstance(sweep, Client):
@@ -456,19 +456,22 @@ def study(
     arguments.positive("chunk_s", chunk_s)
     arguments.positive("patience_s", patience_s)
     settings = swept(settings, sweep)
-    directory = None if out is None else arguments.path("out", out)
-    memory = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
-    checked_input = checked_study(settings)
-    gathered = _bristle.GatheredStudy(checked_input, directory, restart, memory)
-    probe = 1 if gathered.has_brush() else _PROBE
-    queue = _Queue(gathered.waiting(), probe, chunk, chunk_s)
-    dispatch = _Dispatch(
-        settings, gathered, client, queue, teller(progress), retries, patience_s
-    )
-    try:
-        dispatch.run()
-        simulated = gathered.finish()
+    memory_bytes = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
+    checked = checked_study(settings)
+    with (
+        pending(
+            settings,
+            checked,
+            out=out,
+            restart=restart,
+            threads=1,
+            memory_bytes=memory_bytes,
+        ) as gathered,
+        of_cases(progress) as tell,
+    ):
+        probe = 1 if gathered.has_brush() else _PROBE
+        queue = _Queue(gathered.waiting(), probe, chunk, chunk_s)
+        _Dispatch(settings, gathered, client, queue, tell, retries, patience_s).run()
+        simulated = gathered.finish(None, None)
         warn_of(simulated)
-        return Study(settings, simulated)
-    finally:
-        gathered.close()
+    return Study(settings, simulated)

@@ -1,6 +1,7 @@
 //! Filaments that touch each other.
 
 use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bristle::brush::{BrushResult, BrushRun, FilamentResult, RunOptions};
 use bristle::model::record::Record;
@@ -22,7 +23,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::arrays::{add_columns, columns, frozen, units};
 use crate::error::{of_brush, of_settings, of_value};
 use crate::input::Input;
-use crate::interrupt::on_a_thread;
+use crate::interrupt::{on_a_thread_telling, tell_share};
 
 /// A brush that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -34,7 +35,8 @@ pub struct SimulatedBrush {
     state: Vec<u8>,
 }
 
-/// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most `memory` bytes.
+/// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most `memory` bytes. Calls
+/// `tell` now and then with the share that is done.
 #[pyfunction]
 pub fn brush(
     py: Python<'_>,
@@ -42,6 +44,7 @@ pub fn brush(
     threads: Option<NonZeroUsize>,
     frames: usize,
     memory: Option<u64>,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<SimulatedBrush> {
     let settings = input.settings()?.clone();
     if settings.brush.is_none() {
@@ -51,10 +54,13 @@ pub fn brush(
         ));
     }
     let options = RunOptions { threads: thread_count(threads), frames, memory, ..RunOptions::default() };
-    let stop = Stop::default();
-    let simulated = on_a_thread(py, &stop, || {
+    let (stop, done) = (Stop::default(), AtomicU64::default());
+    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
+    let simulated = on_a_thread_telling(py, &stop, tell, || {
         let mut run = BrushRun::new(&settings, options)?.until(&stop);
-        while run.advance()? {}
+        while run.advance()? {
+            done.store(run.done().to_bits(), Ordering::Relaxed);
+        }
         let state = run.checkpoint();
         Ok((run.finish()?, state))
     })?;

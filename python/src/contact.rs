@@ -31,7 +31,7 @@ pub struct Simulated {
 }
 
 /// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes` times, and with another `tool` if there is
-/// one.
+/// one. Calls `tell` now and then with the share that is done.
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
@@ -39,29 +39,27 @@ pub fn simulate(
     samples: usize,
     shapes: usize,
     tool: Option<&Bound<'_, SampledTool>>,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Simulated> {
     let settings = input.settings()?.clone();
     let sampling = Sampling { samples, shapes, profile: samples > 0, ..Sampling::default() };
     let simulation = match tool {
-        None => simulate_pass(py, Pass::new(&settings), sampling)?,
-        Some(tool) => {
-            let (part, _) = Part::of(&settings).map_err(|violation| of_settings(violation.to_string()))?;
-            let pass = Pass::with(&settings, tool.get().tool.clone(), part);
-            simulate_pass(py, pass.map_err(|error| of_settings(error.to_string()))?, sampling)?
-        }
+        None => simulate_pass(py, Pass::new(&settings), sampling, tell)?,
+        Some(tool) => simulate_pass(py, tool.get().pass(&settings).map_err(of_settings)?, sampling, tell)?,
     };
     Ok(Simulated { settings, simulation })
 }
 
-/// Simulates a pass until there is a signal.
+/// Simulates a pass until there is a signal. Calls `tell` now and then with the share that is done.
 fn simulate_pass<T: Tool + Clone + Send + Sync>(
     py: Python<'_>,
     pass: Pass<T, Part>,
     sampling: Sampling,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Simulation> {
     let stop = Stop::default();
-    let mut watch = Watch::new(&stop);
-    let result = py.detach(|| pass.until(&stop).simulate_telling(sampling, |_| watch.look()));
+    let mut watch = Watch::new(&stop, tell);
+    let result = py.detach(|| pass.until(&stop).simulate_telling(sampling, |share| watch.look(share)));
     watch.end()?;
     result.map_err(|error| of_simulation(&error))
 }

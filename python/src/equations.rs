@@ -45,7 +45,7 @@ pub fn accelerations<'py>(
     let (angle, rate, acceleration) =
         (angle.map_err(of_value)?, rate.map_err(of_value)?, acceleration.map_err(of_value)?);
     let stop = Stop::default();
-    let mut watch = Watch::new(&stop);
+    let mut watch = Watch::new(&stop, None);
     let result = py.detach(|| {
         let mut batch = Batch::new(segments);
         let mut result = vec![[0.0; 2]; q.len()];
@@ -65,7 +65,7 @@ pub fn accelerations<'py>(
                 error.member += first;
                 error
             })?;
-            watch.look();
+            watch.look(first as f64 / count as f64);
             if stop.is_requested() {
                 break;
             }

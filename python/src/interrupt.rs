@@ -12,36 +12,44 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Calls between two looks at the clock, which takes longer than a call.
 const CALLS: u32 = 16;
 
-/// Looks for signals from within a loop.
+/// Looks for signals from within a loop, and tells how far it is.
 pub struct Watch {
     stop: Stop,
+    tell: Option<Py<PyAny>>,
     calls: u32,
     looked: Instant,
     raised: Option<PyErr>,
 }
 
 impl Watch {
-    /// A watch that requests `stop` when there is a signal.
-    pub fn new(stop: &Stop) -> Self {
-        Self { stop: stop.clone(), calls: 0, looked: Instant::now(), raised: None }
+    /// A watch that requests `stop` when there is a signal, or an exception of `tell`, which takes the share that is done.
+    pub fn new(stop: &Stop, tell: Option<Py<PyAny>>) -> Self {
+        Self { stop: stop.clone(), tell, calls: 0, looked: Instant::now(), raised: None }
     }
 
-    /// To be called in each round of the loop.
-    pub fn look(&mut self) {
+    /// To be called in each round of the loop, with the `share` that is done.
+    pub fn look(&mut self, share: f64) {
         self.calls += 1;
         if self.calls.is_multiple_of(CALLS) && self.looked.elapsed() >= PAUSE {
             self.looked = Instant::now();
-            if let Err(error) = Python::attach(|py| py.check_signals()) {
+            let looked =
+                Python::attach(|py| py.check_signals().and_then(|()| tell_share(py, self.tell.as_ref(), share)));
+            if let Err(error) = looked {
                 self.stop.request();
                 self.raised = Some(error);
             }
         }
     }
 
-    /// The exception that a signal has raised.
+    /// The exception of a signal, or of what was told.
     pub fn end(self) -> PyResult<()> {
         self.raised.map_or(Ok(()), Err)
     }
+}
+
+/// Calls `tell`, if there is one, with the share that is done, from 0 to 1.
+pub fn tell_share(py: Python<'_>, tell: Option<&Py<PyAny>>, share: f64) -> PyResult<()> {
+    tell.map_or(Ok(()), |tell| tell.call1(py, (share,)).map(drop))
 }
 
 /// Does `work` on a thread of its own, without Python's lock. A signal requests `stop`, at which `work` has to end early.

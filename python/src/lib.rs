@@ -28,14 +28,13 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<contact::Simulated>()?;
     module.add_class::<tool::SampledTool>()?;
     module.add_class::<brush::SimulatedBrush>()?;
+    module.add_class::<study::PendingStudy>()?;
     module.add_class::<study::SimulatedStudy>()?;
     module.add_class::<distributed::Cases>()?;
-    module.add_class::<distributed::GatheredStudy>()?;
     module.add_function(wrap_pyfunction!(input::paper, module)?)?;
     module.add_function(wrap_pyfunction!(input::read_input, module)?)?;
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
-    module.add_function(wrap_pyfunction!(study::study, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::derive, module)?)?;

@@ -2,21 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 use bristle::model::metrics::Metrics;
-use bristle::model::parameters::PARAMETERS;
-use bristle::model::record::{Column, Record};
+use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::record::Record;
+use bristle::model::settings::Settings;
 use bristle::simulation::{Statistics, Stop};
 use bristle_grid::brush::{Interaction, check_brushes};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, Resources, Study, Sweep};
+use bristle_grid::{
+    CaseResult, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with, waiting_cases, without_result,
+};
 use bristle_insight::advice::{Limits, advise};
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::of_study;
 use bristle_report::page::Recorder;
 use bristle_run::{Means, Observer, RunError, StudyRun, Subject, page_of};
+use bristle_store::journal::Journal;
 use bristle_store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
 };
@@ -24,7 +30,6 @@ use bristle_store::staged::StagedFile;
 use bristle_store::study_files::{RUNS, STUDY};
 use bristle_text::layout::Warning;
 use numpy::PyArray1;
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -34,6 +39,7 @@ use crate::arrays::frozen;
 use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
+use crate::tool::SampledTool;
 
 /// A study that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -46,13 +52,6 @@ pub struct SimulatedStudy {
 struct Progress {
     done: AtomicUsize,
     failed: AtomicUsize,
-}
-
-impl Progress {
-    fn of(run: &StudyRun) -> Self {
-        let (done, failed) = run.counts();
-        Self { done: done.into(), failed: failed.into() }
-    }
 }
 
 impl Observer for Progress {
@@ -70,55 +69,175 @@ pub fn of_run(error: &RunError) -> PyErr {
     }
 }
 
-/// Simulates the study of `input`, with its results and its journal in the directory `out`. Calls `tell` now and then with the numbers of
-/// cases that are done, of all cases, and of those that failed.
-#[pyfunction]
-pub fn study(
-    py: Python<'_>,
-    input: &Input,
-    threads: Option<NonZeroUsize>,
-    out: Option<PathBuf>,
-    restart: bool,
-    memory: Option<u64>,
-    tell: Option<Py<PyAny>>,
-) -> PyResult<SimulatedStudy> {
-    let run = begin(input, threads, memory, out, restart)?;
-    let (total, progress) = (run.study().case_count(), Progress::of(&run));
-    let tell = |py: Python<'_>| {
-        let Some(tell) = &tell else { return Ok(()) };
-        let (done, failed) = (progress.done.load(Ordering::Relaxed), progress.failed.load(Ordering::Relaxed));
-        tell.call1(py, (done, total, failed)).map(drop)
-    };
-    tell(py)?;
-    let stop = Stop::default();
-    let means = Means { resources: Resources { threads, memory }, stop: &stop, observer: &progress };
-    let finished = on_a_thread_telling(py, &stop, tell, || finish(run, input, &means))??;
-    tell(py)?;
-    Ok(finished)
+/// A study on its way to its results, which are simulated here or gathered from elsewhere.
+#[pyclass(frozen, module = "bristle._bristle")]
+pub struct PendingStudy {
+    input: Py<Input>,
+    study: Study,
+    journal: Journal,
+    /// The tool in place of that of the settings.
+    tool: Option<Py<SampledTool>>,
+    /// `None` while it is simulated, and once it is closed.
+    run: Mutex<Option<StudyRun>>,
 }
 
-/// The study that `input` states, once its brushes are known to fit into the memory, and the results in the journal of the directory `out`.
-pub fn begin(
-    input: &Input,
-    threads: Option<NonZeroUsize>,
-    memory: Option<u64>,
-    out: Option<PathBuf>,
-    restart: bool,
-) -> PyResult<StudyRun> {
-    let study = input.document()?.study().map_err(|error| of_input(&error))?;
+#[pymethods]
+impl PendingStudy {
+    /// The study that `input` states, once it is known to be possible with so many threads, so much memory and a `tool`. Results go to the
+    /// directory `out`, from whose journal it goes on.
+    #[new]
+    fn new(
+        input: Py<Input>,
+        out: Option<PathBuf>,
+        restart: bool,
+        threads: Option<NonZeroUsize>,
+        memory: Option<u64>,
+        tool: Option<Py<SampledTool>>,
+    ) -> PyResult<Self> {
+        let study = input.get().document()?.study().map_err(|error| of_input(&error))?;
+        if tool.is_some() {
+            check_tool(&study).map_err(of_settings)?;
+        }
+        if study.has_brush() {
+            check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
+        }
+        let run = match out {
+            Some(out) => StudyRun::open(study.clone(), &out, &[], restart).map_err(|error| of_journal(&error))?.0,
+            None => StudyRun::new(study.clone()),
+        };
+        Ok(Self { journal: Journal::new(&study), input, study, tool, run: Mutex::new(Some(run)) })
+    }
+
+    /// The numbers of cases that are done, of all cases, and of those that failed.
+    fn counts(&self) -> PyResult<(usize, usize, usize)> {
+        let (done, failed) = open(&mut self.run())?.counts();
+        Ok((done, self.study.case_count(), failed))
+    }
+
+    /// Whether its cases are brushes.
+    fn has_brush(&self) -> bool {
+        self.study.has_brush()
+    }
+
+    /// The cases that are still to be simulated, with the numbers of their kinds and the work that each takes.
+    fn waiting(&self) -> PyResult<Vec<(usize, usize, f64)>> {
+        let cases = without_result(&self.study, open(&mut self.run())?.results());
+        let waiting = waiting_cases(&self.study, &cases).into_iter();
+        Ok(waiting.map(|Waiting { case, kind, work }| (case, kind, work)).collect())
+    }
+
+    /// Takes a journal of cases that were simulated elsewhere. A case that has a result keeps it.
+    fn take(&self, lines: &str) -> PyResult<()> {
+        let mut guard = self.run();
+        let run = open(&mut guard)?;
+        let mut written = Ok(());
+        let read = self.journal.read_each(&self.study, lines.as_bytes(), |case, result| {
+            if written.is_ok() {
+                written = run.take(case, result);
+            }
+        });
+        if read.map_err(of_value)?.torn > 0 {
+            return Err(of_value("they are damaged"));
+        }
+        written.map_err(|error| of_run(&error))
+    }
+
+    /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell` now and then with the numbers of cases
+    /// that are done, of all, and of those that failed. After its exception, or a signal, the results so far are in the journal or, without
+    /// one, still here.
+    fn finish(
+        &self,
+        py: Python<'_>,
+        threads: Option<NonZeroUsize>,
+        tell: Option<Py<PyAny>>,
+    ) -> PyResult<SimulatedStudy> {
+        let (done, total, failed) = self.counts()?;
+        let progress = Progress { done: done.into(), failed: failed.into() };
+        let tell = |py: Python<'_>| {
+            let Some(tell) = &tell else { return Ok(()) };
+            let (done, failed) = (progress.done.load(Ordering::Relaxed), progress.failed.load(Ordering::Relaxed));
+            tell.call1(py, (done, total, failed)).map(drop)
+        };
+        tell(py)?;
+        let stop = Stop::default();
+        let means = Means { resources: threads.into(), stop: &stop, observer: &progress };
+        let mut run = self.run().take().ok_or_else(|| of_value(CLOSED))?;
+        let results = if run.journal().is_some() {
+            let input = self.input.get();
+            let finish = || {
+                let finished = run.finish(&input.short_name(), &input.document()?, &[], &means);
+                Ok::<_, PyErr>(Some(finished.map_err(|error| of_run(&error))?.results))
+            };
+            on_a_thread_telling(py, &stop, tell, finish)??
+        } else {
+            let simulated = on_a_thread_telling(py, &stop, tell, || self.simulate(&mut run, &means));
+            let results = run.results().iter().cloned().collect();
+            *self.run() = Some(run);
+            simulated??;
+            results
+        };
+        tell(py)?;
+        let results = results.ok_or_else(|| of_run(&RunError::Stopped))?;
+        Ok(SimulatedStudy { study: self.study.clone(), results })
+    }
+
+    /// Closes the journal. Its directory is free after that.
+    fn close(&self) -> PyResult<()> {
+        let run = self.run().take();
+        run.map_or(Ok(()), |mut run| run.settle()).map_err(|error| of_run(&error))
+    }
+}
+
+const CLOSED: &str = "the study is closed";
+pub const UNBROKEN: &str = "nothing panics with the results in hand";
+
+impl PendingStudy {
+    fn run(&self) -> MutexGuard<'_, Option<StudyRun>> {
+        self.run.lock().expect(UNBROKEN)
+    }
+
+    /// Simulates the cases without a result, whose results go nowhere else.
+    fn simulate(&self, run: &mut StudyRun, means: &Means<'_>) -> PyResult<()> {
+        let Some(tool) = &self.tool else {
+            return run.simulate(|_| true, means).map_err(|error| of_run(&error));
+        };
+        let cases = without_result(&self.study, run.results());
+        let run = Mutex::new(run);
+        let done = |case, result: CaseResult| {
+            means.observer.case_done(case, result.is_err());
+            match run.lock().expect(UNBROKEN).take(case, result) {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        };
+        let pass_of = |settings: &Settings| tool.get().pass(settings);
+        let simulated = simulate_cases_with(&self.study, &cases, means.resources.threads, means.stop, pass_of, done);
+        simulated.map_err(|error| of_run(&error.into()))
+    }
+}
+
+fn open(run: &mut Option<StudyRun>) -> PyResult<&mut StudyRun> {
+    run.as_mut().ok_or_else(|| of_value(CLOSED))
+}
+
+/// Checks that one tool by samples can take the place of those of the settings.
+fn check_tool(study: &Study) -> Result<(), String> {
     if study.has_brush() {
-        check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
+        return Err(
+            "the filaments of a section [brush] are those of a round tool: leave out `brush`, or `tool=`".to_owned()
+        );
     }
-    match out {
-        Some(out) => StudyRun::open(study, &out, &[], restart).map(|(run, _)| run).map_err(|error| of_journal(&error)),
-        None => Ok(StudyRun::new(study)),
+    let differs = |path: &&&str| {
+        let value = |case| Parameter::find(path).map(|parameter| parameter.get(&study.settings(case)));
+        (1..study.case_count()).any(|case| value(case) != value(0))
+    };
+    if let Some(path) = ["tool.body_radius_m", "filament.lateral_tilt_rad"].iter().find(differs) {
+        return Err(format!("the cases differ in `{path}`, but `tool=` is one tool: make a study of each"));
     }
-}
-
-/// Simulates the cases without a result, and writes the files.
-pub fn finish(run: StudyRun, input: &Input, means: &Means<'_>) -> PyResult<SimulatedStudy> {
-    let finished = run.finish(&input.short_name(), &input.document()?, &[], means).map_err(|error| of_run(&error))?;
-    Ok(SimulatedStudy { study: finished.study, results: finished.results })
+    if study.sweep(SPEED).is_some() {
+        return Err(format!("`{SPEED}` is that of the round tool of the settings: with `tool=`, sweep `{VELOCITY}`"));
+    }
+    Ok(())
 }
 
 #[pymethods]
@@ -145,11 +264,13 @@ impl SimulatedStudy {
         Ok(runs)
     }
 
-    /// Units and names in words of the columns of `runs.csv`, where they have any.
+    /// What settings and columns of `runs.csv` are: their units and names in words, and their labels and factors to the units of figures.
     fn descriptions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for parameter in PARAMETERS {
-            all.set_item(parameter.path, (parameter.unit, parameter.name))?;
+            let setting = Setting::Number(parameter);
+            let (label, factor) = (setting.label(), setting.factor());
+            all.set_item(parameter.path, description(py, parameter.unit, parameter.name, label, factor)?)?;
         }
         for (name, path) in FIXED_COLUMNS {
             all.set_item(name, all.get_item(path)?)?;
@@ -158,21 +279,21 @@ impl SimulatedStudy {
         describe::<ForceScatter>(&all)?;
         describe::<Interaction>(&all)?;
         describe::<Statistics>(&all)?;
+        for name in run_columns(&self.study, &self.results) {
+            if !all.contains(name)? {
+                all.set_item(name, description(py, "", name, name.to_owned(), 1.0)?)?;
+            }
+        }
         Ok(all)
     }
 
-    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they are, and their values, which are names for
-    /// tools.
-    fn axes<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
+    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they are, and the numbers of their values.
+    fn axes(&self) -> Vec<(&'static str, usize)> {
         let name = |path: &'static str| {
             let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
             fixed.map_or(path, |(name, _)| *name)
         };
-        let values = |sweep: &Sweep| match sweep.setting().names() {
-            Some(names) => names.into_bound_py_any(py),
-            None => sweep.values().into_bound_py_any(py),
-        };
-        self.study.sweeps().iter().map(|sweep| Ok((name(sweep.path()), values(sweep)?))).collect()
+        self.study.sweeps().iter().map(|sweep| (name(sweep.path()), sweep.values().len())).collect()
     }
 
     /// The number of cases that failed.
@@ -261,7 +382,31 @@ fn text(cell: &Cell) -> Option<&str> {
     }
 }
 
-/// Adds unit and name of each column of a record.
+/// Adds what each column of a record is.
 fn describe<R: Record>(all: &Bound<'_, PyDict>) -> PyResult<()> {
-    R::COLUMNS.iter().try_for_each(|Column { key, unit, name, .. }| all.set_item(key, (unit, name)))
+    R::COLUMNS.iter().try_for_each(|column| {
+        let (shown, factor) = match column.display.unit {
+            "" => (column.unit, 1.0),
+            unit => (unit, column.display.factor),
+        };
+        let unit = if shown.is_empty() { String::new() } else { format!("in {shown}") };
+        let label = [column.name, column.symbol, &unit].into_iter().filter(|part| !part.is_empty());
+        let label = label.collect::<Vec<_>>().join(" ");
+        all.set_item(column.key, description(all.py(), column.unit, column.name, label, factor)?)
+    })
+}
+
+fn description<'py>(
+    py: Python<'py>,
+    unit: &str,
+    name: &str,
+    label: String,
+    factor: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let description = PyDict::new(py);
+    description.set_item("unit", unit)?;
+    description.set_item("name", name)?;
+    description.set_item("label", label)?;
+    description.set_item("factor", factor)?;
+    Ok(description)
 }

@@ -1,5 +1,8 @@
 //! A tool by samples of the motion of its clamp.
 
+use bristle::model::settings::Settings;
+use bristle::simulation::Pass;
+use bristle::workpiece::Part;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
@@ -8,7 +11,7 @@ use crate::error::of_value;
 /// [`bristle::tool::SampledTool`], of which the Python package knows the samples.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SampledTool {
-    pub tool: bristle::tool::SampledTool,
+    tool: bristle::tool::SampledTool,
 }
 
 #[pymethods]
@@ -25,5 +28,13 @@ impl SampledTool {
         };
         let tool = bristle::tool::SampledTool::new(&rows(&positions)?, &rows(&directions)?);
         Ok(Self { tool: tool.map_err(of_value)? })
+    }
+}
+
+impl SampledTool {
+    /// The pass of the tool over the workpiece, which lies where the settings place it for the round tool.
+    pub fn pass(&self, settings: &Settings) -> Result<Pass<bristle::tool::SampledTool, Part>, String> {
+        let (part, _) = Part::of(settings).map_err(|violation| violation.to_string())?;
+        Pass::with(settings, self.tool.clone(), part).map_err(|error| error.to_string())
     }
 }

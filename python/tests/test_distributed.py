@@ -223,15 +223,15 @@ def test_brushes_failures_and_the_other_way_round(
 
 
 def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
-    def gathered(velocities: list[float]) -> bristle._bristle.GatheredStudy:
+    def pending(velocities: list[float]) -> bristle._bristle.PendingStudy:
         swept = coarse.replace(study={"brushing_velocity_m_s": velocities})
-        return bristle._bristle.GatheredStudy(swept._input, None, False, None)
+        return bristle._bristle.PendingStudy(swept._input, None, False, 1, None, None)
 
     def journal(velocities: list[float]) -> str:
         swept = coarse.replace(study={"brushing_velocity_m_s": velocities})
         return bristle._bristle.Cases(swept._input).simulate([0], lambda: None)
 
-    study = gathered([10.0, 20.0])
+    study = pending([10.0, 20.0])
     with pytest.raises(ValueError, match="another study or program"):
         study.take(journal([11.0, 20.0]))
     whole = journal([10.0, 20.0])
@@ -241,8 +241,11 @@ def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
     assert study.counts() == (1, 2, 0)
     study.take(whole)
     assert study.counts() == (1, 2, 0)
-    with pytest.raises(RuntimeError, match="without all results"):
-        study.finish()
+    assert study.finish(None, None).failures() == 0
+    assert study.counts() == (2, 2, 0)
+    study.close()
+    with pytest.raises(ValueError, match="closed"):
+        study.finish(None, None)
 
 
 def test_a_worker_that_stops_looking_ends(coarse: bristle.Settings) -> None:

@@ -3,7 +3,7 @@
 import pickle
 import threading
 import warnings
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import bristle
 import numpy as np
@@ -68,6 +68,7 @@ def test_a_contact_is_shown(settings: bristle.Settings) -> None:
     frame = contact.history.to_pandas()
     assert isinstance(frame, pandas.DataFrame) and frame.shape == (100, 13)
     assert frame.attrs["units"]["time_s"] == "s"
+    assert frame.attrs["settings"] == settings.to_toml()
 
 
 def test_results_pickle(settings: bristle.Settings) -> None:
@@ -177,6 +178,51 @@ def test_a_tool_of_arrays_is_that_of_the_settings(settings: bristle.Settings) ->
     turned = np.stack([np.cos(angle - 0.2), np.sin(angle - 0.2), 0 * angle], axis=1)
     trailing = bristle.simulate(settings, tool=bristle.Tool(0.14 * radial, turned))
     assert trailing.metrics["contact_normal_impulse_n_s"] != pytest.approx(impulse)
+
+
+@pytest.mark.parametrize("count", [8, 9])
+def test_a_tool_turns_at_a_speed_that_varies(
+    settings: bristle.Settings, count: int
+) -> None:
+    def speed(times: np.typing.ArrayLike) -> Any:
+        return 1.0 - 0.2 * np.sin(2.0 * np.pi * np.asarray(times))
+
+    tool = bristle.Tool.rotating(settings, 500.0 * speed(np.arange(count) / count))
+    x, y, z = tool.position_m.T
+    angle = np.unwrap(np.arctan2(y, x))
+    times = np.arange(angle.size) / angle.size
+    turned = 2.0 * np.pi * times + 0.2 * (np.cos(2.0 * np.pi * times) - 1.0)
+    assert np.allclose(angle, turned, rtol=0.0, atol=1e-12) and not z.any()
+    # It is faster where the filament touches.
+    varied, faster, slower = (
+        bristle.simulate(settings.replace(process={"brushing_velocity_m_s": v}), tool=t)
+        for v, t in ((10.0, tool), (12.0, None), (10.0, None))
+    )
+    impulses = [c.metrics["contact_normal_impulse_n_s"] for c in (varied, faster, slower)]
+    assert impulses[0] == pytest.approx(impulses[1], rel=0.01)
+    assert impulses[0] != pytest.approx(impulses[2], rel=0.03)
+    assert varied.metrics["rotational_speed_rpm"] == pytest.approx(
+        slower.metrics["rotational_speed_rpm"]
+    )
+    by_function = bristle.Tool.rotating(settings, speed)
+    assert by_function == bristle.Tool.rotating(settings, speed) != tool
+    assert len({by_function, tool}) == 2
+    tilted = bristle.Tool.rotating(settings.replace(filament={"lateral_tilt_rad": 0.1}), speed)
+    assert np.allclose(tilted.direction[:, 2], np.sin(0.1))
+
+
+def test_speeds_of_a_tool_are_checked(settings: bristle.Settings) -> None:
+    wrong: list[tuple[Any, str]] = [
+        ([1.0, 2.0], "from 3 to 2500"),
+        (np.ones((3, 3)), "from 3 to 2500"),
+        (lambda times: 1.0, "from 3 to 2500"),
+        ([1.0, 2.0, np.nan], "positive and finite"),
+        # The series between the values is negative.
+        ([1.0, 1.0, 1e-3, 1e-3, 1.0, 1.0], "positive and finite"),
+    ]
+    for speed, says in wrong:
+        with pytest.raises(ValueError, match=says):
+            bristle.Tool.rotating(settings, speed)
 
 
 def test_a_tool_of_arrays_is_checked(settings: bristle.Settings) -> None:

@@ -1,7 +1,10 @@
 """Studies: tables, grids, files, progress, and how they resume."""
 
 import pickle
+import re
+import warnings
 from pathlib import Path
+from typing import Any
 
 import bristle
 import numpy as np
@@ -34,10 +37,18 @@ def test_cases_are_those_of_single_contacts(
 
 
 def test_it_becomes_a_table_and_a_grid(study: bristle.Study) -> None:
-    pytest.importorskip("pandas")
-    frame = study.to_pandas()
+    runs = study.runs
+    assert isinstance(runs, bristle.Table) and pickle.loads(pickle.dumps(runs)) == runs
+    assert (runs.units["tool_contact_normal_force_n"], runs.units["status"]) == ("N", "")
+    pandas = pytest.importorskip("pandas")
+    frame = runs.to_pandas()
     assert frame.shape[0] == 12 and (frame["status"] == "ok").all()
-    assert frame.attrs["units"]["tool_contact_normal_force_n"] == "N"
+    origin = {
+        "bristle_version": bristle.__version__,
+        "settings": study.settings.to_toml(),
+    }
+    assert frame.attrs == {"units": runs.units, **origin}
+    pandas.testing.assert_frame_equal(study.to_pandas(), frame)
     pytest.importorskip("xarray")
     grid = study.to_xarray()
     assert dict(grid.sizes) == {
@@ -45,11 +56,67 @@ def test_it_becomes_a_table_and_a_grid(study: bristle.Study) -> None:
         "penetration_depth_m": 2,
         "brushing_velocity_m_s": 3,
     }
+    assert grid.attrs == origin
     force = grid["tool_contact_normal_force_n"]
     assert force.attrs == {"units": "N", "long_name": "contact normal force of the tool"}
     assert grid["penetration_depth_m"].attrs["units"] == "m"
     case = force.sel(segments=5, penetration_depth_m=2e-3, brushing_velocity_m_s=30.0)
     assert float(case) == study.runs["tool_contact_normal_force_n"][-1]
+
+
+def test_dimensions_have_no_dots(small_brush: bristle.Settings) -> None:
+    pytest.importorskip("xarray")
+    sweep = {"brush.columns": [3], "contact.friction_coefficient": [0.0, 0.2]}
+    grid = bristle.study(small_brush, sweep).to_xarray()
+    # The metrics have columns, too.
+    assert dict(grid.sizes) == {"brush_columns": 1, "friction_coefficient": 2}
+    assert grid["columns"].values.tolist() == [[3, 3]]
+    assert grid["friction_coefficient"].attrs["long_name"] == "coefficient of friction"
+    both = {"brush.friction_coefficient": [0.1], "contact.friction_coefficient": [0.2]}
+    names = {"brush_friction_coefficient": 1, "contact_friction_coefficient": 1}
+    assert dict(bristle.study(small_brush, both).to_xarray().sizes) == names
+
+
+def test_it_is_drawn(settings: bristle.Settings, study: bristle.Study) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    (axes,) = study.plot("max_tip_deflection_m").axes
+    assert axes.get_xlabel() == r"brushing velocity $v_{\mathrm{b}}$ in m/s"
+    assert axes.get_ylabel() == r"largest tip deflection $s_{\mathrm{n,max}}$ in mm"
+    legend = axes.get_legend()
+    assert legend is not None
+    named = r"number of segments n, penetration depth $a_{\mathrm{e}}$ in mm"
+    assert legend.get_title().get_text() == named
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts == ["4, 1", "4, 2", "5, 1", "5, 2"]
+    last = 1e3 * study.runs["max_tip_deflection_m"][-3:]
+    assert axes.lines[-1].get_ydata() == pytest.approx(last)
+    near = "tool_contact_normal_force_n.*`Study.runs` has them all"
+    with pytest.raises(ValueError, match=near):
+        study.plot("tool_normal_force")
+    with pytest.raises(ValueError, match="no metric 'status'"):
+        study.plot("status")
+
+    def drawn(settings: bristle.Settings, **sweep: Any) -> Any:
+        return bristle.study(settings, sweep, progress=False).plot()
+
+    depths = np.linspace(1e-3, 2e-3, 11)
+    falling = [3e-3, 2e-3, 1e-3]
+    (one,) = drawn(settings, penetration_depth_m=falling).axes
+    assert one.lines[0].get_xdata().tolist() == [1.0, 2.0, 3.0]
+    assert one.get_legend() is None and not one.collections
+    scattering = settings.replace(uncertainty={"length_std_m": 1e-3, "samples": 64})
+    (banded,) = drawn(scattering, penetration_depth_m=falling).axes
+    assert len(banded.collections) == 1
+    tools = {name: {"filament": {"length_m": 0.04}} for name in ("a", "b $x$")}
+    (named,) = drawn(scattering, penetration_depth_m=[1e-3], tools=tools).axes
+    assert [label.get_text() for label in named.get_xticklabels()] == ["a", r"b \$x\$"]
+    long = {"filament.segments": range(2, 14), "penetration_depth_m": depths}
+    chart, bar = drawn(settings, **long).axes
+    assert chart.get_ylabel() == r"penetration depth $a_{\mathrm{e}}$ in mm"
+    assert bar.get_ylabel() == r"contact normal force of the tool $F_{\mathrm{n,w}}$ in N"
+    with pytest.raises(ValueError, match="22 curves over segments, at most 10"):
+        drawn(settings, **long, tools=tools)
 
 
 def test_it_advises_and_pickles(study: bristle.Study, tmp_path: Path) -> None:
@@ -79,13 +146,6 @@ def test_failed_cases_have_no_numbers(settings: bristle.Settings) -> None:
 def test_it_resumes_from_its_journal(
     settings: bristle.Settings, study: bristle.Study, tmp_path: Path
 ) -> None:
-    class Stopped(Exception):
-        pass
-
-    def stop(done: int, total: int, failed: int) -> None:
-        if done > 0:
-            raise Stopped
-
     out, whole = tmp_path / "out", tmp_path / "whole"
     with pytest.raises(Stopped):
         bristle.study(settings, SWEEP, threads=1, out=out, progress=stop)
@@ -104,6 +164,143 @@ def test_it_resumes_from_its_journal(
         bristle.study(settings, {"filament.segments": [6]}, out=out, progress=False)
     other = {"filament.segments": [6]}
     bristle.study(settings, other, out=out, restart=True, progress=False)
+
+
+class Stopped(Exception):
+    """What progress raises once a case is done."""
+
+
+def stop(done: int, total: int, failed: int) -> None:
+    if done > 0:
+        raise Stopped
+
+
+def test_results_without_a_directory_are_kept_until_they_are_read(
+    settings: bristle.Settings, study: bristle.Study
+) -> None:
+    def simulate(sweep: Any = SWEEP, **options: Any) -> list[tuple[int, int, int]]:
+        told: list[tuple[int, int, int]] = []
+        again = bristle.study(
+            settings, sweep, progress=lambda *counts: told.append(counts), **options
+        )
+        assert sweep is not SWEEP or again.runs == study.runs
+        return told
+
+    def interrupt(**options: Any) -> None:
+        with pytest.raises(Stopped) as error:
+            bristle.study(settings, SWEEP, threads=1, progress=stop, **options)
+        (note,) = error.value.__notes__
+        assert note.endswith("of 12 cases are kept: the same call goes on")
+
+    interrupt()
+    # Another study has its own.
+    assert simulate({"filament.segments": [6]})[0] == (0, 1, 0)
+    told = simulate()
+    assert told[0][0] > 0 and told[-1] == (12, 12, 0)
+    assert simulate()[0] == (0, 12, 0)
+    interrupt()
+    interrupt()
+    assert simulate(restart=True)[0] == (0, 12, 0)
+    # A warning that is an exception loses nothing, either.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", bristle.ResultWarning)
+        with pytest.raises(bristle.ResultWarning):
+            simulate()
+    assert simulate()[0] == (12, 12, 0)
+
+
+def test_progress_is_told_where_there_is_no_terminal(
+    settings: bristle.Settings,
+    small_brush: bristle.Settings,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    sweep = {"contact.stiffness_n_m": [1e300, 1e5]}
+    with pytest.warns(bristle.SettingsWarning):
+        bristle.study(settings, sweep)
+    assert capsys.readouterr().err == "", "it is over soon"
+    monkeypatch.setattr(bristle._progress, "PAUSES_S", (0.0, 0.0))
+    with pytest.warns(bristle.SettingsWarning):
+        bristle.study(settings, sweep)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "after 0 s: 0 of 2 cases"
+    assert lines[-1] == "after 0 s: 2 of 2 cases, 1 failed"
+    bristle.brush(small_brush)
+    for line in (lines := capsys.readouterr().err.splitlines()):
+        assert re.fullmatch(r"after \d+ s: \d+ % of the brush(, \d+ s left)?", line)
+    assert lines
+    shares: list[float] = []
+    bristle.brush(small_brush, progress=shares.append)
+    assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
+    shares.clear()
+    turns = settings.replace(process={"turns": 20})
+    bristle.simulate(turns, progress=shares.append)
+    assert shares == sorted(shares) and 0.0 < shares[0] and shares[-1] <= 1.0
+
+    def refuse(share: float) -> None:
+        raise Stopped
+
+    with pytest.raises(Stopped):
+        bristle.simulate(turns, progress=refuse)
+    with pytest.raises(Stopped):
+        bristle.brush(small_brush, progress=refuse)
+
+
+def test_progress_on_a_terminal_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    times = iter([0.0, 0.5, 2.0, 2.1, 4.0, 200.0, 200.1])
+    monkeypatch.setattr("time.monotonic", lambda: next(times))
+    with bristle._progress.of_cases(True) as tell:
+        assert tell is not None
+        for done in (0, 1, 2, 3, 4, 8):
+            tell(done, 8, 1)
+    shown = capsys.readouterr().err
+    texts = [text.rstrip() for text in shown.split("\r")]
+    assert texts == [
+        "",
+        "1 of 8 cases, 15 s left, 1 failed",
+        "3 of 8 cases, 7 s left, 1 failed",
+        "4 of 8 cases, 3 min 21 s left, 1 failed",
+        "8 of 8 cases, 1 failed",
+    ]
+    assert shown.endswith("\n")
+
+
+def test_a_tool_of_arrays_is_in_all_cases(settings: bristle.Settings) -> None:
+    sweep = {
+        "process.penetration_depth_m": [1e-3, 0.03],
+        "process.brushing_velocity_m_s": [10.0, 20.0],
+    }
+    tool = bristle.Tool.rotating(settings, lambda t: 1.0 - 0.3 * np.sin(2.0 * np.pi * t))
+    with pytest.warns(bristle.SettingsWarning):
+        study = bristle.study(settings, sweep, tool=tool, progress=False)
+    deeper = settings.replace(
+        process={"penetration_depth_m": 1e-3, "brushing_velocity_m_s": 20.0}
+    )
+    alone = bristle.simulate(deeper, tool=tool).metrics
+    for key, value in alone.items():
+        if isinstance(value, float):
+            assert study.runs[key][1] == value, key
+    again: bristle.Study = pickle.loads(pickle.dumps(study))
+    assert again.tool == study.tool == tool and again.runs == study.runs
+    assert again.plot().axes
+    frame = study.runs.to_pandas()
+    assert frame.attrs["tool"] == "<Tool: 1024 samples of a turn>"
+    for call in (study.advise, lambda: study.report("page.html")):
+        with pytest.raises(ValueError, match="for round tools"):
+            call()
+    with pytest.raises(ValueError, match="leave out `out`"):
+        bristle.study(settings, sweep, tool=tool, out="results")
+    refused: list[tuple[Any, str]] = [
+        ({"filament.lateral_tilt_rad": [0.0, 0.1]}, "lateral_tilt_rad.*of each"),
+        ({"process.rotational_speed_rpm": [500.0]}, "brushing_velocity_m_s"),
+        ({"brush.rows": [1]}, r"\[brush\]"),
+    ]
+    for swept, says in refused:
+        with pytest.raises(bristle.SettingsError, match=says):
+            bristle.study(settings, swept, tool=tool, progress=False)
 
 
 def test_tools_are_compared(settings: bristle.Settings) -> None:

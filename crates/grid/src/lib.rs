@@ -19,8 +19,8 @@ pub mod uncertainty;
 
 pub use grid::{Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, thread_count, waiting_cases,
-    without_result, work,
+    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, simulate_cases_with, thread_count,
+    waiting_cases, without_result, work,
 };
 pub use setting::{OFFSET, Setting, TOOL, equation};
 pub use shard::Shard;
@@ -45,7 +45,7 @@ mod tests {
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::Settings;
     use bristle::simulation::Statistics;
-    use bristle::simulation::{Job, Kind, Sampling, Simulation, Stop};
+    use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, Stop};
 
     use super::scheduler::{complete_cases, in_order_of_work};
     use super::*;
@@ -280,6 +280,29 @@ mod tests {
         let mut done = done.into_inner().expect("no test panics");
         done.sort_unstable();
         assert_eq!(done, [(2, true), (3, true)]);
+    }
+
+    #[test]
+    fn passes_that_are_made_elsewhere_are_those_of_the_cases() {
+        let mut scattering = base();
+        (scattering.uncertainty.length_std_m, scattering.uncertainty.samples) = (1e-3, 64);
+        scattering.filament.segments = 3;
+        let study = Study::new(scattering, vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
+        let study = study.checked();
+        let results = Mutex::new(vec![None; 3]);
+        let keep = |case: usize, result: CaseResult| {
+            results.lock().expect("no test panics")[case] = Some(result);
+            ControlFlow::Continue(())
+        };
+        let pass_of = |settings: &Settings| match settings.process.brushing_velocity_m_s {
+            20.0 => Err("no pass"),
+            _ => Ok(Pass::new(settings)),
+        };
+        simulate_cases_with(&study, &[0, 1, 2], None, &Stop::default(), pass_of, keep).expect("the threads start");
+        let mut expected = run_study(&study, None, || ()).expect("the threads start");
+        expected[2] = Err("no pass".to_owned());
+        let results: Option<Vec<CaseResult>> = results.into_inner().expect("no test panics").into_iter().collect();
+        assert_eq!(results, Some(expected));
     }
 
     fn simulation(contact_time_s: f64) -> Simulation {

@@ -16,6 +16,8 @@ use bristle::simulation::Statistics;
 use bristle::simulation::{
     IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, sample_side_by_side,
 };
+use bristle::tool::Tool;
+use bristle::workpiece::Workpiece;
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
@@ -121,8 +123,8 @@ pub fn simulate_cases(
     let Resources { threads, memory } = resources.into();
     if study.has_brush() {
         let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
-        return complete_brushes(study, cases, threads, on_case_done, |settings| {
-            simulate_case(settings, study.checks(), spare, stop)
+        return complete_one_by_one(study, cases, threads, on_case_done, |settings| {
+            simulate_brush(settings, study.checks(), spare, stop)
         });
     }
     complete_cases(study, cases, threads, on_case_done, |take, done| {
@@ -138,6 +140,43 @@ pub fn simulate_cases(
             }
             done(number, result);
         });
+    })
+}
+
+/// [`simulate_cases`] with passes of another tool or workpiece than those of the settings, which `pass_of` makes. Each thread simulates one
+/// case at a time. A case whose pass cannot be made has that error as its result.
+///
+/// # Errors
+/// If the threads cannot be started.
+///
+/// # Panics
+/// If the study has no such case.
+pub fn simulate_cases_with<T, W, E>(
+    study: &Study,
+    cases: &[usize],
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+    pass_of: impl Fn(&Settings) -> Result<Pass<T, W>, E> + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()>
+where
+    T: Tool + Clone,
+    W: Workpiece + Clone,
+    E: Display,
+{
+    complete_one_by_one(study, cases, threads, on_case_done, |settings| {
+        let mut case = BegunCase::new(settings.clone(), study.checks());
+        while let Some(run) = case.runs.pop() {
+            let result = match pass_of(&case.settings(run)) {
+                Ok(pass) => match pass.until(stop).simulate(Sampling::default()) {
+                    Err(SimulationError::Integration(IntegrationError::Stopped)) => return None,
+                    result => result.map_err(|error| error.to_string()),
+                },
+                Err(error) => Err(error.to_string()),
+            };
+            case.take(run, result);
+        }
+        Some(case.conclude())
     })
 }
 
@@ -164,7 +203,7 @@ pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
         Waiting { case, kind, work: (1 + tools) as f64 * work(&settings) }
     };
     if study.has_brush() {
-        return brushes_in_order_of_work(study, cases).into_iter().rev().map(|case| waiting(0, case)).collect();
+        return each_in_order_of_work(study, cases).into_iter().rev().map(|case| waiting(0, case)).collect();
     }
     let ordered = in_order_of_work(study, cases);
     let kinds = ordered.chunk_by(|a, b| a.0 == b.0).rev().enumerate();
@@ -193,7 +232,7 @@ fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, m
 
 /// Simulates the brush of one case, which may come to need `spare` bytes of memory more, and again if it `checks` it. `None` if it was
 /// asked to stop.
-fn simulate_case(settings: &Settings, checks: bool, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
+fn simulate_brush(settings: &Settings, checks: bool, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
     let simulate = |options: RunOptions| {
         let needed = check_brush(settings, None)?;
         let memory = spare.map(|spare| needed.saturating_add(spare));
@@ -220,18 +259,17 @@ fn simulate_case(settings: &Settings, checks: bool, spare: Option<u64>, stop: &S
     }))
 }
 
-/// [`simulate_cases`] for a study of brushes. Each thread simulates one case at a time, those with the most work first, until `simulate`
-/// returns none.
-pub(super) fn complete_brushes(
+/// [`simulate_cases`] where each thread simulates one case at a time, those with the most work first, until `simulate` returns none.
+fn complete_one_by_one(
     study: &Study,
     cases: &[usize],
     threads: Option<NonZeroUsize>,
     on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
     simulate: impl Fn(&Settings) -> Option<CaseResult> + Sync,
 ) -> io::Result<()> {
-    let waiting = brushes_in_order_of_work(study, cases);
+    let waiting = each_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
-    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study of brushes started");
+    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
     let start = Instant::now();
     let waiting = Mutex::new(waiting);
     let queued = || waiting.lock().expect("nothing panics with the queue in hand");
@@ -258,8 +296,8 @@ pub(super) fn complete_brushes(
     Ok(())
 }
 
-/// Brushes in reverse order of simulation: those with the most work are last.
-fn brushes_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
+/// Cases that are simulated one by one, in reverse order of simulation: those with the most work are last.
+fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
     let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(&study.settings(case)), case)).collect();
     waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     waiting.into_iter().map(|(_, case)| case).collect()

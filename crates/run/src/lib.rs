@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use bristle::simulation::{Sampling, Simulation, Stop};
-use bristle_grid::{CaseResult, Resources, Shard, Study, simulate_cases, without_result};
+use bristle_grid::{CaseResult, Resources, Study, simulate_cases, without_result};
 use bristle_input::document::Document;
 use bristle_input::measured::{Measurement, measured_text};
 use bristle_insight::assumptions::Assumptions;
@@ -178,20 +178,12 @@ impl StudyRun {
         journal.settle().map_err(|error| RunError::Unfinished { error, done: journal.cases(), total })
     }
 
-    /// Simulates the cases of a shard that have no result.
+    /// Simulates the cases that have no result, of those that are its own, which are counted from 0.
     ///
     /// # Errors
-    /// If a file cannot be written, or it is asked to stop.
-    pub fn simulate_shard(&mut self, shard: Shard, means: &Means<'_>) -> Result<(), RunError> {
-        simulate(
-            &self.study,
-            &mut self.results,
-            self.output.as_mut(),
-            means,
-            Sampling::default(),
-            |_, _| {},
-            |case| shard.has(case),
-        )
+    /// If threads cannot be started, or a file cannot be written.
+    pub fn simulate(&mut self, is_own: impl Fn(usize) -> bool, means: &Means<'_>) -> Result<(), RunError> {
+        simulate(&self.study, &mut self.results, self.output.as_mut(), means, Sampling::default(), |_, _| {}, is_own)
     }
 
     /// Simulates the cases that have no result. With a directory, draws the page and writes the files, where it names `document` as what

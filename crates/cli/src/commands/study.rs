@@ -237,7 +237,7 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
     let is_failure: fn(&Option<CaseResult>) -> bool = |result| matches!(result, Some(Err(_)));
     let total = count(&run, |_| true);
     let progress = Progress::begin(Works::of(&run, |case| shard.has(case)), count(&run, is_failure), arguments.json);
-    run.simulate_shard(shard, &arguments.means(&progress, &Stop::default()))?;
+    run.simulate(|case| shard.has(case), &arguments.means(&progress, &Stop::default()))?;
     let path = arguments.out.join(JOURNAL);
     if !arguments.json {
         let path = shown_path(&path);
