@@ -194,10 +194,12 @@ class Study:
         min_ratio: float | None = None,
         max_ratio: float | None = None,
         target_force_n: float | None = None,
+        verify: bool = True,
     ) -> Advice:
-        """Ranks the cases within limits by the tool force: ``bristle advise``.
+        """Says where the tool force is high, or what to set: ``bristle advise``.
 
-        The highest force comes first or, with ``target_force_n``, the nearest to it.
+        With limits or ``target_force_n`` there is one recommendation, which is simulated, with
+        filaments that touch each other where they do.
 
         Args:
             max_velocity_m_s: Highest brushing velocity, in m/s.
@@ -208,6 +210,8 @@ class Study:
             min_ratio: Lowest contact time ratio, from 0 (striking) to 1 (sweeping).
             max_ratio: Highest contact time ratio.
             target_force_n: The force that is wanted, in N.
+            verify: Whether to simulate the recommendation, which takes up to a minute where
+                filaments touch.
 
         Raises:
             ValueError: If limits contradict each other, there is nothing to compare, or the
@@ -229,7 +233,7 @@ class Study:
             for key, value in limits.items()
             if value is not None
         }
-        text, values = self._simulated.advise(given)
+        text, values = self._simulated.advise(given, verify)
         return Advice(text, arguments.fixed(json.loads(values)))
 
     def _require_round(self, what: str) -> None:

@@ -322,8 +322,8 @@ impl SimulatedStudy {
         })?
     }
 
-    /// What `bristle advise` says, as text and as JSON.
-    fn advise(&self, limits: BTreeMap<String, f64>) -> PyResult<(String, String)> {
+    /// What `bristle advise` says, as text and as JSON, after it has simulated its recommendation if it is to `verify` it.
+    fn advise(&self, py: Python<'_>, limits: BTreeMap<String, f64>, verify: bool) -> PyResult<(String, String)> {
         let limit = |name: &str| limits.get(name).copied();
         let limits = Limits {
             max_velocity_m_s: limit("max_velocity_m_s"),
@@ -335,7 +335,11 @@ impl SimulatedStudy {
             max_ratio: limit("max_ratio"),
             target_force_n: limit("target_force_n"),
         };
-        let advice = advise(&self.study, &self.results, limits).map_err(of_value)?;
+        let mut advice = advise(&self.study, &self.results, limits).map_err(of_value)?;
+        if verify {
+            let stop = Stop::default();
+            on_a_thread(py, &stop, || advice.verify(None, &stop))??;
+        }
         Ok((advice.text(WIDTH), serde_json::to_string(&advice).map_err(of_value)?))
     }
 

@@ -42,14 +42,6 @@ pub struct Arrangement {
     pub period: Option<f64>,
 }
 
-/// Number of rows of a brush whose settings do not state it: that of a pitch as equal both ways as it can be.
-pub fn default_rows(settings: &Settings) -> usize {
-    let tool = &settings.tool;
-    // Without a filament there is one row, and no column.
-    let pitch = (TAU * tool.body_radius_m * tool.width_m / tool.filament_count).sqrt();
-    ((tool.width_m / pitch).round() as usize).max(1)
-}
-
 /// Whether no filament that stays in its plane can touch one in another plane: all `rows` are regular, and farther apart than `reach` (m).
 pub fn has_separate_rows(settings: &Settings, rows: usize, reach: f64) -> bool {
     let pattern = settings.brush_or_default().pattern;
@@ -63,8 +55,8 @@ impl Arrangement {
     /// If there are more columns than the brush has, or if two roots are closer than `reach` (m), the least distance of filaments that do
     /// not overlap.
     pub fn new(settings: &Settings, columns: usize, reach: f64) -> Result<Self, BrushError> {
-        let BrushSettings { rows, pattern, ends, seed, root_std_m, .. } = settings.brush_or_default();
-        let rows = rows.unwrap_or_else(|| default_rows(settings));
+        let BrushSettings { pattern, ends, seed, root_std_m, .. } = settings.brush_or_default();
+        let rows = settings.brush_rows();
         let around = settings.tool.filament_count / rows as f64;
         if columns as f64 > around.floor() {
             return Err(BrushError::TooManyColumns { columns, around: around.floor() as usize });

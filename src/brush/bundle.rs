@@ -566,6 +566,19 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         motion
     }
 
+    /// Puts the lanes that are left over where the filament is that they repeat: nothing is solved for them, so that they would leave it.
+    pub fn fill_lanes(&self, motion: &mut Motion) {
+        let n = self.layout.segments;
+        for (index, group) in self.groups.iter().enumerate().filter(|(_, group)| group.count < LANES) {
+            for vector in [&mut motion.q, &mut motion.v, &mut motion.accelerations] {
+                for value in vector[index * n..][..n].iter_mut().flatten() {
+                    let last = value.lane(group.count - 1);
+                    (group.count..LANES).for_each(|lane| value.set_lane(lane, last));
+                }
+            }
+        }
+    }
+
     /// Switches segments near a pole of their coordinates to their other chart, all those of a group together, where that is better for
     /// the one that is nearest to a pole.
     pub fn leave_poles(&mut self, motion: &mut Motion) {
@@ -735,7 +748,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             *budget = Budget::default();
             if !candidates.is_asleep(group.index) {
                 group.residual([q, v, accelerations], forces, residual);
-                group.add_budget(bristles, [q, v], velocities, loads, budget);
+                group.add_budget(bristles, [q, v], velocities, forces[0], loads, budget);
                 for (_, press) in &presses[group.index] {
                     budget.energy += press.energy();
                     budget.exchange.taken += press.dissipated;
@@ -1113,18 +1126,19 @@ impl Group {
         );
     }
 
-    /// Adds what its filaments have and exchange, once the residual was computed.
+    /// Adds what its filaments have and exchange, once the residual was computed, with forces on the `roots`, which the clamps hold.
     fn add_budget<M>(
         &mut self,
         bristles: &[Filament<M, Part>],
         [q, v]: [&[[Lane; 2]]; 2],
         velocities: &Field,
+        roots: [Lane; 3],
         loads: &[WorkpieceLoad],
         budget: &mut Budget,
     ) {
         let n = self.equations.segments();
         let energies = self.equations.energies(&self.clamp, q, v);
-        let root_force = self.equations.root_force();
+        let root_force = sub(self.equations.root_force(), roots);
         let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
         let energy = energies.kinetic + energies.spring + energies.gravity;
         let Budget { energy: sum, momentum, exchange: Exchange { work, taken, force, strength } } = budget;

@@ -213,7 +213,7 @@ impl Draft {
         if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
             return Err(BrushError::Hold);
         }
-        let rows = brush.rows.unwrap_or_else(|| arrangement::default_rows(settings));
+        let rows = settings.brush_rows();
         let columns = columns.or(brush.columns).unwrap_or_else(|| stretch::default_columns(settings, &pass, rows));
         if columns == 0 {
             return Err(BrushError::NoFilament);

@@ -223,6 +223,7 @@ impl Sector {
         const SHORTEST: f64 = 1e-4;
         /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
         const SHORT: f64 = 1.0 / 256.0;
+        self.bundle.fill_lanes(&mut self.motion);
         self.bundle.leave_poles(&mut self.motion);
         if self.bundle.leave_out(&mut self.motion) {
             self.balance.go_on_with(&self.bundle.budget(&self.motion));

@@ -163,18 +163,18 @@ mod tests {
     use super::*;
     use crate::model::settings::{BrushSettings, Ends, Pattern};
 
-    /// Two filaments side by side, whose clamps are tilted by a standard deviation of 10 mrad. The brush is slow: centrifugal forces
-    /// hardly stiffen it.
+    /// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so far apart that only the tips can meet.
+    /// The brush is slow: centrifugal forces hardly stiffen it.
     fn two(seed: u32) -> Settings {
         let mut settings = Settings::paper(0.5, 1e-3);
         settings.tool.filament_count = 2.0 * 600.0;
-        settings.tool.width_m = 2.6e-3;
+        settings.tool.width_m = 4e-3;
         settings.brush = Some(BrushSettings {
             columns: Some(1),
             rows: Some(2),
             pattern: Pattern::Aligned,
             ends: Ends::Free,
-            lateral_tilt_std_rad: 0.01,
+            lateral_tilt_std_rad: 0.03,
             steady: false,
             seed,
             ..BrushSettings::default()
@@ -193,7 +193,7 @@ mod tests {
     /// Cantilevers whose tips hold each other apart press with `3 E I/l³` times half of their overlap.
     #[test]
     fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
-        let leaning = |seed: &u32| depth(&two(*seed)) > 2e-4;
+        let leaning = |seed: &u32| (2e-4..5e-4).contains(&depth(&two(*seed)));
         for seed in (1..100).filter(leaning).take(3) {
             let settings = two(seed);
             let filament = &settings.filament;
@@ -202,7 +202,7 @@ mod tests {
             let result = simulate_brush(&settings, 1).expect("a brush");
             let first = &result.history[0];
             assert_eq!(first.touching_filaments, 0);
-            assert!((first.press_force_n / expected - 1.0).abs() < 0.02, "{} {expected}", first.press_force_n);
+            assert!((first.press_force_n / expected - 1.0).abs() < 0.02, "{} for {expected}", first.press_force_n);
             // At rest relative to the body, until the workpiece comes.
             let last = result.history.iter().take_while(|sample| sample.touching_filaments == 0).last();
             let last = last.expect("it begins before it touches");

@@ -122,6 +122,16 @@ impl Settings {
     pub fn brush_or_default(&self) -> BrushSettings {
         self.brush.clone().unwrap_or_default()
     }
+
+    /// Number of rows of filaments along the axis: that which the settings state, or else that of a pitch as equal both ways as it can be.
+    #[must_use]
+    pub fn brush_rows(&self) -> usize {
+        let tool = &self.tool;
+        // Without a filament there is one row, and no column.
+        let pitch = (TAU * tool.body_radius_m * tool.width_m / tool.filament_count).sqrt();
+        let stated = self.brush.as_ref().and_then(|brush| brush.rows);
+        stated.unwrap_or_else(|| ((tool.width_m / pitch).round() as usize).max(1))
+    }
 }
 
 /// The brushing tool.

@@ -284,7 +284,8 @@ fn filaments_with_large_tilts_lean_on_each_other() {
     };
     // Rows are 0.02 mm apart; a deviation of 50 mrad moves the tips by 2 mm.
     let [coarse, fine] = [1e-3, 1e-4].map(|tolerance| tilted(0.05, tolerance));
-    assert!(coarse.history[0].press_force_n > 0.1 && coarse.history[0].touching_filaments == 0);
+    assert!(coarse.history[0].press_force_n > 0.1, "they lean on each other before they meet the workpiece");
+    assert!(fine.residuals.momentum < 1e-5, "the clamps hold what presses on the roots: {:?}", fine.residuals);
     let [a, b] = [&coarse, &fine].map(|result| result.history[0].press_force_n);
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     let [a, b] = [&coarse, &fine].map(|result| result.tool.contact_normal_impulse_n_s);

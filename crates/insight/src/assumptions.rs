@@ -18,6 +18,8 @@ use bristle_text::number::short;
 
 /// By which share a setting is changed.
 const CHANGE: f64 = 0.1;
+/// A share by which the force changes that is so much more than [`CHANGE`] that the contact is near a resonance of the filament.
+const RESONANT: f64 = 0.5;
 /// What a setting is changed to if it is zero.
 const INSTEAD_OF_ZERO: f64 = 0.1;
 
@@ -75,10 +77,29 @@ impl Assumptions {
         Self { material, ..self }
     }
 
-    /// What to know of the settings: how large friction may be and what removes this doubt, and which of the others come from a material.
+    /// What to know of the settings: how large friction may be and what removes this doubt, whether the force is near a resonance, and which
+    /// of the settings come from a material.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
-        self.friction_note().into_iter().chain(self.material_note()).collect()
+        [self.friction_note(), self.resonance_note(), self.material_note()].into_iter().flatten().collect()
+    }
+
+    /// The setting of the filament that changes the force most, and the share by which it does, if that is so much that the contact is near
+    /// a resonance.
+    pub(crate) fn resonance(&self) -> Option<(&'static str, f64)> {
+        let of_filament = self.list.iter().filter(|assumption| assumption.value != 0.0);
+        let changes = of_filament.filter_map(|assumption| Some((assumption.parameter.path, assumption.force_change?)));
+        changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).filter(|(_, change)| change.abs() > RESONANT)
+    }
+
+    fn resonance_note(&self) -> Option<String> {
+        self.resonance().map(|(path, change)| {
+            format!(
+                "Near resonance: 10 % more {path} changes the force by {:+.0} %, as the filament meets the workpiece in another phase of its \
+                 vibration. No single force can be relied on here; another speed or depth is safer.",
+                100.0 * change
+            )
+        })
     }
 
     fn friction_note(&self) -> Option<String> {

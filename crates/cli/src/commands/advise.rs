@@ -5,24 +5,26 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::model::parameters::Parameter;
+use bristle::simulation::Stop;
 use bristle_grid::VELOCITY;
 use bristle_insight::advice::{Limits, advise};
 use clap::Args;
 
 use crate::error::CliError;
 use crate::saved::{SavedError, saved_study};
-use crate::terminal::{print, show, width};
+use crate::terminal::{print, say, show, width};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
 ///
-/// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases,
-/// within the limits, at each brushing velocity, and at each penetration depth. It also shows the most force per velocity
-/// and per depth, and local maxima along the line between sweeping and striking. Each line identifies a case by
-/// its row in runs.csv and explains it in a sentence. If further settings are swept, each combination of their values has a table.
+/// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases, at each brushing
+/// velocity, and at each penetration depth. It also shows the most force per velocity and per depth, and local maxima along the line between
+/// sweeping and striking. Each line identifies a case by its row in runs.csv and explains it in a sentence. If further settings are swept,
+/// each combination of their values has a table.
 ///
-/// Cases within the limits are ranked: the highest force first, or the one nearest to --target-force. With --max-force, cases
-/// entirely within the limit come first. With --max-force or --target-force there are also settings between simulated cases, at which
-/// interpolation expects that force. They are marked with ≈; --verify simulates them.
+/// With limits or --target-force there is one recommendation instead, and at most five others: near the target, or entirely within
+/// --max-force, stable cases come first, then those that sweep, then those whose whole band is nearest to the target, or whose force is
+/// highest. Forces interpolated between cases are marked with ≈. The recommendation is simulated, with filaments that touch each other
+/// where they do, and then again in space, with tilts; --no-verify leaves that out.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {
@@ -32,7 +34,7 @@ pub struct AdviseArgs {
     /// Highest force F_n,w of the tool in N
     #[arg(long, value_name = "N", value_parser = parse_positive)]
     max_force: Option<f64>,
-    /// The force F_n,w that is wanted, in N: the nearest are ranked first
+    /// The force F_n,w that is wanted, in N
     #[arg(long, value_name = "N", value_parser = parse_positive)]
     target_force: Option<f64>,
     /// Highest brushing velocity in m/s
@@ -53,9 +55,9 @@ pub struct AdviseArgs {
     /// Highest contact time ratio
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     max_ratio: Option<f64>,
-    /// Simulate the interpolated settings
+    /// Do not simulate the recommendation
     #[arg(long)]
-    verify: bool,
+    no_verify: bool,
     /// Print one JSON object, in SI units, instead of the table
     #[arg(long)]
     json: bool,
@@ -83,8 +85,11 @@ pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
     let (saved, results) = saved_study(path)?.ok_or_else(|| SavedError::NoStudy(path.clone()))?;
     let mut advice = advise(&saved.study, &results, arguments.limits())
         .map_err(|error| CliError::Advice { path: path.clone(), error })?;
-    if arguments.verify {
-        advice.verify(None).map_err(CliError::Threads)?;
+    if advice.recommendation.is_some() && !arguments.no_verify {
+        if !arguments.json {
+            say("simulating the recommendation, which takes up to a minute where filaments touch (--no-verify)");
+        }
+        advice.verify(None, &Stop::default()).map_err(CliError::Threads)?;
     }
     if arguments.json {
         let json = serde_json::to_string(&advice).map_err(io::Error::from)?;

@@ -80,14 +80,18 @@ impl Limits {
         }
     }
 
+    /// Whether velocity and depth are within the limits.
+    pub(super) fn allow_place(&self, place: &Place) -> bool {
+        let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit * (1.0 + NOISE));
+        is_at_most(place.brushing_velocity_m_s, self.max_velocity_m_s)
+            && is_at_most(place.rotational_speed_rpm, self.max_rotational_speed_rpm)
+            && is_at_most(place.penetration_depth_m, self.max_depth_m)
+    }
+
     /// Whether a case is within the limits.
     pub(crate) fn allow(&self, place: &Place, outcome: &Outcome) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit);
-        let is_set_at_most =
-            |value: f64, limit: Option<f64>| is_at_most(value, limit.map(|limit| limit * (1.0 + NOISE)));
-        is_set_at_most(place.brushing_velocity_m_s, self.max_velocity_m_s)
-            && is_set_at_most(place.rotational_speed_rpm, self.max_rotational_speed_rpm)
-            && is_set_at_most(place.penetration_depth_m, self.max_depth_m)
+        self.allow_place(place)
             && is_at_most(outcome.tool_contact_normal_force_n, self.max_force_n)
             && is_at_most(outcome.tool_power_w, self.max_power_w)
             && self.min_ratio.is_none_or(|limit| outcome.contact_time_ratio >= limit)

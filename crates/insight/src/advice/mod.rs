@@ -2,10 +2,11 @@
 //!
 //! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by their rows in `runs.csv`,
 //! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
-//! interpolated [`Suggestion`]s, marked as such, which can be simulated.
+//! interpolated [`Suggestion`]s, marked as such. With limits or a target, one [`Recommendation`] comes first, which is simulated.
 
 mod headline;
 mod limits;
+mod recommendation;
 mod suggestion;
 
 use std::cmp::Ordering;
@@ -15,6 +16,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 
 use bristle::model::settings::Settings;
+use bristle::simulation::Stop;
 use serde::Serialize;
 use serde_json::Value;
 use thiserror::Error;
@@ -30,8 +32,10 @@ use bristle_text::number::{counted, short, spanning};
 
 pub use headline::headline;
 pub use limits::{Limits, Place};
-pub use suggestion::{Simulated, Suggestion};
+pub use recommendation::{InSpace, Recommendation, Verified};
+pub use suggestion::Suggestion;
 
+use recommendation::{rank, recommend};
 use suggestion::suggestions;
 
 /// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
@@ -81,6 +85,9 @@ pub enum AdviceError {
 pub struct Advice {
     /// The limits requested.
     pub limits: Limits,
+    /// What to set, if there are limits or a target, and cases within them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recommendation: Option<Recommendation>,
     /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<ToolAdvice>,
@@ -157,6 +164,9 @@ pub struct Section {
     pub notes: Vec<String>,
     #[serde(skip)]
     slice: Slice,
+    /// The cases, by depth and then by velocity.
+    #[serde(skip)]
+    cells: Vec<Vec<Option<Cited>>>,
 }
 
 /// The best case of a named tool.
@@ -191,11 +201,12 @@ pub struct Sentence {
 pub enum Topic {
     /// The highest force of all.
     Highest,
-    /// The highest forces within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first.
+    /// The best cases within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first, of these stable
+    /// ones, then those that sweep, then the highest force.
     WithinLimits,
-    /// The forces within the limits that are nearest to the target, ranked.
+    /// The cases within the limits whose force is the target or nearest to it, ranked.
     NearTarget,
-    /// The highest force of a laterally stable case, within the limits if there are any. Only where those above are unstable.
+    /// The highest force of a laterally stable case. Only where the highest of all is unstable.
     Stable,
     /// The highest force at each brushing velocity.
     AtVelocity,
@@ -275,6 +286,18 @@ impl Outcome {
         }
     }
 
+    /// What a simulation of the same point, or of one near it, has given. Where only this one has a band, it is as wide a share of the force.
+    fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
+        let new = Self::new(settings, summary);
+        let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
+        let [lower, upper] = [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
+        Self {
+            tool_force_lower_95_n: new.tool_force_lower_95_n.or(lower),
+            tool_force_upper_95_n: new.tool_force_upper_95_n.or(upper),
+            ..new
+        }
+    }
+
     /// The band of the force, where filaments scatter.
     fn band(&self) -> Option<[f64; 2]> {
         self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
@@ -308,8 +331,9 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let forces = Readable::tool_forces(results);
     let section = |slice: Slice| {
         let cells = cells(study, results, &slice);
-        let (advice, mut notes) = Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits);
         let interpolated = suggestions(study, results, &slice, &cells, &limits);
+        let (advice, mut notes) =
+            Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits, interpolated.len());
         if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
             notes.push(NOTHING_BETWEEN.to_owned());
         }
@@ -318,27 +342,21 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
         let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
-        Section { settings, advice, interpolated, notes, slice }
+        Section { settings, advice, interpolated, notes, slice, cells }
     };
     let sections: Vec<Section> = slices.into_iter().map(section).collect();
+    let recommendation = recommend(study, &sections, &limits);
     let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
     let tools = best_of_tools(study, &sections, &limits);
     let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
     let names = study.tools().iter().map(|tool| tool.name.clone());
     let tools_without_case = names.filter(|name| !is_advised(name)).collect();
     let checked = Checked::of(results);
-    Ok(Advice { limits, tools, tools_without_case, sections, edges, checked, forces, machine })
+    Ok(Advice { limits, recommendation, tools, tools_without_case, sections, edges, checked, forces, machine })
 }
 
 /// The best case of each named tool, ranked as the cases of a section are.
 fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<ToolAdvice> {
-    let rank = |a: &Cited, b: &Cited| match limits.target_force_n {
-        Some(target) => (force(a) - target).abs().total_cmp(&(force(b) - target).abs()),
-        None => {
-            let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
-            holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a)))
-        }
-    };
     // The first that is within the limits, if there are any.
     let is_best = |sentence: &&Sentence| match sentence.topic {
         Topic::Highest => *limits == Limits::default(),
@@ -348,13 +366,13 @@ fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<To
         let is_own = |section: &&Section| section.settings.get(TOOL).is_some_and(|name| *name == tool.name);
         let of_tool = sections.iter().filter(is_own);
         let cells = of_tool.filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
-        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(a, b))?;
+        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(limits, &a.outcome, &b.outcome))?;
         let sentence = format!("Tool {}; it {}.", tool.name, cell.outcome.motion());
         let advice = about(Topic::OfTool, cell, sentence, &[]);
         Some(ToolAdvice { settings: section.settings.clone(), advice, slice: section.slice.clone() })
     };
     let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
-    tools.sort_by(|a, b| rank(&a.advice.cell, &b.advice.cell));
+    tools.sort_by(|a, b| rank(limits, &a.advice.cell.outcome, &b.advice.cell.outcome));
     tools
 }
 
@@ -409,8 +427,8 @@ struct Adviser<'a> {
 }
 
 impl Adviser<'_> {
-    /// The sentences, and the notes.
-    fn advise(&self, limits: Limits) -> (Vec<Sentence>, Vec<String>) {
+    /// The sentences, and the notes, where so many suggestions are `interpolated`.
+    fn advise(&self, limits: Limits, interpolated: usize) -> (Vec<Sentence>, Vec<String>) {
         let cells: Vec<&Cited> = self.cells.iter().flatten().flatten().collect();
         let (mut advice, mut notes) = (Vec::new(), Vec::new());
         let failures = self.cells.iter().map(Vec::len).sum::<usize>() - cells.len();
@@ -426,20 +444,20 @@ impl Adviser<'_> {
             notes.push("No case has a contact normal force.".to_owned());
             return (advice, notes);
         };
-        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
-        advice.push(about(Topic::Highest, top, sentence, &[]));
-
-        let within: Vec<&Cited> =
-            cells.iter().copied().filter(|cell| limits.allow(&cell.place, &cell.outcome)).collect();
         if limits != Limits::default() {
+            let is_within = |cell: &&Cited| limits.allow(&cell.place, &cell.outcome);
+            let within: Vec<&Cited> = cells.iter().copied().filter(is_within).collect();
             if within.is_empty() {
                 notes.push(format!("No case has {limits}."));
+            } else if within.iter().all(|cell| cell.outcome.laterally_unstable) {
+                notes.push("None of these cases is laterally stable.".to_owned());
             }
-            advice.extend(self.ranked(&within, &limits));
+            return (self.ranked(&within, &limits, MOST_RANKED - interpolated), notes);
         }
-        let best = advice.iter().find(|sentence| sentence.topic != Topic::Highest).or(advice.first());
-        if !within.is_empty() && best.is_some_and(|sentence| sentence.cell.outcome.laterally_unstable) {
-            let stable: Vec<&Cited> = within.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
+        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
+        advice.push(about(Topic::Highest, top, sentence, &[]));
+        if top.outcome.laterally_unstable {
+            let stable: Vec<&Cited> = cells.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
             match highest(&stable, force) {
                 Some(top) => {
                     let sentence = format!("The highest of {}; it {}.", counted(stable.len()), top.outcome.motion());
@@ -485,39 +503,34 @@ impl Adviser<'_> {
         (advice, notes)
     }
 
-    /// The best of the cases `within` the limits, ranked.
-    fn ranked(&self, within: &[&Cited], limits: &Limits) -> Vec<Sentence> {
+    /// The best of the cases `within` the limits, ranked: at most so many.
+    fn ranked(&self, within: &[&Cited], limits: &Limits, most: usize) -> Vec<Sentence> {
         let mut ranked = within.to_vec();
+        ranked.sort_by(|a, b| rank(limits, &a.outcome, &b.outcome));
         let count = counted(within.len());
         let with = if limits.are_none() { String::new() } else { format!(" with {limits}") };
-        if let Some(target) = limits.target_force_n {
-            let deviation = |cell: &Cited| (force(cell) - target).abs();
-            ranked.sort_by(|a, b| deviation(a).total_cmp(&deviation(b)));
-            let sentence = |(rank, cell): (usize, &&Cited)| {
-                let what = if rank == 0 { format!("The nearest of {count}{with}. ") } else { String::new() };
-                let [lower, upper] = cell.outcome.ends();
-                let band = if lower < target && target < upper { " The target is within the uncertainty." } else { "" };
-                let sentence =
-                    format!("{what}{}; it {}.{band}", off_target(force(cell), target), cell.outcome.motion());
-                about(Topic::NearTarget, cell, sentence, &[])
-            };
-            return ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect();
-        }
         let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
-        ranked.sort_by(|a, b| holds(b).cmp(&holds(a)).then(force(b).total_cmp(&force(a))));
         let sure = within.iter().filter(|cell| holds(cell)).count();
         let sentence = |(rank, cell): (usize, &&Cited)| {
-            let what = match rank {
-                0 if sure > 0 && sure < within.len() => {
-                    format!("The highest of {sure} entirely within the limit, of {count}{with}; it")
-                }
-                0 => format!("The highest of {count}{with}; it"),
-                _ => "It".to_owned(),
+            let motion = cell.outcome.motion();
+            let Some(target) = limits.target_force_n else {
+                let what = match rank {
+                    0 if sure > 0 && sure < within.len() => {
+                        format!("The best of {sure} entirely within the limit, of {count}{with}; it")
+                    }
+                    0 => format!("The best of {count}{with}; it"),
+                    _ => "It".to_owned(),
+                };
+                let beyond = if holds(cell) { String::new() } else { beyond(self.forces, &cell.outcome) };
+                return about(Topic::WithinLimits, cell, format!("{what} {motion}.{beyond}"), &[]);
             };
-            let beyond = if holds(cell) { String::new() } else { beyond(self.forces, &cell.outcome) };
-            about(Topic::WithinLimits, cell, format!("{what} {}.{beyond}", cell.outcome.motion()), &[])
+            let what = if rank == 0 { format!("The best of {count}{with}. ") } else { String::new() };
+            let [lower, upper] = cell.outcome.ends();
+            let band = if lower < target && target < upper { " The target is within the uncertainty." } else { "" };
+            let sentence = format!("{what}{}; it {motion}.{band}", off_target(force(cell), target));
+            about(Topic::NearTarget, cell, sentence, &[])
         };
-        ranked.iter().take(MOST_RANKED).enumerate().map(sentence).collect()
+        ranked.iter().take(most).enumerate().map(sentence).collect()
     }
 
     /// Compares the highest force of some cases with the lowest. `None` if there is nothing to compare, or no force.
@@ -640,7 +653,7 @@ impl Topic {
     fn heading(self) -> &'static str {
         match self {
             Self::Highest => "Highest force F_n,w of the tool",
-            Self::WithinLimits => "Highest force within the limits",
+            Self::WithinLimits => "Best within the limits",
             Self::NearTarget => "Nearest to the target force",
             Self::Stable => "Highest force of a laterally stable case",
             Self::AtVelocity => "Highest force at each brushing velocity",
@@ -654,19 +667,22 @@ impl Topic {
 }
 
 impl Advice {
-    /// Simulates the interpolated suggestions.
+    /// Simulates the recommendation: see [`Recommendation::verify`].
     ///
     /// # Errors
     /// If the threads cannot be started.
-    pub fn verify(&mut self, threads: Option<NonZeroUsize>) -> io::Result<()> {
-        let suggestions = self.sections.iter_mut().flat_map(|section| &mut section.interpolated);
-        suggestions.into_iter().try_for_each(|suggestion| suggestion.simulate(&self.limits, threads))
+    pub fn verify(&mut self, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<()> {
+        let limits = self.limits;
+        self.recommendation.as_mut().map_or(Ok(()), |recommendation| recommendation.verify(&limits, threads, stop))
     }
 
     /// The advice in lines of at most `width` columns: a table with one sentence per row.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
         let mut text = String::new();
+        if let Some(recommendation) = &self.recommendation {
+            recommendation.write(&mut text, &self.limits, width);
+        }
         if let Some(best) = self.tools.first() {
             let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
             self.write_lines(&mut text, &best.slice, &lines, width);
@@ -699,7 +715,7 @@ impl Advice {
             );
         }
         if self.sections.iter().any(|section| !section.interpolated.is_empty()) {
-            legend.push_str(" ≈ marks a force interpolated between the cases of two rows; --verify simulates it.");
+            legend.push_str(" ≈ marks a force interpolated between the cases of two rows.");
         }
         legend.push_str(
             " * marks an end of the study, beyond which the force may be higher. A filament sweeps where ε_tc is above ½ \
@@ -722,7 +738,7 @@ impl Advice {
         // Suggestions follow what they are an alternative to.
         let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
         let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
-        let suggested = interpolated.iter().flat_map(|each| self.lines_of_suggestion(slice, each)).collect();
+        let suggested = interpolated.iter().map(|each| self.line_of_suggestion(slice, each)).collect();
         self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat(), width);
         notes.iter().for_each(|note| wrap(width, text, "", note));
     }
@@ -772,40 +788,16 @@ impl Advice {
         Line::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
     }
 
-    /// The line of a suggestion, and that of its simulation.
-    fn lines_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> Vec<Line> {
-        let heading = "Interpolated, farthest from the line ε_tc = ½ first";
-        let machine = |summary: &CaseSummary| self.machine.iter().map(|each| each.text_of(summary)).collect();
+    /// The line of a suggestion.
+    fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> Line {
+        let machine = self.machine.iter().map(|each| each.text_of(&suggestion.summary)).collect();
         let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
         let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
         let expected = &suggestion.interpolated;
         let force = format!("≈ {}", self.force(expected));
-        let place = [rows, velocity.clone(), depth.clone()];
         let mut sentence = format!("Not simulated; it {}.", expected.motion());
         warn_of_instability(&mut sentence, expected);
-        let mut lines =
-            vec![Line::new(heading.to_owned(), place, force, machine(&suggestion.summary), expected, sentence)];
-        match &suggestion.simulated {
-            Some(Simulated::Ok { is_within_limits, outcome, summary }) => {
-                lines[0].sentence = "As interpolated.".to_owned();
-                let change = outcome.tool_contact_normal_force_n / expected.tool_contact_normal_force_n - 1.0;
-                let within = if *is_within_limits { "within" } else { "beyond" };
-                let mut sentence =
-                    format!("As simulated: {:+.1} %, {within} the limits; it {}.", 1e2 * change, outcome.motion());
-                if *is_within_limits && !self.limits.hold_with_band(outcome) {
-                    sentence.push_str(&beyond(&self.forces, outcome));
-                }
-                warn_of_instability(&mut sentence, outcome);
-                let place = [String::new(), velocity, depth];
-                let force = self.force(outcome);
-                lines.push(Line::new(heading.to_owned(), place, force, machine(summary), outcome, sentence));
-            }
-            Some(Simulated::Failed { error }) => {
-                lines[0].sentence = format!("As interpolated; the simulation failed: {error}")
-            }
-            None => {}
-        }
-        lines
+        Line::new("Interpolated".to_owned(), [rows, velocity, depth], force, machine, expected, sentence)
     }
 
     /// The force with its band, or else with its uncertainty.

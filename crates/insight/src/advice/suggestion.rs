@@ -1,23 +1,21 @@
 //! Settings between simulated cases, at which interpolation expects the force that is asked for.
 //!
 //! Between two neighbouring cases that differ in depth, or in velocity if the study has one depth, all metrics are taken to be
-//! linear. An interpolated suggestion is therefore no result: [`Suggestion::simulate`] makes it one.
-
-use std::io;
-use std::num::NonZeroUsize;
+//! linear. An interpolated suggestion is therefore no result; the first one is simulated if it is recommended.
 
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-use super::{Cited, Limits, Outcome, Place, TIER, force};
+use super::recommendation::rank;
+use super::{Cited, Limits, Outcome, Place, force};
 use crate::slices::{Side, Slice};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary, Study, run_study};
+use bristle_grid::{CaseResult, CaseSummary, Study};
 use bristle_text::number::short;
 
 /// Largest number of suggestions for a section.
-const MOST: usize = 5;
+const MOST: usize = 2;
 
 /// Settings that have not been simulated by the study.
 #[derive(Clone, Debug, Serialize)]
@@ -29,35 +27,10 @@ pub struct Suggestion {
     pub place: Place,
     /// What interpolation expects.
     pub interpolated: Outcome,
-    /// What simulating it has given, once it has been simulated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub simulated: Option<Simulated>,
     #[serde(skip)]
-    settings: Settings,
+    pub(super) settings: Settings,
     #[serde(skip)]
     pub(super) summary: CaseSummary,
-}
-
-/// What simulating a suggestion has given.
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "status", rename_all = "snake_case")]
-pub enum Simulated {
-    /// It has been simulated.
-    Ok {
-        /// Whether it is within the limits.
-        is_within_limits: bool,
-        /// The result.
-        #[serde(flatten)]
-        outcome: Outcome,
-        /// The result with all metrics.
-        #[serde(skip)]
-        summary: Box<CaseSummary>,
-    },
-    /// The simulation failed.
-    Failed {
-        /// Why.
-        error: String,
-    },
 }
 
 impl Suggestion {
@@ -66,30 +39,10 @@ impl Suggestion {
         let value = side.setting.parameter().map_or(0.0, |parameter| parameter.get(&self.settings));
         short(side.setting.factor() * value)
     }
-
-    /// Simulates it.
-    ///
-    /// # Errors
-    /// If the threads cannot be started.
-    pub(super) fn simulate(&mut self, limits: &Limits, threads: Option<NonZeroUsize>) -> io::Result<()> {
-        let result = match Study::new(self.settings.clone(), Vec::new()) {
-            Ok(study) => run_study(&study, threads, || {})?.remove(0),
-            Err(error) => Err(error.to_string()),
-        };
-        self.simulated = Some(match result {
-            Ok(summary) => {
-                let outcome = Outcome::new(&self.settings, &summary);
-                let is_within_limits = limits.allow(&self.place, &outcome);
-                Simulated::Ok { is_within_limits, outcome, summary: Box::new(summary) }
-            }
-            Err(error) => Simulated::Failed { error },
-        });
-        Ok(())
-    }
 }
 
-/// Suggestions within the limits, at the target force or else at the highest force whose uncertainty is within the limit, those
-/// farthest from the tier first, because small changes matter least there. Laterally stable ones precede the others.
+/// Suggestions within the limits, at the target force or else at the highest force whose uncertainty is within the limit, by their
+/// [`rank`].
 pub(super) fn suggestions(
     study: &Study,
     results: &[CaseResult],
@@ -135,23 +88,18 @@ pub(super) fn suggestions(
             between_rows: [a.row, b.row],
             place,
             interpolated: outcome,
-            simulated: None,
             settings,
             summary,
         })
     };
     let mut suggestions: Vec<Suggestion> = steps.into_iter().filter_map(suggestion).collect();
-    let distance = |suggestion: &Suggestion| (suggestion.interpolated.contact_time_ratio - TIER).abs();
-    suggestions.sort_by(|a, b| {
-        let is_unstable = |suggestion: &Suggestion| suggestion.interpolated.laterally_unstable;
-        is_unstable(a).cmp(&is_unstable(b)).then(distance(b).total_cmp(&distance(a)))
-    });
+    suggestions.sort_by(|a, b| rank(limits, &a.interpolated, &b.interpolated));
     suggestions.truncate(MOST);
     suggestions
 }
 
 /// A setting with three significant digits, which is as finely as machines are set.
-fn rounded(value: f64, rounding: fn(f64) -> f64) -> f64 {
+pub(super) fn rounded(value: f64, rounding: fn(f64) -> f64) -> f64 {
     let exponent = value.abs().log10().floor() as i32 - 2;
     let digits = rounding(value / 10_f64.powi(exponent));
     // By way of its decimal digits, so that it is the number that people write.

@@ -14,6 +14,7 @@ mod touch;
 pub(crate) mod turns;
 
 pub use brush::of_brush;
+pub(crate) use packing::is_packed;
 pub use stability::is_unstable;
 
 /// The warnings about one contact.

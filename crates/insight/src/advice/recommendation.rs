@@ -1,0 +1,334 @@
+//! The recommendation: one velocity and depth for the force that is asked for, why it is robust, and how it was verified.
+
+use std::cmp::Ordering;
+use std::io;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::{BrushSettings, Settings};
+use bristle::simulation::{Sampling, Stop};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simulate_cases};
+use bristle_input::first_file::ASSUMED_TILT_RAD;
+use bristle_text::layout::wrap;
+use bristle_text::number::{short, uncertain};
+use serde::Serialize;
+
+use super::{Limits, Outcome, Place, Section, TIER};
+use crate::assumptions::Assumptions;
+use crate::warnings::is_packed;
+
+/// A force this near to the target, as a share of it, is the target.
+const NEAR: f64 = 0.05;
+/// So near is the force at which the search for it ends.
+const FOUND: f64 = 0.01;
+/// Simulations of the search.
+const MOST: usize = 4;
+/// Rows of a brush in space, which repeat along the axis.
+const ROWS: usize = 4;
+/// A band is narrow if its ends are this close to the force, as a share of it.
+const NARROW: f64 = 0.25;
+
+/// What to set.
+#[derive(Clone, Debug, Serialize)]
+pub struct Recommendation {
+    /// Rows of `runs.csv`: that of the case, or those between which it lies.
+    pub rows: Vec<usize>,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: Place,
+    /// What is expected there; once it is verified, what its simulation has given.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// What speaks for it.
+    pub strengths: Vec<String>,
+    /// What speaks against it.
+    pub weaknesses: Vec<String>,
+    /// How it was verified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verified: Option<Verified>,
+    #[serde(skip)]
+    settings: Settings,
+    /// The further settings that distinguish it, as text.
+    #[serde(skip)]
+    condition: String,
+    /// The path of the setting that is changed to reach the force.
+    #[serde(skip)]
+    changed: &'static str,
+    #[serde(skip)]
+    is_end: bool,
+}
+
+/// What simulating a recommendation has given.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verified {
+    /// What the study let expect, in N.
+    pub expected_force_n: f64,
+    /// Whether filaments touched each other in its simulation.
+    pub with_interaction: bool,
+    /// Why it could not be simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// The same with tilts of the filaments, which leave their planes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub in_space: Option<InSpace>,
+}
+
+/// The force of a brush whose filaments are tilted.
+#[derive(Clone, Debug, Serialize)]
+pub struct InSpace {
+    /// Standard deviation of the tilts in rad.
+    pub lateral_tilt_std_rad: f64,
+    /// Whether nobody has stated it.
+    pub is_assumed: bool,
+    /// `F_n,w` in N.
+    pub tool_contact_normal_force_n: f64,
+    /// Its standard error in N, from the scatter over the filaments that count.
+    pub standard_error_n: f64,
+}
+
+/// The best of all sections, by [`rank`]; `None` if nothing is asked for, or nothing is within the limits.
+pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) -> Option<Recommendation> {
+    if *limits == Limits::default() {
+        return None;
+    }
+    let of_section = |section: &Section| {
+        let sides = [&section.slice.x, &section.slice.y];
+        let new =
+            |rows: Vec<usize>, place: Place, outcome: &Outcome, settings: Settings, is_end: bool| Recommendation {
+                rows,
+                place,
+                outcome: outcome.clone(),
+                strengths: Vec::new(),
+                weaknesses: Vec::new(),
+                verified: None,
+                settings,
+                condition: section.slice.condition(),
+                changed: if sides[1].varies() { DEPTH } else { VELOCITY },
+                is_end,
+            };
+        let cells = section.cells.iter().flatten().flatten();
+        let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && super::force(cell) > 0.0);
+        let simulated = within.map(|cell| {
+            let is_end = |(side, at): (&&super::Side, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
+            let is_end = sides.iter().zip(cell.position).any(is_end);
+            new(vec![cell.row], cell.place, &cell.outcome, study.settings(cell.row - 1), is_end)
+        });
+        let between = section.interpolated.iter();
+        let between = between
+            .map(|each| new(each.between_rows.to_vec(), each.place, &each.interpolated, each.settings.clone(), false));
+        simulated.chain(between).collect::<Vec<_>>()
+    };
+    let candidates = sections.iter().flat_map(of_section);
+    let mut best = candidates.min_by(|a, b| rank(limits, &a.outcome, &b.outcome).then(a.is_end.cmp(&b.is_end)))?;
+    best.weigh();
+    Some(best)
+}
+
+/// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those come first that are laterally stable, then
+/// those that sweep; of these the one whose whole uncertainty is nearest to the target, or whose force is highest.
+pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
+    let key = |outcome: &Outcome| {
+        let force = outcome.tool_contact_normal_force_n;
+        let (off, last) = match limits.target_force_n {
+            Some(target) => {
+                let off = (force - target).abs();
+                let worst = outcome.ends().map(|end| (end - target).abs()).into_iter().fold(0.0, f64::max);
+                // Those that are far are ranked by how far.
+                (if off > NEAR * target { off } else { 0.0 }, worst)
+            }
+            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), -force),
+        };
+        let flaws =
+            [outcome.laterally_unstable, outcome.contact_time_ratio <= TIER].map(|flaw| f64::from(u8::from(flaw)));
+        [off, flaws[0], flaws[1], last]
+    };
+    let pairs = key(a).into_iter().zip(key(b));
+    pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// Simulates one case; `None` if it was asked to stop.
+fn simulated(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<Option<CaseResult>> {
+    let study = match Study::new(settings.clone(), Vec::new()) {
+        Ok(study) => study,
+        Err(error) => return Ok(Some(Err(error.to_string()))),
+    };
+    let result = Mutex::new(None);
+    let keep = |_, done| {
+        *result.lock().expect("nothing panics with the result in hand") = Some(done);
+        ControlFlow::Continue(())
+    };
+    simulate_cases(&study, &[0], threads, stop, Sampling::default(), |_, _| {}, keep)?;
+    Ok(result.into_inner().expect("nothing panics with the result in hand"))
+}
+
+impl Recommendation {
+    /// Says what speaks for and against it.
+    fn weigh(&mut self) {
+        let Outcome { tool_contact_normal_force_n: force, contact_time_ratio: ratio, .. } = self.outcome;
+        let is_narrow = self.outcome.ends().into_iter().all(|end| (end - force).abs() <= NARROW * force);
+        let shown = format!("ε_tc = {ratio:.2}");
+        let reasons = [
+            (ratio > TIER, format!("filaments sweep ({shown})"), format!("filaments strike ({shown})")),
+            (!self.outcome.laterally_unstable, "laterally stable".to_owned(), "laterally unstable".to_owned()),
+            (is_narrow, "narrow band".to_owned(), "wide band".to_owned()),
+            (!self.is_end, "inside the grid".to_owned(), "at an end of the grid".to_owned()),
+        ];
+        (self.strengths, self.weaknesses) = (Vec::new(), Vec::new());
+        for (speaks_for, strength, weakness) in reasons {
+            if speaks_for { self.strengths.push(strength) } else { self.weaknesses.push(weakness) }
+        }
+    }
+
+    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the velocity, until it has the target force. Then
+    /// simulates it in space, if filaments touch. A stop leaves it unverified.
+    ///
+    /// # Errors
+    /// If threads cannot be started.
+    pub(super) fn verify(&mut self, limits: &Limits, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<()> {
+        let mut settings = self.settings.clone();
+        if is_packed(&settings) {
+            settings.brush = Some(BrushSettings::default());
+        }
+        let mut verified = Verified {
+            expected_force_n: self.outcome.tool_contact_normal_force_n,
+            with_interaction: settings.brush.is_some(),
+            error: None,
+            in_space: None,
+        };
+        let Some(changed) = Parameter::find(self.changed) else { return Ok(()) };
+        // The value and the force before, and the best ones, by how much they miss the target.
+        let mut before: Option<[f64; 2]> = None;
+        let mut best: Option<(f64, Settings, CaseSummary)> = None;
+        for _ in 0..MOST {
+            let summary = match simulated(&settings, threads, stop)? {
+                Some(Ok(summary)) => summary,
+                Some(Err(error)) => {
+                    verified.error = best.is_none().then_some(error);
+                    break;
+                }
+                None => return Ok(()),
+            };
+            let force = summary.metrics.tool_contact_normal_force_n;
+            let miss = limits.target_force_n.map_or(0.0, |target| (force / target - 1.0).abs());
+            let value = changed.get(&settings);
+            if best.as_ref().is_none_or(|(least, ..)| miss < *least) {
+                best = Some((miss, settings.clone(), summary));
+            }
+            let Some(target) = limits.target_force_n.filter(|_| miss > FOUND && force > 0.0) else { break };
+            let next = match before {
+                Some([value_before, force_before]) if force_before != force => {
+                    value + (target - force) * (value - value_before) / (force - force_before)
+                }
+                _ => value * target / force,
+            };
+            before = Some([value, force]);
+            // As finely as machines are set.
+            let next = super::suggestion::rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
+            changed.set(&mut settings, next);
+            if next == value || settings.check().is_err() || !limits.allow_place(&Place::of(&settings)) {
+                break;
+            }
+        }
+        if let Some((_, settings, summary)) = best {
+            self.place = Place::of(&settings);
+            self.outcome = self.outcome.simulated_as(&settings, &summary);
+            self.settings = settings;
+            self.weigh();
+            self.weaknesses.extend(resonance(&self.settings));
+        }
+        if verified.with_interaction && verified.error.is_none() {
+            verified.in_space = in_space(&self.settings, threads, stop)?;
+        }
+        self.verified = Some(verified);
+        Ok(())
+    }
+
+    /// In lines of at most `width` columns.
+    pub(super) fn write(&self, text: &mut String, limits: &Limits, width: usize) {
+        let Self { place, outcome, strengths, weaknesses, verified, condition, .. } = self;
+        let target = limits.target_force_n.map_or_else(String::new, |target| format!(" for {target} N"));
+        let condition = if condition.is_empty() { String::new() } else { format!(", {condition}") };
+        wrap(
+            width,
+            text,
+            "",
+            &format!(
+                "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
+                short(place.rotational_speed_rpm),
+                short(place.brushing_velocity_m_s),
+                short(1e3 * place.penetration_depth_m)
+            ),
+        );
+        let mut line = |words: String| wrap(width, text, "  ", &words);
+        let force = outcome.tool_contact_normal_force_n;
+        let band = match outcome.band() {
+            Some([lower, upper]) => format!("{} [{} … {}]", short(force), short(lower), short(upper)),
+            None => uncertain(force, outcome.uncertainty_n),
+        };
+        let machine = [outcome.tool_torque_n_m, outcome.tool_power_w].map(short);
+        line(format!("F_n,w = {band} N, M_w = {} N m, P_w = {} W", machine[0], machine[1]));
+        let sides = [("for it", strengths), ("against it", weaknesses)].map(|(side, reasons)| match &reasons[..] {
+            [] => String::new(),
+            reasons => format!("{side}: {}", reasons.join(", ")),
+        });
+        line(sides.into_iter().filter(|side| !side.is_empty()).collect::<Vec<_>>().join("; "));
+        let rows = match self.rows[..] {
+            [a, b] => format!("rows {a} and {b} of runs.csv let"),
+            _ => format!("row {} of runs.csv lets", self.rows[0]),
+        };
+        line(match verified {
+            None => format!("not verified: {rows} expect it"),
+            Some(Verified { error: Some(error), .. }) => format!("not verified, as its simulation failed: {error}"),
+            Some(Verified { expected_force_n, with_interaction, .. }) => {
+                let how = if *with_interaction { "filaments that touch" } else { "a simulation of its own" };
+                format!("verified by {how}; {rows} expect {} N", short(*expected_force_n))
+            }
+        });
+        if let Some(Verified { in_space: Some(space), .. }) = verified {
+            let guess = if space.is_assumed { " (a guess; docs/what-to-measure.md)" } else { "" };
+            line(format!(
+                "in space, with tilts of {} mrad{guess}: {} N",
+                short(1e3 * space.lateral_tilt_std_rad),
+                uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
+            ));
+        }
+        text.push('\n');
+    }
+}
+
+/// That a contact is near a resonance of its filament, if it is.
+fn resonance(settings: &Settings) -> Option<String> {
+    let modulus = Parameter::find("filament.youngs_modulus_pa")?;
+    let change = Assumptions::of_contact(settings, &[modulus]).resonance()?.1;
+    Some(format!("near resonance ({:+.0} % for 10 % more modulus)", 100.0 * change))
+}
+
+/// The force of a brush whose filaments leave their planes: that which the settings state, in a few rows that repeat along the axis. Tilts that
+/// nobody has stated are assumed. `None` if it cannot be simulated.
+fn in_space(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<Option<InSpace>> {
+    let mut settings = settings.clone();
+    let rows = settings.brush_rows();
+    let share = rows.min(ROWS) as f64 / rows as f64;
+    settings.tool.width_m *= share;
+    settings.tool.filament_count *= share;
+    let brush = settings.brush.get_or_insert_default();
+    brush.rows = Some(rows.min(ROWS));
+    let is_assumed = brush.lateral_tilt_std_rad == 0.0;
+    if is_assumed {
+        brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
+    }
+    let lateral_tilt_std_rad = brush.lateral_tilt_std_rad;
+    let Some(Ok(summary)) = simulated(&settings, threads, stop)? else { return Ok(None) };
+    let force = summary.metrics.tool_contact_normal_force_n / share;
+    Ok(summary.brush.map(|brush| {
+        let counted = (brush.last_counted_column - brush.first_counted_column + 1) * brush.rows;
+        InSpace {
+            lateral_tilt_std_rad,
+            is_assumed,
+            tool_contact_normal_force_n: force,
+            standard_error_n: force * brush.impulse_scatter / (counted as f64).sqrt(),
+        }
+    }))
+}
