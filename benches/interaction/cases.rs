@@ -20,8 +20,13 @@ const ROWS: usize = 15;
 const AROUND: f64 = FILAMENTS / ROWS as f64;
 /// Rows of a brush in space, which repeat along the axis.
 const SPATIAL_ROWS: usize = 4;
-/// Standard deviation of the tilts of a brush in space, and the tilt of a filament alone, in rad.
+/// Tilt of a filament alone in rad.
 pub const TILT: f64 = 1e-3;
+/// Standard deviations of the tilts of brushes in space, in mrad: that of most of them, and those that are compared.
+pub const USUAL_TILT: u32 = 1;
+pub const TILTS: [u32; 4] = [USUAL_TILT, 5, 10, 20];
+/// Filaments around in rows of whole brushes with fewer filaments, whose pitch is as equal both ways as it can be.
+pub const SPARSE: [u32; 5] = [639, 479, 383, 319, 240];
 /// Coefficient of friction, where there is friction.
 const FRICTION: f64 = 0.3;
 /// Number of turns, where there are several.
@@ -113,8 +118,10 @@ pub enum Case {
     Row(Place),
     /// A planar row of filaments with 25 segments.
     Finer(Place),
-    /// Staggered rows in space, of filaments whose clamps are tilted.
-    Space(Place),
+    /// Staggered rows in space, of filaments whose clamps are tilted, with a standard deviation in mrad.
+    Space { place: Place, tilt: u32 },
+    /// A planar row of so many filaments around.
+    Sparse { place: Place, around: u32 },
     /// A row with friction on the workpiece, or between filaments, or both.
     Rough { place: Place, workpiece: bool, filaments: bool },
     /// A row of filaments that differ, near each other or too far apart to touch.
@@ -125,6 +132,10 @@ pub enum Case {
 
 /// The places at which brushes in space are simulated.
 pub const SPATIAL: [Place; 4] = [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)];
+/// The places at which tilts are compared.
+pub const TILTED: [Place; 2] = [at(10, 1000), at(30, 1000)];
+/// The depths in µm at which brushes with fewer filaments are simulated.
+pub const SPARSE_DEPTHS: [u32; 2] = [1000, 3000];
 /// The places with friction.
 pub const ROUGH: [Place; 3] = [at(10, 1000), at(10, 3000), at(30, 1000)];
 /// Where filaments differ.
@@ -149,7 +160,13 @@ impl Case {
         };
         let differing = |scatter| [false, true].map(|apart| Self::Differing { place: DIFFERING, scatter, apart });
         let mut cases: Vec<Self> = TURNING.map(Self::Turning).into();
-        cases.extend(SPATIAL.map(Self::Space));
+        let tilts = SPATIAL.into_iter().flat_map(|place| {
+            let tilts = if TILTED.contains(&place) { &TILTS[..] } else { &[USUAL_TILT] };
+            tilts.iter().map(move |&tilt| Self::Space { place, tilt })
+        });
+        cases.extend(tilts);
+        let places = || VELOCITIES.into_iter().flat_map(|velocity| SPARSE_DEPTHS.map(|depth| at(velocity, depth)));
+        cases.extend(SPARSE.into_iter().flat_map(|around| places().map(move |place| Self::Sparse { place, around })));
         cases.extend(Scatter::ALL.into_iter().flat_map(differing));
         cases.extend(ROUGH.into_iter().flat_map(rough));
         cases.extend(FINER.map(Self::Finer));
@@ -160,19 +177,21 @@ impl Case {
     /// Its settings.
     pub fn settings(self) -> Settings {
         let place = match self {
-            Self::Row(place) | Self::Finer(place) | Self::Space(place) | Self::Turning(place) => place,
+            Self::Row(place) | Self::Finer(place) | Self::Turning(place) => place,
             Self::Rough { place, .. } | Self::Differing { place, .. } => place,
+            Self::Space { place, .. } | Self::Sparse { place, .. } => place,
         };
         let mut settings = place.settings();
         let mut brush = BrushSettings { rows: Some(1), ..BrushSettings::default() };
         match self {
             Self::Row(_) => {}
             Self::Finer(_) => settings.filament.segments = SEGMENTS[1],
-            Self::Space(_) => {
+            Self::Sparse { around, .. } => settings.tool.filament_count = f64::from(around),
+            Self::Space { tilt, .. } => {
                 settings.tool.filament_count = AROUND * SPATIAL_ROWS as f64;
                 settings.tool.width_m *= SPATIAL_ROWS as f64 / ROWS as f64;
                 let rows = Some(SPATIAL_ROWS);
-                brush = BrushSettings { rows, lateral_tilt_std_rad: TILT, ..brush };
+                brush = BrushSettings { rows, lateral_tilt_std_rad: 1e-3 * f64::from(tilt), ..brush };
             }
             Self::Rough { workpiece, filaments, .. } => {
                 settings.contact.friction_coefficient = if workpiece { FRICTION } else { 0.0 };
@@ -199,7 +218,7 @@ impl Case {
 
     fn frames(self) -> usize {
         let is_followed = matches!(self, Self::Row(place) if FOLLOWED.contains(&place));
-        if is_followed || matches!(self, Self::Space(_)) { FRAMES } else { 0 }
+        if is_followed || matches!(self, Self::Space { tilt: USUAL_TILT, .. }) { FRAMES } else { 0 }
     }
 
     fn simulate(self) -> Result<BrushResult, BrushError> {
@@ -246,6 +265,11 @@ impl Results {
     /// That of a case.
     pub fn of(&self, case: Case) -> &BrushResult {
         &self.0[&case]
+    }
+
+    /// That of a brush in space with the usual tilts.
+    pub fn space(&self, place: Place) -> &BrushResult {
+        self.of(Case::Space { place, tilt: USUAL_TILT })
     }
 
     /// That of a planar row.

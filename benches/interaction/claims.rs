@@ -148,7 +148,7 @@ fn of_rows(results: &Results) -> Vec<Claim> {
 
 /// Those on brushes in space.
 fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
-    let space = |velocity, depth| results.of(Case::Space(at(velocity, depth)));
+    let space = |velocity, depth| results.space(at(velocity, depth));
     let over = |velocity, depth| {
         let [force, planar] = [space(velocity, depth), results.row(velocity, depth)]
             .map(|brush| tool_forces(at(velocity, depth), brush)[0]);
@@ -157,14 +157,14 @@ fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
     let slow = Tilted::at(at(2, 1000))?;
     let mut farther = true;
     for place in SPATIAL.into_iter().filter(|place| place.velocity > 2) {
-        farther &= buckled(results.of(Case::Space(place)))[1] > 1.5 * Tilted::at(place)?.sideways;
+        farther &= buckled(results.space(place))[1] > 1.5 * Tilted::at(place)?.sideways;
     }
     Ok(vec![
         claim("tilts take force at 2 m/s and at 3 mm, and add much at 30 m/s", {
             over(2, 1000) < 0.95 && over(10, 3000) < 0.95 && over(30, 1000) > 1.1
         }),
         claim("in space impulses scatter by 15 to 65 %", {
-            SPATIAL.iter().all(|place| (0.15..0.65).contains(&results.of(Case::Space(*place)).stretch.scatter))
+            SPATIAL.iter().all(|place| (0.15..0.65).contains(&results.space(*place).stretch.scatter))
         }),
         claim("at 2 m/s a lone tilted filament buckles, and many of the brush do", {
             slow.sideways > 4e-3 && buckled(space(2, 1000))[0] > 0.25

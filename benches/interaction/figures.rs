@@ -148,7 +148,7 @@ fn way(results: &Results) -> Result<Canvas, SimulationError> {
 fn buckling(results: &Results) -> Result<Canvas, SimulationError> {
     let mut curves = Vec::new();
     for (index, place) in [at(2, 1000), at(10, 3000)].into_iter().enumerate() {
-        let brush = results.of(Case::Space(place));
+        let brush = results.space(place);
         let points = sideways(brush).into_iter().zip(&brush.filaments).filter(|(_, filament)| filament.is_counted);
         let impulse = |filament: &bristle::brush::FilamentResult| filament.metrics.contact_normal_impulse_n_s;
         let relative = points.map(|(way, filament)| (1e3 * way, impulse(filament) / impulse_alone(brush))).collect();

@@ -2,11 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::f64::consts::TAU;
 
 use bristle::brush::BrushResult;
 use bristle::simulation::{Pass, SimulationError};
 
-use crate::cases::{Case, DEPTHS, DIFFERING, FINER, Place, ROUGH, Results, SPATIAL, Scatter, TURNING, VELOCITIES, at};
+use bristle_input::packing::tip_spacing;
+
+use crate::cases::{
+    Case, DEPTHS, DIFFERING, FINER, Place, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL, Scatter, TILTED, TILTS,
+    TURNING, VELOCITIES, at,
+};
 use crate::numbers::{
     Presses, Tilted, impulse, impulse_alone, in_the_middle, sideways, standard_error, unsteady_columns,
 };
@@ -25,6 +31,8 @@ pub fn all(results: &Results) -> Result<BTreeMap<&'static str, String>, Box<dyn 
         ("forces", forces(results)),
         ("finer", finer(results)),
         ("space", space(results)),
+        ("tilts", tilts(results)),
+        ("sparse", sparse(results)),
         ("friction", friction(results)?),
         ("scatter", scatter(results)),
         ("buckling", buckling(results)?),
@@ -95,12 +103,55 @@ fn finer(results: &Results) -> String {
 fn space(results: &Results) -> String {
     let row = |place: Place| {
         let [planar, alone] = tool_forces(place, results.of(Case::Row(place)));
-        let brush = results.of(Case::Space(place));
-        let force = place.tool_force(impulse(brush));
-        let in_space = format!("{} ± {}", whole(force), whole(force * standard_error(brush)));
+        let brush = results.space(place);
+        let [force, error] = force_in_space(place, brush);
+        let in_space = format!("{} ± {}", whole(force), whole(error));
         vec![place_of(place), whole(alone), whole(planar), in_space, per_cent(brush.stretch.scatter)]
     };
     table(&["", "alone", "planar row", "in space", "scatter of p_n in space"], SPATIAL.map(row))
+}
+
+/// Force of the whole tool in N of a brush in space, with its standard error.
+pub fn force_in_space(place: Place, brush: &BrushResult) -> [f64; 2] {
+    let force = place.tool_force(impulse(brush));
+    [force, force * standard_error(brush)]
+}
+
+fn tilts(results: &Results) -> String {
+    let row = |place: Place| {
+        let planar = whole(tool_forces(place, results.of(Case::Row(place)))[0]);
+        let cells = TILTS.map(|tilt| {
+            let [force, error] = force_in_space(place, results.of(Case::Space { place, tilt }));
+            format!("{} ± {}", whole(force), whole(error))
+        });
+        [place_of(place), planar].into_iter().chain(cells).collect()
+    };
+    let heads = TILTS.map(|tilt| format!("{tilt} mrad"));
+    let heads: Vec<&str> = ["", "planar row"].into_iter().chain(heads.iter().map(String::as_str)).collect();
+    table(&heads, TILTED.map(row))
+}
+
+/// The mean distance of the tips over their diameter, of a whole brush with so many filaments around.
+fn spacing(around: u32) -> f64 {
+    let mut settings = at(10, 1000).settings();
+    // The pitch is as equal both ways as it can be.
+    let pitch = TAU * settings.tool.body_radius_m / f64::from(around);
+    settings.tool.filament_count = f64::from(around) * settings.tool.width_m / pitch;
+    tip_spacing(&settings)
+}
+
+/// The interaction factors of rows with so many filaments around, at one velocity.
+pub fn sparse_factors(results: &Results, around: u32, velocity: u32) -> [f64; 2] {
+    SPARSE_DEPTHS.map(|depth| results.of(Case::Sparse { place: at(velocity, depth), around }).interaction_factor)
+}
+
+fn sparse(results: &Results) -> String {
+    let row = |around: u32| {
+        let cells =
+            VELOCITIES.map(|velocity| sparse_factors(results, around, velocity).map(|each| fixed(2, each)).join(" / "));
+        [fixed(2, spacing(around))].into_iter().chain(cells).collect()
+    };
+    table(&["tips apart by, in d", "2 m/s", "10 m/s", "20 m/s", "30 m/s"], SPARSE.map(row))
 }
 
 fn friction(results: &Results) -> Result<String, SimulationError> {
@@ -146,7 +197,7 @@ fn buckling(results: &Results) -> Result<String, SimulationError> {
     for place in SPATIAL {
         let Tilted { impulse: tilted, sideways } = Tilted::at(place)?;
         let straight = impulse_alone(results.of(Case::Row(place)));
-        let [share, way] = buckled(results.of(Case::Space(place)));
+        let [share, way] = buckled(results.space(place));
         rows.push(vec![
             place_of(place),
             whole(place.tool_force(straight)),

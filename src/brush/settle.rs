@@ -25,8 +25,9 @@ const MOST_GROWING: usize = 40;
 const MOST_RESTING: usize = 100;
 /// Those that a brush is expected to need.
 const USUAL_RESTING: usize = 6;
-/// The largest speed of a node relative to the body that counts as rest, over the brushing velocity.
-const REST: f64 = 1e-4;
+/// The largest speed of a node relative to the body that counts as rest, over the brushing velocity and over that of a vibration in the
+/// first mode by a diameter: where points press on kinks of a polyline, some of it remains.
+const REST: [f64; 2] = [3e-4, 3e-3];
 
 /// How far filaments have settled.
 #[derive(Clone, Debug)]
@@ -107,7 +108,9 @@ impl Settling {
         };
         self.speed = poses.iter().enumerate().map(speed).fold(0.0, f64::max);
         self.poses = poses;
-        self.rung >= self.growing && self.speed <= REST * settings.process.brushing_velocity_m_s
+        let vibration = settings.filament.diameter_m * first_natural_frequency(&settings.filament);
+        let rest = (REST[0] * settings.process.brushing_velocity_m_s).max(REST[1] * vibration);
+        self.rung >= self.growing && self.speed <= rest
     }
 
     /// Whether it has taken so long that it will not come to rest.

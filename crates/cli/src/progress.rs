@@ -381,7 +381,8 @@ impl Tally {
     /// The time left in s after so many `seconds`.
     fn seconds_left(&self, seconds: f64) -> Option<f64> {
         let [done, left] = self.work;
-        (done > 0.0).then(|| seconds * left / done)
+        // What is left over of a difference may be negative.
+        (done > 0.0).then(|| (seconds * left / done).max(0.0))
     }
 
     /// Writes a line to stdout, and keeps the first error.

@@ -14,7 +14,7 @@ use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
-const BRUSH: &str = "brush";
+pub const BRUSH: &str = "brush";
 
 /// The reasons why sweeps do not form a study.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -258,18 +258,6 @@ impl Study {
     pub fn has_brush(&self) -> bool {
         self.tools.iter().any(|tool| tool.settings.brush.is_some())
             || self.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH)
-    }
-
-    /// The same study with each filament alone.
-    ///
-    /// # Errors
-    /// The path of a sweep over what only a brush has.
-    pub fn without_brush(mut self) -> Result<Self, &'static str> {
-        if let Some(sweep) = self.sweeps.iter().find(|sweep| sweep.setting().section() == BRUSH) {
-            return Err(sweep.path());
-        }
-        self.tools.iter_mut().for_each(|tool| tool.settings.brush = None);
-        Ok(self)
     }
 
     /// Whether some case has more than one turn.

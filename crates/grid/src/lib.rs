@@ -17,7 +17,7 @@ mod sweep;
 mod tool;
 pub mod uncertainty;
 
-pub use grid::{Study, StudyError};
+pub use grid::{BRUSH, Study, StudyError};
 pub use scheduler::{
     CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, simulate_cases_with, thread_count,
     waiting_cases, without_result, work,

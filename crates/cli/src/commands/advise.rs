@@ -87,7 +87,7 @@ pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
         .map_err(|error| CliError::Advice { path: path.clone(), error })?;
     if advice.recommendation.is_some() && !arguments.no_verify {
         if !arguments.json {
-            say("simulating the recommendation, which takes up to a minute where filaments touch (--no-verify)");
+            say("simulating the recommendation; --no-verify leaves this out");
         }
         advice.verify(None, &Stop::default()).map_err(CliError::Threads)?;
     }

@@ -27,7 +27,7 @@ pub struct MergeArgs {
 /// Runs the command.
 pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
     let text = arguments.study.input.read()?;
-    let study = arguments.study.study(&text.document()?, false)?;
+    let study = arguments.study.document(&text)?.study()?;
     let total = study.case_count();
     // Shards that are missing or of another study are found before anything is written.
     let mut merged = vec![None; total];

@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn answers_are_asked_again_until_they_are_right_or_meant() {
         // A unit, a slip, an unusual diameter that is meant, a material, and the diameter over the filaments.
-        let typed = ["4 cm", "1,18 m", "1,18", "wood", "", "", "long", "360", "20", "60 %", "", "1500", "50", "4"];
+        let typed = ["4 cm", "1,18 m", "1,18", "wood", "", "", "long", "360", "20", "60 %", "", "1500", "4"];
         let (all, material) = answers("", &typed).expect("answers");
         let of_machine = [Some(1500.0), Some(4e-3)];
         assert_eq!(all[..6], [Some(0.04), Some(1.18e-3), None, Some(0.14), Some(0.02), Some(0.6)]);

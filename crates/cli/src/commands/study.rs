@@ -22,7 +22,7 @@ use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::input::InputArgs;
+use crate::input::{InputArgs, InputText};
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
@@ -123,6 +123,11 @@ pub struct StudyCommandArgs {
     check: bool,
 }
 
+/// The study, whose cases are simulated again if it is to `check` them.
+fn checked_if(study: Study, check: bool) -> Study {
+    if check { study.checked() } else { study }
+}
+
 /// The input of a study, and where its results go.
 #[derive(Args)]
 pub struct StudyArgs {
@@ -155,14 +160,11 @@ impl StudyArgs {
         self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
     }
 
-    /// The study of the input file, whose cases are simulated again if it is to `check` them.
-    pub fn study(&self, document: &Document<'_>, check: bool) -> Result<Study, CliError> {
-        let mut study = document.study()?;
-        if self.without_interaction {
-            let refused = |key| CliError::WithoutBrush { path: self.input.file.clone(), key };
-            study = study.without_brush().map_err(refused)?;
-        }
-        Ok(if check { study.checked() } else { study })
+    /// What the text of the input file states, with filaments that touch each other or without.
+    pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
+        let document = text.document()?;
+        let refused = |key| CliError::WithoutBrush { path: self.input.file.clone(), key };
+        if self.without_interaction { document.without_brush().map_err(refused) } else { Ok(document) }
     }
 
     /// What the study may use, watched by `progress`.
@@ -227,7 +229,7 @@ fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
 /// Simulates the cases of a shard, which are then in the journal.
 fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
-    let study = arguments.study(&text.document()?, check)?;
+    let study = checked_if(arguments.document(&text)?.study()?, check);
     arguments.check(&study)?;
     let mut run = open(study, &arguments.out, arguments.restart)?;
     let count = |run: &StudyRun, is_one: fn(&Option<CaseResult>) -> bool| {
@@ -258,8 +260,8 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
 pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<ExitCode, CliError> {
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
-    let document = text.document()?;
-    let study = arguments.study(&document, check)?;
+    let document = arguments.document(&text)?;
+    let study = checked_if(document.study()?, check);
     arguments.check(&study)?;
     let measured = match document.measured() {
         Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,

@@ -57,7 +57,7 @@ fn number(runs: &Path, row: u64, column: &str) -> f64 {
 #[test]
 fn the_table_has_sentences_and_fits_a_terminal() {
     let directory = simulated(SWEEPS);
-    let text = printed(&directory, "advise results --max-velocity 15 --min-ratio 0.5");
+    let text = printed(&directory, "advise results --max-velocity 15 --min-ratio 0.5 --no-verify");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     insta::assert_snapshot!(text);
 }
@@ -65,20 +65,26 @@ fn the_table_has_sentences_and_fits_a_terminal() {
 #[test]
 fn json_has_the_numbers_of_the_rows_it_cites() {
     let directory = simulated(SWEEPS);
-    let text = printed(&directory, "advise results --max-velocity 15 --json");
-    assert_eq!(text.lines().count(), 1);
-    let advice: Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(advice["limits"]["max_velocity_m_s"], 15.0);
-    let cited = advice["sections"][0]["advice"].as_array().expect("advice");
-    let mut topics: Vec<&str> = cited.iter().map(|about| about["topic"].as_str().expect("a topic")).collect();
-    topics.dedup();
-    assert_eq!(
-        topics,
-        ["highest", "within_limits", "at_velocity", "at_depth", "per_velocity", "per_depth", "tier"],
-        "{text}"
-    );
+    let json = |arguments: &str| {
+        let text = printed(&directory, arguments);
+        assert_eq!(text.lines().count(), 1);
+        serde_json::from_str::<Value>(&text).expect("JSON")
+    };
+    let topics = |advice: &Value| {
+        let cited = advice["sections"][0]["advice"].as_array().expect("advice").clone();
+        let mut topics: Vec<String> = cited.iter().map(|about| about["topic"].to_string()).collect();
+        topics.dedup();
+        (topics.join(" ").replace('"', ""), cited)
+    };
+    let limited = json("advise results --max-velocity 15 --no-verify --json");
+    assert_eq!(limited["limits"]["max_velocity_m_s"], 15.0);
+    let (words, ranked) = topics(&limited);
+    assert_eq!((words.as_str(), ranked.len()), ("within_limits", 5));
+    assert_eq!(limited["recommendation"]["rows"][0], ranked[0]["row"]);
+    let (words, cited) = topics(&json("advise results --json"));
+    assert_eq!(words, "highest at_velocity at_depth per_velocity per_depth tier");
     let runs = directory.path().join("results/runs.csv");
-    for about in cited {
+    for about in cited.iter().chain(&ranked) {
         let row = about["row"].as_u64().expect("a row");
         for column in
             ["brushing_velocity_m_s", "penetration_depth_m", "tool_contact_normal_force_n", "contact_time_ratio"]
@@ -91,39 +97,37 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
 }
 
 #[test]
-fn interpolated_settings_are_simulated() {
+fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
     let directory = simulated(SWEEPS);
-    let text = printed(&directory, "advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400");
+    let text =
+        printed(&directory, "advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
     let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
     assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(with), "{text}");
     assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
+    assert!(text.starts_with("Recommended: ") && text.contains("  not simulated: row"), "{text}");
 
-    let text = printed(&directory, "advise results --target-force 220 --verify");
-    assert!(text.contains("As interpolated.") && text.contains("As simulated: "), "{text}");
-    let advice: Value =
-        serde_json::from_str(&printed(&directory, "advise results --target-force 220 --verify --json")).expect("JSON");
-    let suggestions = advice["sections"][0]["interpolated"].as_array().expect("suggestions");
-    assert!(!suggestions.is_empty());
-    for suggestion in suggestions {
-        let force = |outcome: &str| suggestion[outcome]["tool_contact_normal_force_n"].as_f64().expect("a force");
-        // The depth is rounded to three digits.
-        assert!((force("interpolated") - 220.0).abs() < 1.0, "{suggestion}");
-        assert_eq!(
-            (&suggestion["simulated"]["status"], &suggestion["simulated"]["is_within_limits"]),
-            (&"ok".into(), &true.into())
-        );
-        let number = |key: &str| suggestion[key].as_f64().expect("a number");
-        let set = format!(
-            "--set process.brushing_velocity_m_s={:?} --set process.penetration_depth_m={:?}",
-            number("brushing_velocity_m_s"),
-            number("penetration_depth_m")
-        );
-        bristle(directory.path(), &format!("simulate case.toml --out one --no-figures {set}")).assert().success();
-        let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
-        let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
-        let alone = metrics["tool_contact_normal_force_n"].as_f64().expect("a force");
-        assert!((force("simulated") / alone - 1.0).abs() < 1e-9, "{alone} N, {suggestion}");
-    }
+    let text = printed(&directory, "advise results --target-force 220 --json");
+    let advice: Value = serde_json::from_str(&text).expect("JSON");
+    let recommendation = &advice["recommendation"];
+    let number = |key: &str| recommendation[key].as_f64().expect("a number");
+    let force = number("tool_contact_normal_force_n");
+    assert!((force / 220.0 - 1.0).abs() < 0.05, "{recommendation}");
+    assert_eq!(recommendation["verified"]["with_interaction"], true);
+    let in_space = &recommendation["verified"]["in_space"];
+    let [space, error] = ["tool_contact_normal_force_n", "standard_error_n"].map(|key| in_space[key].as_f64());
+    assert!(space.is_some_and(|space| (0.5..2.0).contains(&(space / force))), "{in_space}");
+    assert!(error.is_some_and(|error| error > 0.0 && error < 0.2 * force), "{in_space}");
+    assert_eq!(in_space["is_assumed"], true);
+    let set = format!(
+        "--set process.brushing_velocity_m_s={:?} --set process.penetration_depth_m={:?} --set brush.steady=true",
+        number("brushing_velocity_m_s"),
+        number("penetration_depth_m")
+    );
+    bristle(directory.path(), &format!("brush case.toml --out one --no-figures {set}")).assert().success();
+    let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
+    let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
+    let together = metrics["tool_contact_normal_force_n"].as_f64().expect("a force");
+    assert!((force / together - 1.0).abs() < 1e-9, "{together} N, {recommendation}");
 }
 
 #[test]
@@ -178,6 +182,6 @@ fn bad_limits_are_refused() {
         let message = refusal(&directory, &format!("advise results {limits}"));
         assert!(message.contains(problem), "{message}");
     }
-    let unmet = printed(&directory, "advise results --max-velocity 1");
+    let unmet = printed(&directory, "advise results --max-velocity 1 --no-verify");
     assert!(unmet.contains("No case has v_b ≤ 1 m/s."), "{unmet}");
 }

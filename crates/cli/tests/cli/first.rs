@@ -32,6 +32,7 @@ fn a_first_file_can_be_simulated() {
     bristle(directory.path(), &format!("new brush.toml {ANSWERS} --friction 0.3")).assert().success();
     let text = fs::read_to_string(directory.path().join("brush.toml")).expect("the file");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    assert!(text.contains("[brush]  ") && text.contains("# lateral_tilt_std_rad = 0.005"), "{text}");
     for part in ["friction_coefficient = 0.3", "# E: Young’s modulus, in Pa", "rotational_speed_rpm = [200.0, 400.0"]
     {
         assert!(text.contains(part), "no `{part}` in\n{text}");
@@ -39,6 +40,10 @@ fn a_first_file_can_be_simulated() {
     bristle(directory.path(), "simulate brush.toml --out one --strict --no-figures --set filament.segments=4")
         .assert()
         .success();
+    // Where tips are far from each other, filaments are alone.
+    let sparse = ANSWERS.replace("10500", "1000");
+    bristle(directory.path(), &format!("new sparse.toml {sparse}")).assert().success();
+    assert!(!fs::read_to_string(directory.path().join("sparse.toml")).expect("the file").contains("[brush]"));
     // A material states density and modulus.
     bristle(directory.path(), &format!("new nylon.toml {ANSWERS} --material pa6.12")).assert().success();
     let nylon = fs::read_to_string(directory.path().join("nylon.toml")).expect("the file");
@@ -54,7 +59,12 @@ fn a_first_file_can_be_simulated() {
 fn answers_that_are_missing_or_wrong_are_named() {
     let directory = TempDir::new().expect("a temporary directory");
     let message = refused(&directory, "new brush.toml --width-mm 20 --max-rpm 1200");
-    assert!(message.contains("--body-radius-mm, --filaments, --length-mm, --diameter-mm, --max-depth-mm"), "{message}");
+    assert!(
+        message.contains(
+            "--length-mm, --diameter-mm, --tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm), --filaments"
+        ),
+        "{message}"
+    );
     let message =
         refused(&directory, &format!("new brush.toml {}", ANSWERS.replace("--length-mm 40", "--length-mm 1")));
     assert!(message.contains("`filament.diameter_m`") && message.contains("brush.toml:"), "{message}");

@@ -71,6 +71,8 @@ fn deep_edges_and_missed_workpieces_have_warnings() {
         let directory = tempfile::tempdir().expect("a temporary directory");
         let text =
             format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
+        // So few filaments do not touch each other.
+        let text = text.replace("filament_count = 10500", "filament_count = 1000");
         fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
         let arguments = format!("{command} case.toml --out {command}");
         let output = bristle(directory.path(), &arguments).assert().success().get_output().clone();

@@ -34,7 +34,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("filament_count = 10500", "filaments = 10500", &["did you mean `tool.filament_count`?"]),
     ("body_radius_m = 0.140", "radius_m = 0.14", &["did you mean `tool.body_radius_m`?"]),
     // Other units in the key.
-    ("length_m = 0.040", "length_mm = 40", &["did you mean `filament.length_m`?", "1 mm is 0.001 m"]),
+    ("length_m = 0.040", "length_m = 0.040\nlength_mm = 40", &["length_mm", "length_m"]),
     (
         "penetration_depth_m = 1.0e-3",
         "penetration_depth_mm = 1",

@@ -507,7 +507,7 @@ mod unix {
         };
         // Not even the header fits.
         let (_, done) = stops(1, "journal.jsonl");
-        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
+        assert_eq!(workspace.files(), ["journal.jsonl"]);
         assert_eq!((workspace.journal().len(), done), (0, 0));
         // Some cases do.
         let (message, done) = stops(30, "journal.jsonl");

@@ -63,7 +63,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
             "study grid.toml --out grid --no-figures",
             "plot grid --figures svg",
             "advise grid",
-            "advise grid --max-force 30 --max-velocity 25 --max-depth 5 --max-power 100 --min-ratio 0.3 --verify",
+            "advise grid --max-force 30 --max-velocity 25 --max-depth 5 --max-power 100 --min-ratio 0.3 --no-verify",
             "advise grid --target-force 20 --max-rpm 2000",
         ],
     ),
@@ -92,7 +92,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[SCATTER, FEW, MEASURED],
         &[
             "study scatter.toml --out scatter --no-figures",
-            "advise scatter --max-force 30",
+            "advise scatter --max-force 30 --no-verify",
             "plot scatter --no-figures",
         ],
     ),
@@ -101,7 +101,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[FEW, TOOLS],
         &[
             "study tools.toml --out tools --no-figures",
-            "advise tools --max-force 20",
+            "advise tools --max-force 20 --no-verify",
             "compare-studies tools other=tools --out both --no-figures",
         ],
     ),

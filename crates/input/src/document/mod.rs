@@ -27,7 +27,7 @@ use crate::units::setting;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
-use bristle_grid::{DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
+use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 use bristle_text::units::{UNITS, Unit, without_unit};
 
 pub(crate) use tools::{SECTIONS, TOOLS};
@@ -91,6 +91,8 @@ pub struct Document<'t> {
     material: Option<LocatedMaterial>,
     /// The keys of the tree that were written in other units than those of their settings, by their places.
     other_units: BTreeMap<usize, OtherUnit>,
+    /// Whether the section of filaments that touch each other is left out.
+    is_alone: bool,
 }
 
 /// A material that the file names.
@@ -159,6 +161,7 @@ impl<'t> Document<'t> {
             control_points: Vec::new(),
             material: None,
             other_units: BTreeMap::new(),
+            is_alone: false,
         };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
@@ -412,6 +415,16 @@ impl<'t> Document<'t> {
         self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
     }
 
+    /// The same with each filament alone, without `[brush]`.
+    ///
+    /// # Errors
+    /// The path of a sweep over what only a brush has.
+    pub fn without_brush(mut self) -> Result<Self, &'static str> {
+        self.is_alone = true;
+        let of_brush = self.sweeps.iter().find(|located| located.parameter.section() == BRUSH);
+        of_brush.map(|located| located.parameter.path).map_or(Ok(self), Err)
+    }
+
     /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
         if self.sweeps.is_empty() && self.tools.is_empty() {
@@ -493,6 +506,9 @@ impl<'t> Document<'t> {
         let mut table: DeTable<'a> = self.table.clone();
         if let Some(tool) = tool {
             tool.state(&mut table);
+        }
+        if self.is_alone {
+            table.remove(BRUSH);
         }
         self.convert(&mut table);
         self.state_material(&mut table, tool);

@@ -67,7 +67,7 @@ pub struct Verified {
     pub expected_force_n: f64,
     /// Whether filaments touched each other in its simulation.
     pub with_interaction: bool,
-    /// Why it could not be simulated.
+    /// Why it, or the brush in space, could not be simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// The same with tilts of the filaments, which leave their planes.
@@ -127,7 +127,8 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
 }
 
 /// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those come first that are laterally stable, then
-/// those that sweep; of these the one whose whole uncertainty is nearest to the target, or whose force is highest.
+/// those that sweep; of these those whose whole uncertainty is nearest to the target, and that are farthest from the line between sweeping and
+/// striking, or whose force is highest.
 pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     let key = |outcome: &Outcome| {
         let force = outcome.tool_contact_normal_force_n;
@@ -136,13 +137,14 @@ pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
                 let off = (force - target).abs();
                 let worst = outcome.ends().map(|end| (end - target).abs()).into_iter().fold(0.0, f64::max);
                 // Those that are far are ranked by how far.
-                (if off > NEAR * target { off } else { 0.0 }, worst)
+                let distance = (outcome.contact_time_ratio - TIER).abs();
+                (if off > NEAR * target { off } else { 0.0 }, [(worst / (NEAR * target)).round(), -distance])
             }
-            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), -force),
+            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), [-force, 0.0]),
         };
         let flaws =
             [outcome.laterally_unstable, outcome.contact_time_ratio <= TIER].map(|flaw| f64::from(u8::from(flaw)));
-        [off, flaws[0], flaws[1], last]
+        [off, flaws[0], flaws[1], last[0], last[1]]
     };
     let pairs = key(a).into_iter().zip(key(b));
     pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
@@ -181,8 +183,8 @@ impl Recommendation {
         }
     }
 
-    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the velocity, until it has the target force. Then
-    /// simulates it in space, if filaments touch. A stop leaves it unverified.
+    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the velocity, until it has the target force, or
+    /// its whole uncertainty is within the limit of the force. Then simulates it in space, if filaments touch. A stop leaves it unverified.
     ///
     /// # Errors
     /// If threads cannot be started.
@@ -191,16 +193,18 @@ impl Recommendation {
         if is_packed(&settings) {
             settings.brush = Some(BrushSettings::default());
         }
+        let expected = self.outcome.clone();
         let mut verified = Verified {
-            expected_force_n: self.outcome.tool_contact_normal_force_n,
+            expected_force_n: expected.tool_contact_normal_force_n,
             with_interaction: settings.brush.is_some(),
             error: None,
             in_space: None,
         };
         let Some(changed) = Parameter::find(self.changed) else { return Ok(()) };
-        // The value and the force before, and the best ones, by how much they miss the target.
+        let goal = Goal::of(limits);
+        // The value and what came out before, and the best ones, by how much they miss the goal.
         let mut before: Option<[f64; 2]> = None;
-        let mut best: Option<(f64, Settings, CaseSummary)> = None;
+        let mut best: Option<(f64, Settings, Outcome)> = None;
         for _ in 0..MOST {
             let summary = match simulated(&settings, threads, stop)? {
                 Some(Ok(summary)) => summary,
@@ -210,20 +214,21 @@ impl Recommendation {
                 }
                 None => return Ok(()),
             };
-            let force = summary.metrics.tool_contact_normal_force_n;
-            let miss = limits.target_force_n.map_or(0.0, |target| (force / target - 1.0).abs());
-            let value = changed.get(&settings);
+            let outcome = expected.simulated_as(&settings, &summary);
+            let (value, reached, miss) = (changed.get(&settings), goal.reached(&outcome), goal.miss(&outcome));
             if best.as_ref().is_none_or(|(least, ..)| miss < *least) {
-                best = Some((miss, settings.clone(), summary));
+                best = Some((miss, settings.clone(), outcome));
             }
-            let Some(target) = limits.target_force_n.filter(|_| miss > FOUND && force > 0.0) else { break };
+            if miss == 0.0 || reached <= 0.0 {
+                break;
+            }
             let next = match before {
-                Some([value_before, force_before]) if force_before != force => {
-                    value + (target - force) * (value - value_before) / (force - force_before)
+                Some([value_before, reached_before]) if reached_before != reached => {
+                    value + (goal.aim() - reached) * (value - value_before) / (reached - reached_before)
                 }
-                _ => value * target / force,
+                _ => value * goal.aim() / reached,
             };
-            before = Some([value, force]);
+            before = Some([value, reached]);
             // As finely as machines are set.
             let next = super::suggestion::rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
             changed.set(&mut settings, next);
@@ -231,15 +236,20 @@ impl Recommendation {
                 break;
             }
         }
-        if let Some((_, settings, summary)) = best {
-            self.place = Place::of(&settings);
-            self.outcome = self.outcome.simulated_as(&settings, &summary);
-            self.settings = settings;
+        if let Some((_, settings, outcome)) = best {
+            (self.place, self.outcome, self.settings) = (Place::of(&settings), outcome, settings);
             self.weigh();
+            if !limits.allow(&self.place, &self.outcome) || !limits.hold_with_band(&self.outcome) {
+                self.weaknesses.push("beyond the limits, once simulated".to_owned());
+            }
             self.weaknesses.extend(resonance(&self.settings));
-        }
-        if verified.with_interaction && verified.error.is_none() {
-            verified.in_space = in_space(&self.settings, threads, stop)?;
+            if verified.with_interaction {
+                match in_space(&self.settings, threads, stop)? {
+                    Some(Ok(in_space)) => verified.in_space = Some(in_space),
+                    Some(Err(error)) => verified.error = Some(error),
+                    None => return Ok(()),
+                }
+            }
         }
         self.verified = Some(verified);
         Ok(())
@@ -279,22 +289,68 @@ impl Recommendation {
             _ => format!("row {} of runs.csv lets", self.rows[0]),
         };
         line(match verified {
-            None => format!("not verified: {rows} expect it"),
-            Some(Verified { error: Some(error), .. }) => format!("not verified, as its simulation failed: {error}"),
+            None => format!("not simulated: {rows} expect it"),
+            Some(Verified { error: Some(error), in_space: None, with_interaction: false, .. }) => {
+                format!("not verified, as its simulation failed: {error}")
+            }
             Some(Verified { expected_force_n, with_interaction, .. }) => {
-                let how = if *with_interaction { "filaments that touch" } else { "a simulation of its own" };
-                format!("verified by {how}; {rows} expect {} N", short(*expected_force_n))
+                let how = if *with_interaction { " with filaments that touch" } else { "" };
+                format!("simulated{how}; {rows} expect {} N", short(*expected_force_n))
             }
         });
-        if let Some(Verified { in_space: Some(space), .. }) = verified {
-            let guess = if space.is_assumed { " (a guess; docs/what-to-measure.md)" } else { "" };
-            line(format!(
-                "in space, with tilts of {} mrad{guess}: {} N",
-                short(1e3 * space.lateral_tilt_std_rad),
-                uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
-            ));
+        match verified {
+            Some(Verified { in_space: Some(space), .. }) => {
+                let guess = if space.is_assumed { " (a guess: docs/what-to-measure.md)" } else { "" };
+                line(format!(
+                    "in space, with tilts of {} mrad{guess}: {} N",
+                    short(1e3 * space.lateral_tilt_std_rad),
+                    uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
+                ));
+            }
+            Some(Verified { error: Some(error), with_interaction: true, .. }) => line(format!("in space: {error}")),
+            _ => {}
         }
         text.push('\n');
+    }
+}
+
+/// What the search for a velocity or depth is for.
+enum Goal {
+    /// A force in N.
+    Force(f64),
+    /// An uncertainty that is within a limit in N.
+    Within(f64),
+    Nothing,
+}
+
+impl Goal {
+    fn of(limits: &Limits) -> Self {
+        let within = limits.max_force_n.map_or(Self::Nothing, Self::Within);
+        limits.target_force_n.map_or(within, Self::Force)
+    }
+
+    /// The force that counts, in N.
+    fn reached(&self, outcome: &Outcome) -> f64 {
+        if let Self::Within(_) = self { outcome.ends()[1] } else { outcome.tool_contact_normal_force_n }
+    }
+
+    /// What that is to be, in N.
+    fn aim(&self) -> f64 {
+        match self {
+            Self::Force(target) => *target,
+            Self::Within(limit) => (1.0 - FOUND) * limit,
+            Self::Nothing => 0.0,
+        }
+    }
+
+    /// By which share an outcome misses it; zero if it does not.
+    fn miss(&self, outcome: &Outcome) -> f64 {
+        let off = self.reached(outcome) / self.aim() - 1.0;
+        match self {
+            Self::Force(_) if off.abs() > FOUND => off.abs(),
+            Self::Within(_) if off > FOUND => off,
+            _ => 0.0,
+        }
     }
 }
 
@@ -306,8 +362,12 @@ fn resonance(settings: &Settings) -> Option<String> {
 }
 
 /// The force of a brush whose filaments leave their planes: that which the settings state, in a few rows that repeat along the axis. Tilts that
-/// nobody has stated are assumed. `None` if it cannot be simulated.
-fn in_space(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<Option<InSpace>> {
+/// nobody has stated are assumed. `None` if it was asked to stop.
+fn in_space(
+    settings: &Settings,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> io::Result<Option<Result<InSpace, String>>> {
     let mut settings = settings.clone();
     let rows = settings.brush_rows();
     let share = rows.min(ROWS) as f64 / rows as f64;
@@ -320,15 +380,16 @@ fn in_space(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) -> 
         brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
     }
     let lateral_tilt_std_rad = brush.lateral_tilt_std_rad;
-    let Some(Ok(summary)) = simulated(&settings, threads, stop)? else { return Ok(None) };
-    let force = summary.metrics.tool_contact_normal_force_n / share;
-    Ok(summary.brush.map(|brush| {
-        let counted = (brush.last_counted_column - brush.first_counted_column + 1) * brush.rows;
-        InSpace {
+    let in_space = |summary: CaseSummary| {
+        let force = summary.metrics.tool_contact_normal_force_n / share;
+        let interaction = summary.brush.ok_or("it has no filaments that touch")?;
+        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1) * interaction.rows;
+        Ok(InSpace {
             lateral_tilt_std_rad,
             is_assumed,
             tool_contact_normal_force_n: force,
-            standard_error_n: force * brush.impulse_scatter / (counted as f64).sqrt(),
-        }
-    }))
+            standard_error_n: force * interaction.impulse_scatter / (counted as f64).sqrt(),
+        })
+    };
+    Ok(simulated(&settings, threads, stop)?.map(|result| result.and_then(in_space)))
 }

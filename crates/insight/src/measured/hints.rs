@@ -146,7 +146,7 @@ mod tests {
         let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
         assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");
         let revolutions = told(&[point(Speed::Rotational(12.0), 1e-3)]);
-        assert!(revolutions[0].contains("first with 12 rpm") && revolutions[0].contains("unit = \"1/s\""));
+        assert!(revolutions[0].contains("first with 12 rpm") && revolutions[0].contains("unit = \"Hz\""));
         // At 15 m/s a tip radius of 0.18 m turns at 796 rpm.
         let both = |speed| Measurement { second_speed_rpm: Some(speed), ..point(Speed::Velocity(15.0), 1.5e-3) };
         assert_eq!(told(&[both(796.0), both(800.0)]), [""; 0]);

@@ -10,7 +10,9 @@ use bristle_input::packing::{PACKED, tip_spacing};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
-/// Contacts that last longer than this share of the filament's first period press filaments onto the workpiece, shorter ones keep them off.
+/// Tips closer than so many diameters are pressed onto the workpiece by the filaments behind, if their contact lasts longer than a share of
+/// the first period (docs/interaction.md). Others keep each other off it.
+const CROWDED: f64 = 1.4;
 const PRESSED: f64 = 0.75;
 
 /// Whether filaments touch each other to an effect, although each is simulated alone.
@@ -23,7 +25,7 @@ fn effect(settings: &Settings) -> &'static str {
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
     let periods = (exit - entry) * first_natural_frequency(&settings.filament) / TAU;
-    if periods < PRESSED { "lower" } else { "higher" }
+    if periods > PRESSED && tip_spacing(settings) < CROWDED { "higher" } else { "lower" }
 }
 
 /// The statement about tips at this distance, and how to simulate them together.
