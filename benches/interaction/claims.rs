@@ -2,9 +2,11 @@
 
 use std::error::Error;
 
-use crate::cases::{Case, DEPTHS, DIFFERING, FINER, ROUGH, Results, SPATIAL, Scatter, TURNING, VELOCITIES, at};
+use crate::cases::{
+    Case, DEPTHS, DIFFERING, FINER, ROUGH, Results, SPARSE, SPATIAL, Scatter, TILTED, TILTS, TURNING, VELOCITIES, at,
+};
 use crate::numbers::{Tilted, by_column, impulse, impulse_alone, in_the_middle, lifts, standard_error};
-use crate::tables::{buckled, tool_forces};
+use crate::tables::{buckled, force_in_space, sparse_factors, tool_forces};
 
 /// A statement, and whether it holds.
 #[derive(Clone, Copy, Debug)]
@@ -162,6 +164,20 @@ fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
     Ok(vec![
         claim("tilts take force at 2 m/s and at 3 mm, and add much at 30 m/s", {
             over(2, 1000) < 0.95 && over(10, 3000) < 0.95 && over(30, 1000) > 1.1
+        }),
+        claim("from 1 to 20 mrad the force is the same within its standard error", {
+            TILTED.iter().all(|&place| {
+                let forces = TILTS.map(|tilt| force_in_space(place, results.of(Case::Space { place, tilt })));
+                forces.iter().all(|[force, error]| (force - forces[0][0]).abs() < *error)
+            })
+        }),
+        claim("from 3.5 diameters on, filaments press as they would alone, within 5 %, and no closer", {
+            let leaves = |around| {
+                let all = VELOCITIES.into_iter().flat_map(|velocity| sparse_factors(results, around, velocity));
+                all.into_iter().any(|factor| (factor - 1.0).abs() > 0.05)
+            };
+            let (last, closer) = SPARSE.split_last().expect("brushes");
+            !leaves(*last) && closer.iter().all(|around| leaves(*around))
         }),
         claim("in space impulses scatter by 15 to 65 %", {
             SPATIAL.iter().all(|place| (0.15..0.65).contains(&results.space(*place).stretch.scatter))

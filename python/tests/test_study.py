@@ -120,8 +120,10 @@ def test_it_is_drawn(settings: bristle.Settings, study: bristle.Study) -> None:
 
 
 def test_it_advises_and_pickles(study: bristle.Study, tmp_path: Path) -> None:
-    advice = study.advise(max_velocity_m_s=20.0)
+    advice = study.advise(max_velocity_m_s=20.0, verify=False)
     assert advice.values["limits"] == {"max_velocity_m_s": 20.0}
+    assert "verified" not in advice.values["recommendation"]
+    assert "not simulated" in str(advice)
     assert "F_n,w" in str(advice)
     with pytest.raises(ValueError, match="contact time ratio"):
         study.advise(min_ratio=0.8, max_ratio=0.2)

@@ -285,7 +285,7 @@ fn section_of_brush(settings: &Settings) -> String {
         "\n[brush]                            # filaments touch: their tips are {} diameters apart\n\
          # No brush is as even as these rows. Guesses of how uneven it is, which decide the force;\n\
          # docs/what-to-measure.md says how to see yours. With them a brush is simulated in space,\n\
-         # which takes some ten times as long:\n{}{}",
+         # which takes some fifty times as long:\n{}{}",
         short(tip_spacing(settings)),
         line(COMMENT, "brush.lateral_tilt_std_rad", ASSUMED_TILT_RAD),
         line(COMMENT, "brush.root_std_m", rounded(ASSUMED_SHIFT * settings.filament.diameter_m)),

@@ -19,7 +19,7 @@ use bristle_text::number::short;
 /// By which share a setting is changed.
 const CHANGE: f64 = 0.1;
 /// A share by which the force changes that is so much more than [`CHANGE`] that the contact is near a resonance of the filament.
-const RESONANT: f64 = 0.5;
+const RESONANT: f64 = 0.3;
 /// What a setting is changed to if it is zero.
 const INSTEAD_OF_ZERO: f64 = 0.1;
 

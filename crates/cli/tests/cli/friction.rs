@@ -7,7 +7,7 @@ use bristle::simulation::simulate;
 use bristle_grid::run_study;
 use bristle_input::document::Document;
 
-use crate::program::{bristle, brush};
+use crate::program::{bristle, brush, sparse};
 
 const HEAD: &str = concat!(
     brush!(8, "filament_count_uncertainty = 600\n"),
@@ -71,9 +71,7 @@ fn deep_edges_and_missed_workpieces_have_warnings() {
         let directory = tempfile::tempdir().expect("a temporary directory");
         let text =
             format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
-        // So few filaments do not touch each other.
-        let text = text.replace("filament_count = 10500", "filament_count = 1000");
-        fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
+        fs::write(directory.path().join("case.toml"), sparse(&text)).expect("the file can be written");
         let arguments = format!("{command} case.toml --out {command}");
         let output = bristle(directory.path(), &arguments).assert().success().get_output().clone();
         let text = String::from_utf8(output.stderr).expect("UTF-8");

@@ -35,14 +35,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("body_radius_m = 0.140", "radius_m = 0.14", &["did you mean `tool.body_radius_m`?"]),
     // Other units in the key.
     ("length_m = 0.040", "length_m = 0.040\nlength_mm = 40", &["length_mm", "length_m"]),
-    (
-        "penetration_depth_m = 1.0e-3",
-        "penetration_depth_mm = 1",
-        &["`process.penetration_depth_m`?", "1 mm is 0.001 m"],
-    ),
-    ("segments = 4", "youngs_modulus_gpa = 3", &["`filament.youngs_modulus_pa`?", "1 GPa is 1e9 Pa"]),
-    ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_min = 600", &["1 m/min is 0.01667 m/s"]),
-    ("segments = 4", "lateral_tilt_deg = 1", &["`filament.lateral_tilt_rad`?", "1° is 0.017453 rad"]),
+    ("length_m = 0.040", "length_furlong = 40", &["length_furlong"]),
     // Numbers as people write them.
     (
         "length_m = 0.040",

@@ -28,3 +28,9 @@ macro_rules! brush {
 }
 
 pub(crate) use brush;
+
+/// The same brush with so few filaments that they do not touch each other.
+pub fn sparse(text: &str) -> String {
+    let few = text.replace("filament_count = 10500", "filament_count = 1000");
+    few.replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 60")
+}

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::program::{bristle, brush};
+use crate::program::{bristle, brush, sparse};
 
 /// A fast brush in few segments, whose filaments come back still vibrating.
 const HEAD: &str = concat!(
@@ -22,8 +22,7 @@ penetration_depth_m = 1.0e-3
 
 /// Writes the file, with so few filaments that they do not touch each other.
 fn write(directory: &Path, text: &str) {
-    let text = text.replace("filament_count = 10500", "filament_count = 1000");
-    fs::write(directory.join("case.toml"), text).expect("the file can be written");
+    fs::write(directory.join("case.toml"), sparse(text)).expect("the file can be written");
 }
 
 /// What a command writes to stdout, and then to stderr. It succeeds.

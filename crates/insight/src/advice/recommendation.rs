@@ -121,15 +121,29 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
         simulated.chain(between).collect::<Vec<_>>()
     };
     let candidates = sections.iter().flat_map(of_section);
-    let mut best = candidates.min_by(|a, b| rank(limits, &a.outcome, &b.outcome).then(a.is_end.cmp(&b.is_end)))?;
+    let better = |a: &Recommendation, b: &Recommendation| {
+        let coarse = coarse_rank(limits, &a.outcome, &b.outcome);
+        coarse.then(a.is_end.cmp(&b.is_end)).then_with(|| rank(limits, &a.outcome, &b.outcome))
+    };
+    let mut best = candidates.min_by(better)?;
     best.weigh();
     Some(best)
 }
 
 /// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those come first that are laterally stable, then
-/// those that sweep; of these those whose whole uncertainty is nearest to the target, and that are farthest from the line between sweeping and
-/// striking, or whose force is highest.
+/// those that sweep; of these those whose whole uncertainty is nearest to the target, or whose force is highest, each to 5 %; then those that are
+/// farthest from the line between sweeping and striking.
 pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
+    coarse_rank(limits, a, b).then(distance(b).total_cmp(&distance(a)))
+}
+
+/// How far an outcome is from the line between sweeping and striking.
+fn distance(outcome: &Outcome) -> f64 {
+    (outcome.contact_time_ratio - TIER).abs()
+}
+
+/// The same, to 5 %.
+fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     let key = |outcome: &Outcome| {
         let force = outcome.tool_contact_normal_force_n;
         let (off, last) = match limits.target_force_n {
@@ -137,14 +151,13 @@ pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
                 let off = (force - target).abs();
                 let worst = outcome.ends().map(|end| (end - target).abs()).into_iter().fold(0.0, f64::max);
                 // Those that are far are ranked by how far.
-                let distance = (outcome.contact_time_ratio - TIER).abs();
-                (if off > NEAR * target { off } else { 0.0 }, [(worst / (NEAR * target)).round(), -distance])
+                (if off > NEAR * target { off } else { 0.0 }, (worst / (NEAR * target)).round())
             }
-            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), [-force, 0.0]),
+            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), -(force.ln() / NEAR).round()),
         };
         let flaws =
             [outcome.laterally_unstable, outcome.contact_time_ratio <= TIER].map(|flaw| f64::from(u8::from(flaw)));
-        [off, flaws[0], flaws[1], last[0], last[1]]
+        [off, flaws[0], flaws[1], last]
     };
     let pairs = key(a).into_iter().zip(key(b));
     pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
@@ -285,8 +298,8 @@ impl Recommendation {
         });
         line(sides.into_iter().filter(|side| !side.is_empty()).collect::<Vec<_>>().join("; "));
         let rows = match self.rows[..] {
-            [a, b] => format!("rows {a} and {b} of runs.csv let"),
-            _ => format!("row {} of runs.csv lets", self.rows[0]),
+            [a, b] => format!("rows {a} and {b} let"),
+            _ => format!("row {} lets", self.rows[0]),
         };
         line(match verified {
             None => format!("not simulated: {rows} expect it"),
@@ -302,7 +315,7 @@ impl Recommendation {
             Some(Verified { in_space: Some(space), .. }) => {
                 let guess = if space.is_assumed { " (a guess: docs/what-to-measure.md)" } else { "" };
                 line(format!(
-                    "in space, with tilts of {} mrad{guess}: {} N",
+                    "in space, tilts of {} mrad{guess}: {} N",
                     short(1e3 * space.lateral_tilt_std_rad),
                     uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
                 ));
