@@ -247,17 +247,17 @@ pub fn first_file(
     }
     filament.push(("filament.damping_ratio", 0.05, false));
     let shown_name = shown(name, LONGEST_KEY);
-    let calls = [
-        (format!("bristle simulate {shown_name} --out contact"), "one contact, as in [process]"),
-        (format!("bristle study {shown_name} --out results"), "all combinations of [study]"),
-        ("bristle advise results".to_owned(), "where the force is high"),
-    ];
-    let longest = calls.iter().map(|(call, _)| columns(call)).max().unwrap_or(0);
-    let text = [
-        format!(
-            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{}",
-            calls.map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest))).concat()
-        ),
+    let head = |one: String, what: &'static str| {
+        let calls = [
+            (one, what),
+            (format!("bristle study {shown_name} --out results"), "all combinations of [study]"),
+            ("bristle advise results --target-force N".to_owned(), "what to set for a force of N newtons"),
+        ];
+        let longest = calls.iter().map(|(call, _)| columns(call)).max().unwrap_or(0);
+        let calls = calls.map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest))).concat();
+        format!("# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{calls}")
+    };
+    let sections = [
         section("tool", &[(BODY_RADIUS, radius, true), ("tool.width_m", width, true), (count, filaments, true)]),
         section("filament", &filament),
         section(
@@ -273,8 +273,15 @@ pub fn first_file(
         ),
     ]
     .concat();
-    let settings = Document::parse(&text, name)?.settings()?;
-    let text = if tip_spacing(&settings) < PACKED { text + &section_of_brush(&settings) } else { text };
+    let alone =
+        head(format!("bristle simulate {shown_name} --out contact"), "one contact, as in [process]") + &sections;
+    let settings = Document::parse(&alone, name)?.settings()?;
+    let text = if tip_spacing(&settings) < PACKED {
+        let brush = format!("bristle brush {shown_name} --out sector");
+        head(brush, "filaments that touch, as in [process]") + &sections + &section_of_brush(&settings)
+    } else {
+        alone
+    };
     let unusual = unusual_in_study(&Document::parse(&text, name)?.study()?);
     Ok((text, unusual))
 }

@@ -131,6 +131,21 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
 }
 
 #[test]
+fn a_recommendation_of_a_study_of_uncertain_brushes_keeps_their_band() {
+    let directory = simulated(&format!("{SWEEPS}[uncertainty]\nsamples = 64\nyoungs_modulus_std_pa = 0.3e9\n"));
+    let text = printed(&directory, "advise results --target-force 220 --json");
+    let advice: Value = serde_json::from_str(&text).expect("JSON");
+    let recommendation = &advice["recommendation"];
+    let verified = &recommendation["verified"];
+    assert!(verified["error"].is_null() && verified["in_space"].is_object(), "{recommendation}");
+    let number = |key: &str| recommendation[key].as_f64().expect(key);
+    let [force, lower, upper] =
+        ["tool_contact_normal_force_n", "tool_force_lower_95_n", "tool_force_upper_95_n"].map(number);
+    assert!((force / 220.0 - 1.0).abs() < 0.05, "{recommendation}");
+    assert!(lower < 0.9 * force && upper > 1.1 * force, "{recommendation}");
+}
+
+#[test]
 fn failed_cases_are_left_out() {
     let directory = simulated(&format!("{SWEEPS}\"contact.stiffness_n_m\" = [1e300, 1e5]\n"));
     let text = printed(&directory, "advise results");

@@ -965,7 +965,7 @@ mod tests {
             [2, 4, 3, 8, 6],
             "those that sweep, the highest to 5 % first, and no more than five"
         );
-        assert_eq!(within(None, Some(0.7), None).0, [1, 2, 3, 4, 6], "the limit itself is within");
+        assert_eq!(within(None, Some(0.7), None).0, [1, 2, 4, 3, 6], "the limit itself is within");
         assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
         let unmet = within(Some(4.0), Some(0.5), Some(0.6));
         assert_eq!(unmet.0, [0; 0]);

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use bristle::model::parameters::Parameter;
-use bristle::model::settings::{BrushSettings, Settings};
+use bristle::model::settings::{BrushSettings, Settings, Turns, UncertaintySettings};
 use bristle::simulation::{Sampling, Stop};
 use bristle_grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simulate_cases};
 use bristle_input::first_file::ASSUMED_TILT_RAD;
@@ -67,12 +67,15 @@ pub struct Verified {
     pub expected_force_n: f64,
     /// Whether filaments touched each other in its simulation.
     pub with_interaction: bool,
-    /// Why it, or the brush in space, could not be simulated.
+    /// Why it could not be simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// The same with tilts of the filaments, which leave their planes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_space: Option<InSpace>,
+    /// Why that could not be simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub in_space_error: Option<String>,
 }
 
 /// The force of a brush whose filaments are tilted.
@@ -205,6 +208,9 @@ impl Recommendation {
         let mut settings = self.settings.clone();
         if is_packed(&settings) {
             settings.brush = Some(BrushSettings::default());
+            // Neighbours decide how filaments arrive, and the band is that of the study, from brush to brush.
+            settings.process.turns = Turns::Count(1);
+            settings.uncertainty = UncertaintySettings::default();
         }
         let expected = self.outcome.clone();
         let mut verified = Verified {
@@ -212,6 +218,7 @@ impl Recommendation {
             with_interaction: settings.brush.is_some(),
             error: None,
             in_space: None,
+            in_space_error: None,
         };
         let Some(changed) = Parameter::find(self.changed) else { return Ok(()) };
         let goal = Goal::of(limits);
@@ -259,7 +266,7 @@ impl Recommendation {
             if verified.with_interaction {
                 match in_space(&self.settings, threads, stop)? {
                     Some(Ok(in_space)) => verified.in_space = Some(in_space),
-                    Some(Err(error)) => verified.error = Some(error),
+                    Some(Err(error)) => verified.in_space_error = Some(error),
                     None => return Ok(()),
                 }
             }
@@ -303,9 +310,7 @@ impl Recommendation {
         };
         line(match verified {
             None => format!("not simulated: {rows} expect it"),
-            Some(Verified { error: Some(error), in_space: None, with_interaction: false, .. }) => {
-                format!("not verified, as its simulation failed: {error}")
-            }
+            Some(Verified { error: Some(error), .. }) => format!("not verified, as its simulation failed: {error}"),
             Some(Verified { expected_force_n, with_interaction, .. }) => {
                 let how = if *with_interaction { " with filaments that touch" } else { "" };
                 format!("simulated{how}; {rows} expect {} N", short(*expected_force_n))
@@ -320,7 +325,7 @@ impl Recommendation {
                     uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
                 ));
             }
-            Some(Verified { error: Some(error), with_interaction: true, .. }) => line(format!("in space: {error}")),
+            Some(Verified { in_space_error: Some(error), .. }) => line(format!("in space: {error}")),
             _ => {}
         }
         text.push('\n');

@@ -28,21 +28,22 @@ fn effect(settings: &Settings) -> &'static str {
     if periods > PRESSED && tip_spacing(settings) < CROWDED { "higher" } else { "lower" }
 }
 
-/// The statement about tips at this distance, and how to simulate them together.
-fn warning(statement: String) -> Warning {
-    Warning::new(statement)
-        .with_help("simulate the filaments together, by this section; all its keys have defaults:", "[brush]")
-}
+/// How to simulate filaments together, whose file does not say so, or does.
+const SECTION: [&str; 2] = ["simulate the filaments together, by this section; all its keys have defaults:", "[brush]"];
+const COMMAND: [&str; 2] = ["simulate the filaments together, by this command:", "bristle brush FILE.toml --out DIR"];
 
-/// The warning about one contact.
+/// The warning about one contact, which is that of a filament alone whatever its file states.
 pub(super) fn of_contact(settings: &Settings) -> Option<Warning> {
-    is_packed(settings).then(|| {
-        warning(format!(
+    let spacing = tip_spacing(settings);
+    (spacing < PACKED).then(|| {
+        let [how, line] = if settings.brush.is_some() { COMMAND } else { SECTION };
+        let statement = format!(
             "the tips are {} diameters apart, so that filaments touch each other, but each is simulated alone. Together their force is likely \
              {} here.",
-            short(tip_spacing(settings)),
+            short(spacing),
             effect(settings)
-        ))
+        );
+        Warning::new(statement).with_help(how, line)
     })
 }
 
@@ -52,11 +53,13 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
     let closest = packed.iter().map(tip_spacing).reduce(f64::min)?;
     let lower = packed.iter().filter(|settings| effect(settings) == "lower").count();
     let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
-    Some(warning(format!(
+    let [how, line] = SECTION;
+    let statement = format!(
         "in {} of {total} {cases} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone. Together \
          their force is likely lower in {lower} and higher in {} of them.",
         packed.len(),
         short(closest),
         packed.len() - lower
-    )))
+    );
+    Some(Warning::new(statement).with_help(how, line))
 }
