@@ -1,12 +1,12 @@
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypedDict, final, type_check_only
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
 from bristle._metrics import Statistics
 from bristle._progress import TellCases, TellShare
-from bristle._table import Column
+from bristle._table import Column, Description
 
 __all__ = [
     "Cases",
@@ -71,13 +71,6 @@ class SimulatedBrush:
     def state(self) -> tuple[int, bytes]: ...
     @staticmethod
     def of_state(input: Input, state: tuple[int, bytes]) -> SimulatedBrush: ...
-
-@type_check_only
-class Description(TypedDict):
-    unit: str
-    name: str
-    label: str
-    factor: float
 
 @final
 class PendingStudy:

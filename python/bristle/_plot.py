@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from bristle._table import Column, Table
+from bristle._table import Column, Description, Table
 
 if TYPE_CHECKING:
-    from bristle._bristle import Description
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -17,7 +17,7 @@ from bristle._errors import warn_of
 from bristle._plot import drawn
 from bristle._progress import TellCases, of_cases
 from bristle._settings import Section, Settings, checked_study, require
-from bristle._table import Column, Table, attributes
+from bristle._table import Column, Description, Table, attributes
 from bristle._tool import Tool, checked_tool, with_own_speed
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Study:
         return Table(columns, units, self._settings, self._tool)
 
     @cached_property
-    def _descriptions(self) -> Mapping[str, _bristle.Description]:
+    def _descriptions(self) -> Mapping[str, Description]:
         return self._simulated.descriptions()
 
     @cached_property

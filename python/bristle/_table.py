@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,19 @@ if TYPE_CHECKING:
 
 Column: TypeAlias = npt.NDArray[Any]
 """Floats, whole numbers, or text."""
+
+
+class Description(TypedDict):
+    """What a column of a study is."""
+
+    unit: str
+    """Its SI unit; empty if it has none."""
+    name: str
+    """In words."""
+    label: str
+    """For an axis, with the unit in which people read it."""
+    factor: float
+    """From its SI unit to that unit."""
 
 
 class Table(Mapping[str, "Column"]):

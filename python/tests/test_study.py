@@ -225,8 +225,8 @@ def test_progress_is_told_where_there_is_no_terminal(
     with pytest.warns(bristle.SettingsWarning):
         bristle.study(settings, sweep)
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "after 0 s: 0 of 2 cases"
-    assert lines[-1] == "after 0 s: 2 of 2 cases, 1 failed"
+    assert re.fullmatch(r"after \d+ s: 0 of 2 cases", lines[0])
+    assert re.fullmatch(r"after \d+ s: 2 of 2 cases, 1 failed", lines[-1])
     bristle.brush(small_brush)
     for line in (lines := capsys.readouterr().err.splitlines()):
         assert re.fullmatch(r"after \d+ s: \d+ % of the brush(, \d+ s left)?", line)
@@ -237,7 +237,7 @@ def test_progress_is_told_where_there_is_no_terminal(
     shares.clear()
     turns = settings.replace(process={"turns": 20})
     bristle.simulate(turns, progress=shares.append)
-    assert shares == sorted(shares) and 0.0 < shares[0] and shares[-1] <= 1.0
+    assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
 
     def refuse(share: float) -> None:
         raise Stopped
