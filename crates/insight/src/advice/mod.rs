@@ -667,7 +667,7 @@ impl Topic {
 }
 
 impl Advice {
-    /// Simulates the recommendation: see [`Recommendation::verify`].
+    /// Simulates the recommendation, changes its depth until it keeps the target or the limits, and simulates it in space if filaments touch.
     ///
     /// # Errors
     /// If the threads cannot be started.
