@@ -225,6 +225,14 @@ impl Range {
         Self { whole: true, ..Self::between(lower, upper) }
     }
 
+    /// The value of the range that is nearest to a number; the number itself next to a bound that is none of them.
+    #[must_use]
+    pub fn nearest(&self, value: f64) -> f64 {
+        let least = if let Bound::Included(lower) = self.lower { lower } else { f64::NEG_INFINITY };
+        let largest = if let Bound::Included(upper) = self.upper { upper } else { f64::INFINITY };
+        value.clamp(least, largest)
+    }
+
     /// True if the value is finite, within the bounds, and whole if it must be.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {

@@ -500,6 +500,10 @@ pub struct UncertaintySettings {
     pub seed: u32,
     /// What stays the same if the filaments have another length.
     pub hold: Hold,
+    /// What a calibration leaves open. Other deviations come on top of it.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "CalibrationUncertainty"))]
+    pub calibration: Option<CalibrationUncertainty>,
 }
 
 impl UncertaintySettings {
@@ -518,6 +522,7 @@ impl UncertaintySettings {
             samples: _,
             seed: _,
             hold: _,
+            calibration: _,
         } = *self;
         [
             length_std_m,
@@ -535,6 +540,21 @@ impl UncertaintySettings {
     pub fn scatters(&self) -> bool {
         self.deviations().iter().any(|&deviation| deviation > 0.0)
     }
+}
+
+/// The standard errors of settings that a calibration has fitted, and their correlations: all filaments of a tool have the same error.
+///
+/// Settings that are positive, as their usual range says, have a logarithmic normal distribution, others a normal one.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct CalibrationUncertainty {
+    /// Dotted paths of the settings, of `[tool]`, `[filament]`, `[contact]` or `[brush]`.
+    pub settings: Vec<String>,
+    /// Standard error of each, in its unit.
+    pub standard_errors: Vec<f64>,
+    /// Correlation of each with each.
+    pub correlations: Vec<Vec<f64>>,
 }
 
 /// What stays the same on tools whose filaments have another length.
@@ -562,6 +582,7 @@ impl Default for UncertaintySettings {
             samples: 128,
             seed: 1,
             hold: Hold::Process,
+            calibration: None,
         }
     }
 }

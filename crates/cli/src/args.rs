@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::advise::AdviseArgs;
 use crate::commands::brush::BrushArgs;
+use crate::commands::calibrate::CalibrateArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::compare_studies::CompareStudiesArgs;
 use crate::commands::derive::DeriveArgs;
@@ -23,6 +24,7 @@ Examples:
   bristle study brush.toml --out results       simulate all contacts of a study
   bristle simulate brush.toml --out one        simulate one contact over time
   bristle brush examples/brush.toml --out all  simulate filaments that touch
+  bristle calibrate lab.toml --fit KEY --out c fit settings to measured forces
   bristle plot results                         redraw the figures of a study
   bristle advise results --max-force 300       show which settings meet a limit
   bristle compare-studies old new --out both   compare the tools of two studies
@@ -45,7 +47,7 @@ Exit status:
        its journal; or stdout cannot be written, and the result files are
        complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
-  130  Ctrl-C stopped a study or a brush; the same command resumes it";
+  130  Ctrl-C stopped a study, a brush or a calibration; the same command resumes it";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -63,6 +65,7 @@ pub enum Command {
     CompareStudies(CompareStudiesArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
+    Calibrate(CalibrateArgs),
     Evaluate(EvaluateArgs),
     Derive(DeriveArgs),
     Compare(CompareArgs),

@@ -25,6 +25,7 @@ use thiserror::Error;
 use crate::checkpoint_file::CheckpointFileError;
 use crate::pictures::PicturesError;
 use crate::saved::SavedError;
+use bristle_store::force_journal::ForceJournalError;
 
 /// Exit status of a comparison that found a deviation.
 const DISAGREEMENT: u8 = 1;
@@ -73,6 +74,11 @@ pub enum CliError {
     BrushFailed(Box<BrushError>),
     #[error("{}: there is no section [brush]; add it, alone if all its defaults are right", shown_path(.0))]
     NoBrush(PathBuf),
+    /// Settings cannot be fitted to measured forces.
+    #[error("{}: {error}", shown_path(path))]
+    Calibration { path: PathBuf, error: String },
+    #[error(transparent)]
+    ForceJournal(#[from] ForceJournalError),
     #[error(transparent)]
     Checkpoint(#[from] CheckpointFileError),
     #[error(transparent)]

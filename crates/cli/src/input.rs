@@ -71,6 +71,11 @@ impl InputArgs {
 }
 
 impl InputText<'_> {
+    /// The text itself.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// What the text states.
     pub fn document(&self) -> Result<Document<'_>, CliError> {
         Ok(read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)?)

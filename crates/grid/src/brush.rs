@@ -6,11 +6,13 @@ use std::num::NonZeroUsize;
 use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Display, Prominence, Record, Scope};
+use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{Study, thread_count};
+use crate::uncertainty::{ForceScatter, check};
+use crate::{Study, run_study, thread_count};
 
 /// Why a study of brushes is not begun.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -146,6 +148,21 @@ impl Interaction {
             krylov_vectors: result.statistics.effort.krylov_vectors,
         }
     }
+}
+
+/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that of a filament alone, times the effect
+/// of interaction. `None` if nothing is calibrated, or it cannot be sampled.
+#[must_use]
+pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScatter> {
+    let calibration = Some(settings.uncertainty.calibration.clone()?);
+    let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
+    let uncertainty = UncertaintySettings { samples, seed, calibration, ..UncertaintySettings::default() };
+    let alone = Settings { brush: None, uncertainty, ..settings.clone() };
+    check(&alone).ok()?;
+    let study = Study::of_cases(vec![alone]);
+    let result = run_study(&study, NonZeroUsize::new(1), || ()).ok()?.pop()?.ok()?;
+    let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
+    Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
 }
 
 /// The mean impulse of each turn of a brush, in N s. A single pass is one turn.

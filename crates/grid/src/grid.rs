@@ -132,6 +132,17 @@ impl Study {
         Self::on(tools, sweeps)
     }
 
+    /// The study of a list of cases, which need have nothing in common and have been [checked](check).
+    ///
+    /// # Panics
+    /// If there is no case.
+    #[must_use]
+    pub fn of_cases(cases: Vec<Settings>) -> Self {
+        assert!(!cases.is_empty(), "a study has at least one case");
+        let tools: Vec<Tool> = cases.into_iter().map(Tool::alone).collect();
+        Self { case_count: tools.len(), tools, sweeps: Vec::new(), checks: false }
+    }
+
     fn on(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         sweeps.sort_by_key(Sweep::rank);
         let mut case_count = 1_usize;
@@ -241,11 +252,13 @@ impl Study {
         })
     }
 
-    /// Whether tools are sampled in some case, because their filaments scatter. Those of a brush scatter within it.
+    /// Whether tools are sampled in some case, because their filaments scatter or a calibration leaves something open. Filaments of a brush
+    /// scatter within it.
     #[must_use]
     pub fn scatters(&self) -> bool {
-        if self.has_brush() {
-            return false;
+        let is_calibrated = self.tools.iter().any(|tool| tool.settings.uncertainty.calibration.is_some());
+        if is_calibrated || self.has_brush() {
+            return is_calibrated;
         }
         INPUTS[..MOVING].iter().any(|input| match self.sweep(input.std) {
             Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),

@@ -21,7 +21,7 @@ use bristle::workpiece::Workpiece;
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
-use crate::brush::{Interaction, statistics, turn_impulses};
+use crate::brush::{Interaction, calibration_band, statistics, turn_impulses};
 use crate::check::{finer, finer_steps, largest_change};
 use crate::uncertainty::{ForceScatter, Scatter};
 
@@ -252,7 +252,7 @@ fn simulate_brush(settings: &Settings, checks: bool, spare: Option<u64>, stop: &
     Some(Ok(CaseSummary {
         turn_contact_normal_impulses_n_s: turn_impulses(&result),
         statistics: statistics(&result.statistics),
-        scatter: None,
+        scatter: calibration_band(settings, &result.tool),
         brush: Some(Interaction::of(&result)),
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,

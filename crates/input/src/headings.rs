@@ -16,12 +16,15 @@ const LONGEST_HEADING: usize = 100;
 
 /// What people call the quantities, besides the other names of settings, in small letters and without separators. Words of five letters and
 /// more may also end a compound.
-const WORDS: [(Quantity, &[&str]); 5] = [
+const WORDS: [(Quantity, &[&str]); 8] = [
     (Quantity::Std, &["std", "stdev", "s", "sd", "sigma", "σ", "deviation", "standardabweichung", "streuung"]),
     (Quantity::Velocity, &["v", "vc", "geschwindigkeit"]),
     (Quantity::RotationalSpeed, &["nw", "drehzahl"]),
     (Quantity::Depth, &["zustellung", "eingriff", "tiefe"]),
     (Quantity::Force, &["f", "fn", "fz", "fnw", "force", "kraft"]),
+    (Quantity::Tangential, &["ft", "ftw", "tangentialforce", "tangentialkraft"]),
+    (Quantity::Torque, &["mw", "torque", "moment", "drehmoment"]),
+    (Quantity::Power, &["pw", "power", "leistung"]),
 ];
 /// Length of the shortest word that may end a compound, in bytes.
 const COMPOUND: usize = 5;
@@ -73,7 +76,7 @@ pub(crate) fn lines_to_paste(table: &Table<'_>, format: &Format, otherwise: &'st
     let needed: [(&[Quantity], &str); 3] = [
         (&[Quantity::Velocity, Quantity::RotationalSpeed], "velocity or rotational speed"),
         (&[Quantity::Depth], "penetration depth"),
-        (&[Quantity::Force], "force"),
+        (&Quantity::FORCES, "force"),
     ];
     let missing = needed.iter().filter(|(quantities, _)| is_missing(quantities)).map(|(quantities, name)| {
         let key = quantities[0].key();
@@ -139,7 +142,9 @@ impl Described {
             (_, false) if self.unit.is_some() => 0,
             // A force with the word of a deviation is one.
             _ if quantity == Quantity::Force && self.is_called(Quantity::Std) => 0,
-            (false, true) if quantity == Quantity::Std => 0,
+            (false, true) if matches!(quantity, Quantity::Std | Quantity::Tangential) => 0,
+            // A tangential force is called a force, too.
+            _ if quantity == Quantity::Force && self.is_called(Quantity::Tangential) => 0,
             (true, true) => 3,
             (true, false) => 2,
             (false, true) => 1,

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use bristle_text::shortened;
-use bristle_text::units::{Unit, own_keys, units_of};
+use bristle_text::units::{TORQUES, Unit, own_keys, units_of};
 
 use crate::cells::{self, has_decimal_comma, not_a_number, number};
 use crate::headings::lines_to_paste;
@@ -71,6 +71,41 @@ pub struct Measurement {
     pub tool: Option<usize>,
 }
 
+/// What was read in a cell, with its standard deviation if the table has one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The value, in the unit of its quantity's key.
+    pub value: f64,
+    /// Its standard deviation, in the same unit.
+    pub std: Option<f64>,
+}
+
+/// A measured point, with all that was measured there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredPoint {
+    /// The speed of the tool.
+    pub speed: Speed,
+    /// The rotational speed in rpm that the table states beside the velocity, which is what counts.
+    pub second_speed_rpm: Option<f64>,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth_m: f64,
+    /// What was read of each of [`Quantity::FORCES`].
+    pub readings: [Option<Reading>; 4],
+    /// The position of its tool, as in [`Measurement::tool`].
+    pub tool: Option<usize>,
+    /// Its line in the table, counted from 1; 0 if it is from none.
+    pub line: u64,
+}
+
+impl MeasuredPoint {
+    /// Its normal force alone, which it has if [`read_measured`] has read it.
+    fn measurement(&self) -> Option<Measurement> {
+        let Self { speed, second_speed_rpm, penetration_depth_m, tool, .. } = *self;
+        let [Some(Reading { value: force_n, std: std_n }), ..] = self.readings else { return None };
+        Some(Measurement { speed, second_speed_rpm, penetration_depth_m, force_n, std_n, tool })
+    }
+}
+
 /// Whether two values are the same except for rounding.
 pub fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
@@ -89,11 +124,53 @@ pub enum Quantity {
     Force,
     /// Its standard deviation, which a table may leave out.
     Std,
+    /// Tangential force of the tool, for a calibration.
+    Tangential,
+    /// Its standard deviation.
+    TangentialStd,
+    /// Torque of the tool, for a calibration.
+    Torque,
+    /// Its standard deviation.
+    TorqueStd,
+    /// Power of the tool, for a calibration.
+    Power,
+    /// Its standard deviation.
+    PowerStd,
 }
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Velocity, Self::RotationalSpeed, Self::Depth, Self::Force, Self::Std];
+    pub const ALL: [Self; 11] = [
+        Self::Velocity,
+        Self::RotationalSpeed,
+        Self::Depth,
+        Self::Force,
+        Self::Std,
+        Self::Tangential,
+        Self::TangentialStd,
+        Self::Torque,
+        Self::TorqueStd,
+        Self::Power,
+        Self::PowerStd,
+    ];
+
+    /// What a tool exerts. Each of these is followed by its standard deviation in [`Self::ALL`].
+    pub const FORCES: [Self; 4] = [Self::Force, Self::Tangential, Self::Torque, Self::Power];
+
+    /// The standard deviation of one of [`Self::FORCES`].
+    fn std(self) -> Self {
+        Self::ALL[self as usize + 1]
+    }
+
+    /// The position in [`Self::FORCES`] of what it is, or of what it is the standard deviation of.
+    fn force(self) -> Option<usize> {
+        Self::FORCES.iter().position(|&force| force == self || force.std() == self)
+    }
+
+    /// Whether it is a standard deviation.
+    fn is_std(self) -> bool {
+        self.force().is_some_and(|force| Self::FORCES[force] != self)
+    }
 
     /// Whether it is one of the two that state the speed of the tool.
     #[must_use]
@@ -110,14 +187,25 @@ impl Quantity {
             Self::Depth => "penetration_depth_m",
             Self::Force => "force_n",
             Self::Std => "std_n",
+            Self::Tangential => "tangential_force_n",
+            Self::TangentialStd => "tangential_force_std_n",
+            Self::Torque => "torque_n_m",
+            Self::TorqueStd => "torque_std_n_m",
+            Self::Power => "power_w",
+            Self::PowerStd => "power_std_w",
         }
     }
 
     /// The quantity that a key names, and the unit in which it does: that of its own key, or another at the end.
     #[must_use]
     pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
+        let of_torque = |quantity: Self| {
+            let unit = TORQUES.iter().find(|unit| unit.key_of(quantity.key()).as_deref() == Some(key));
+            unit.map(|unit| (quantity, unit))
+        };
         let quantity = |own: &str| Self::ALL.into_iter().find(|quantity| quantity.key() == own);
-        own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit)))
+        let torque = [Self::Torque, Self::TorqueStd].into_iter().find_map(of_torque);
+        torque.or_else(|| own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit))))
     }
 
     /// The path of the setting that is measured, if it is one.
@@ -126,13 +214,15 @@ impl Quantity {
             Self::Velocity => Some(VELOCITY),
             Self::RotationalSpeed => Some(SPEED),
             Self::Depth => Some(DEPTH),
-            Self::Force | Self::Std => None,
+            _ => None,
         }
     }
 
     /// Its units. The first is that of the key.
     pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
-        units_of(self.key())
+        let is_torque = matches!(self, Self::Torque | Self::TorqueStd);
+        let torques = TORQUES.iter().filter(move |_| is_torque);
+        torques.chain(units_of(self.key()).filter(move |_| !is_torque))
     }
 
     /// The names of its units.
@@ -160,8 +250,8 @@ impl Quantity {
     fn least(self) -> (f64, &'static str) {
         match self {
             Self::Velocity | Self::RotationalSpeed | Self::Depth => (1.0 / LARGEST, "greater than 0, from 1e-100"),
-            Self::Force => (-LARGEST, "from -1e100"),
-            Self::Std => (0.0, "at least 0, from 0"),
+            _ if self.is_std() => (0.0, "at least 0, from 0"),
+            _ => (-LARGEST, "from -1e100"),
         }
     }
 }
@@ -188,6 +278,17 @@ pub struct Format {
     pub tool: Option<String>,
     /// The names of the tools that the study compares.
     pub tools: Vec<String>,
+    /// The standard deviation over the value, of what has none of its own.
+    pub relative_std: Option<f64>,
+}
+
+/// What is read from a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// The normal force, at each point.
+    NormalForce,
+    /// Whatever was measured, at least something at each point.
+    Anything,
 }
 
 impl Format {
@@ -219,7 +320,7 @@ impl Format {
     }
 
     /// The quantities to read from a table with these headings: what is named, and what is there under its own key.
-    fn quantities(&self, headings: &[String]) -> Vec<Quantity> {
+    fn quantities(&self, headings: &[String], wanted: Wanted) -> Vec<Quantity> {
         let is_there = |quantity| self.heading(quantity, headings).is_some();
         let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
         let speed = if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
@@ -229,14 +330,23 @@ impl Format {
         } else {
             Quantity::Velocity
         };
-        let std = Some(Quantity::Std).filter(|&std| is_wanted(std));
-        [speed, Quantity::Depth, Quantity::Force].into_iter().chain(std).collect()
+        let measured = Quantity::FORCES.into_iter().filter(|&force| match wanted {
+            Wanted::NormalForce => force == Quantity::Force,
+            Wanted::Anything => is_wanted(force),
+        });
+        let mut measured: Vec<Quantity> = measured.collect();
+        if measured.is_empty() {
+            measured.push(Quantity::Force);
+        }
+        let with_std =
+            measured.into_iter().flat_map(|force| [Some(force), Some(force.std()).filter(|&std| is_wanted(std))]);
+        [speed, Quantity::Depth].into_iter().chain(with_std.flatten()).collect()
     }
 
     /// The separator of a table: the one stated, or else by its headings.
-    fn separator_of(&self, source: &Source<'_>) -> char {
+    fn separator_of(&self, source: &Source<'_>, wanted: Wanted) -> char {
         let has_all = |headings: &[String]| {
-            self.quantities(headings).iter().all(|&quantity| self.heading(quantity, headings).is_some())
+            self.quantities(headings, wanted).iter().all(|&quantity| self.heading(quantity, headings).is_some())
         };
         self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
     }
@@ -256,16 +366,29 @@ struct Column {
     unit: &'static Unit,
 }
 
-/// Reads a table of measured forces, written in a `format`. Errors use `name` for the table.
+/// Reads the normal forces of a table, written in a `format`. Errors use `name` for the table.
 ///
 /// # Errors
 /// If a column is missing, or has a unit that is not known; a cell is not an allowed number; a point occurs twice; or there is no
 /// point.
 pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Measurement>, DataError> {
+    let points = read(text, name, format, Wanted::NormalForce)?;
+    Ok(points.iter().filter_map(MeasuredPoint::measurement).collect())
+}
+
+/// Reads all that a table has of [`Quantity::FORCES`]. A cell may be empty where another has something.
+///
+/// # Errors
+/// As [`read_measured`].
+pub fn read_points(text: &str, name: &str, format: &Format) -> Result<Vec<MeasuredPoint>, DataError> {
+    read(text, name, format, Wanted::Anything)
+}
+
+fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<MeasuredPoint>, DataError> {
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
-    let separator = format.separator_of(&source);
+    let separator = format.separator_of(&source, wanted);
     let table = source.table_separated_by(separator, ADVICE)?;
-    let columns = columns(&table, &source, format)?;
+    let columns = columns(&table, &source, format, wanted)?;
     let has_comma = match format.decimal {
         Some(decimal) => decimal == ',',
         None => {
@@ -275,17 +398,16 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
     };
     let second_speed = format.second_speed(&table, &source, &columns);
     let tool = format.tool_column(&table)?;
-    let mut points: Vec<Measurement> = Vec::new();
+    let mut points: Vec<MeasuredPoint> = Vec::new();
     let mut places = Places::default();
     for row in table.rows() {
-        let speed = Speed::Velocity(0.0);
-        let mut point = Measurement {
-            speed,
+        let mut point = MeasuredPoint {
+            speed: Speed::Velocity(0.0),
             second_speed_rpm: None,
             penetration_depth_m: 0.0,
-            force_n: 0.0,
-            std_n: None,
+            readings: [None; 4],
             tool: None,
+            line: table.line(row),
         };
         if let Some(Column { position, unit, .. }) = second_speed {
             let speed = number(row.get(position).unwrap_or_default(), has_comma);
@@ -302,7 +424,8 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
         }
         for &Column { quantity, position, unit } in &columns {
             let cell = row.get(position).unwrap_or_default();
-            if quantity == Quantity::Std && cell.trim().is_empty() {
+            let may_be_empty = quantity.is_std() || (wanted == Wanted::Anything && quantity.force().is_some());
+            if may_be_empty && cell.trim().is_empty() {
                 continue;
             }
             let wrong = |problem: String| Err(table.wrong(row, position, problem));
@@ -317,9 +440,24 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
                 Quantity::Velocity => point.speed = Speed::Velocity(number),
                 Quantity::RotationalSpeed => point.speed = Speed::Rotational(number),
                 Quantity::Depth => point.penetration_depth_m = number,
-                Quantity::Force => point.force_n = number,
-                Quantity::Std => point.std_n = Some(number),
+                _ => {
+                    let reading = quantity.force().map(|force| &mut point.readings[force]);
+                    match (reading, quantity.is_std()) {
+                        // A deviation follows what it is one of.
+                        (Some(Some(reading)), true) => reading.std = Some(number),
+                        (Some(reading), false) => *reading = Some(Reading { value: number, std: None }),
+                        _ => {}
+                    }
+                }
             }
+        }
+        if point.readings == [None; 4] {
+            let first = columns.iter().find(|column| column.quantity.force().is_some());
+            let position = first.map_or(0, |column| column.position);
+            return Err(table.wrong(row, position, "nothing was measured at this point".to_owned()));
+        }
+        for reading in point.readings.iter_mut().flatten().filter(|reading| reading.std.is_none()) {
+            reading.std = format.relative_std.map(|relative| relative * reading.value.abs());
         }
         if let Some(first) = places.take(&points, point) {
             let line = table.line(&table.rows()[first]);
@@ -328,7 +466,7 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
             return Err(table.wrong(
                 row,
                 columns[0].position,
-                format!("the same {tool}{of} and depth as in line {line}"),
+                format!("the same {tool}{of} and depth as in line {line}: state the mean of repeated measurements"),
             ));
         }
         points.push(point);
@@ -340,8 +478,8 @@ pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Meas
 }
 
 /// The columns to read, in the order of their quantities.
-fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Vec<Column>, DataError> {
-    let quantities = format.quantities(&table.headings());
+fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format, wanted: Wanted) -> Result<Vec<Column>, DataError> {
+    let quantities = format.quantities(&table.headings(), wanted);
     quantities.into_iter().map(|quantity| column(quantity, table, source, format)).collect()
 }
 
@@ -415,8 +553,8 @@ struct Places(HashMap<(Option<usize>, [u64; 2]), Vec<usize>>);
 impl Places {
     /// Adds the next point, whose position is the number of `points`. If one of them has the same tool, speed and depth, returns
     /// the position of the first.
-    fn take(&mut self, points: &[Measurement], point: Measurement) -> Option<usize> {
-        let at = |point: &Measurement| [point.speed.value(), point.penetration_depth_m];
+    fn take(&mut self, points: &[MeasuredPoint], point: MeasuredPoint) -> Option<usize> {
+        let at = |point: &MeasuredPoint| [point.speed.value(), point.penetration_depth_m];
         let [speed, depth] = at(&point).map(cell);
         let same = |&position: &usize| at(&points[position]).iter().zip(at(&point)).all(|(a, b)| same(*a, b));
         let around = (speed - 1..=speed + 1).flat_map(|speed| (depth - 1..=depth + 1).map(move |depth| [speed, depth]));

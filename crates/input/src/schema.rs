@@ -258,8 +258,9 @@ fn measured_schema() -> Value {
                 "minLength": 1,
                 "description": format!(
                     "Path of a CSV file, relative to the directory of the input file. Its columns are {}, or those that `columns` names; \
-                     one of the first two is enough, and the last may be missing.",
-                    keys.join(", ")
+                     one of the first two is enough. Of forces, torque and power a study reads {} only, a calibration all that are there.",
+                    keys.join(", "),
+                    Quantity::Force.key(),
                 ),
             },
             "columns": {
@@ -278,6 +279,12 @@ fn measured_schema() -> Value {
             "decimal": {
                 "enum": DECIMALS,
                 "description": "Decimal point or comma of the numbers. Recognised if it is not stated.",
+            },
+            "relative_std": {
+                "type": "number",
+                "exclusiveMinimum": 0.0,
+                "maximum": 1.0,
+                "description": "Standard deviation over the value, of all that has none in the table: 0.03 for 3 %.",
             },
         },
         "required": ["file"],

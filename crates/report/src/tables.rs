@@ -6,7 +6,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::record::Prominence;
 use bristle::model::settings::Settings;
 use bristle_grid::check::Change;
-use bristle_grid::uncertainty::{ForceScatter, INPUTS, scatters};
+use bristle_grid::uncertainty::{ForceScatter, SHARES, scatters};
 use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, TOOL, VELOCITY};
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::differences::{Difference, tool_differences};
@@ -116,11 +116,11 @@ impl Marks {
 fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> String {
     let mut text = String::new();
     let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
-    let varying: Vec<[f64; INPUTS.len()]> =
+    let varying: Vec<[f64; SHARES.len()]> =
         known.iter().filter(|scatter| scatter.tool_force_std_n > 0.0).map(|scatter| scatter.sobol_indices()).collect();
     if !varying.is_empty() {
         let mean = |index: usize| varying.iter().map(|indices| indices[index]).sum::<f64>() / varying.len() as f64;
-        let shares = INPUTS.iter().enumerate().map(|(index, input)| (input.name, mean(index)));
+        let shares = SHARES.iter().enumerate().map(|(index, [_, name])| (*name, mean(index)));
         let mut shares: Vec<(&str, f64)> = shares.filter(|(_, mean)| *mean > 0.0).collect();
         shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
         let rest = 1.0 - shares.iter().map(|(_, share)| share).sum::<f64>();

@@ -3,6 +3,8 @@
 //! [`StudyRun`] simulates the cases and journals them; [`StudyRun::finish`] draws the page and writes all files. An [`Observer`] sees how far
 //! it is. [`publish`] writes the files of results that are there already.
 
+pub mod calibration;
+
 use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;

@@ -6,6 +6,7 @@
 
 pub mod checkpoint;
 pub mod digest;
+pub mod force_journal;
 pub mod journal;
 pub mod journal_file;
 pub mod origin;

@@ -29,7 +29,7 @@ enum Conversion {
 use Conversion::{Ratio, Ten};
 
 /// All units. Of each quantity the first is that of the settings.
-pub static UNITS: [Unit; 33] = [
+pub static UNITS: [Unit; 35] = [
     unit("_m", &["m"], "_m", Ten(0)),
     unit("_mm", &["mm"], "_m", Ten(-3)),
     unit("_cm", &["cm"], "_m", Ten(-2)),
@@ -63,8 +63,17 @@ pub static UNITS: [Unit; 33] = [
     unit("_n", &["N"], "_n", Ten(0)),
     unit("_kn", &["kN"], "_n", Ten(3)),
     unit("_mn", &["mN"], "_n", Ten(-3)),
+    unit("_w", &["W"], "_w", Ten(0)),
+    unit("_kw", &["kW"], "_w", Ten(3)),
     // Of keys without a unit.
     unit("", &["%"], "", Ten(-2)),
+];
+
+/// The units of a torque, whose keys end like those of a stiffness. The first is that of the key.
+pub static TORQUES: [Unit; 3] = [
+    unit("_n_m", &["N m", "Nm", "N·m"], "_n_m", Ten(0)),
+    unit("_n_cm", &["N cm", "Ncm", "N·cm"], "_n_m", Ten(-2)),
+    unit("_n_mm", &["N mm", "Nmm", "N·mm"], "_n_m", Ten(-3)),
 ];
 
 const fn unit(suffix: &'static str, names: &'static [&'static str], own: &'static str, conversion: Conversion) -> Unit {

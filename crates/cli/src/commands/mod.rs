@@ -10,6 +10,7 @@ use crate::terminal::print;
 
 pub mod advise;
 pub mod brush;
+pub mod calibrate;
 pub mod compare;
 pub mod compare_studies;
 pub mod derive;
@@ -31,6 +32,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Derive(arguments) => derive::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -18,6 +18,7 @@ use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Hold, Settings};
 use bristle::workpiece;
 
+mod calibration;
 mod indices;
 
 /// Number of inputs.
@@ -67,7 +68,7 @@ impl Distribution {
     }
 }
 
-/// All inputs, in the order of [`ForceScatter::sobol_indices`].
+/// All inputs, in the order of [`SHARES`].
 pub const INPUTS: [Input; INPUT_COUNT] = [
     input(0, ["l_f", "length", "filament.length_m", "uncertainty.length_std_m"]),
     input(1, ["d", "diameter", "filament.diameter_m", "uncertainty.diameter_std_m"]),
@@ -81,6 +82,17 @@ pub const INPUTS: [Input; INPUT_COUNT] = [
     },
     input(4, ["N_f", "number of filaments", "tool.filament_count", "tool.filament_count_uncertainty"]),
 ];
+
+/// The symbols and names of what has a share in the scatter: all inputs, and what a calibration leaves open.
+pub const SHARES: [[&str; 2]; INPUT_COUNT + 1] = {
+    let mut shares = [["", "calibration"]; INPUT_COUNT + 1];
+    let mut input = 0;
+    while input < INPUT_COUNT {
+        shares[input] = [INPUTS[input].symbol, INPUTS[input].name];
+        input += 1;
+    }
+    shares
+};
 
 /// A normally distributed input with its symbol, its name, and the paths of its mean and its standard deviation.
 const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> Input {
@@ -101,13 +113,14 @@ impl Input {
 /// The first setting outside its range.
 pub fn check(settings: &Settings) -> Result<(), Violation> {
     settings.check()?;
+    settings.uncertainty.calibration.as_ref().map_or(Ok(()), calibration::check)?;
     Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
 }
 
 /// Whether some property of the filaments scatters from tool to tool. Within a brush it scatters from filament to filament instead.
 #[must_use]
 pub fn scatters(settings: &Settings) -> bool {
-    settings.brush.is_none() && settings.uncertainty.scatters()
+    settings.brush.is_none() && (settings.uncertainty.scatters() || settings.uncertainty.calibration.is_some())
 }
 
 bristle::record! {
@@ -138,21 +151,35 @@ bristle::record! {
             ["", "", "share of friction", "first-order Sobol index of µ in the variance of F_n,w"],
         sobol_filament_count: f64 =
             ["", "", "share of the number of filaments", "first-order Sobol index of N_f in the variance of F_n,w"],
+        sobol_calibration: f64 =
+            ["", "", "share of the calibration", "first-order Sobol indices of what is calibrated in the variance of F_n,w"],
         failed_samples: usize =
             ["", "", "failed tools", "sampled tools left out because their simulation failed"],
     }
 }
 
 impl ForceScatter {
+    /// The distribution of a force that is larger by a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            tool_force_mean_n: factor * self.tool_force_mean_n,
+            tool_force_std_n: factor * self.tool_force_std_n,
+            tool_force_lower_95_n: factor * self.tool_force_lower_95_n,
+            tool_force_upper_95_n: factor * self.tool_force_upper_95_n,
+            ..self
+        }
+    }
+
     /// The 95 % band in N.
     #[must_use]
     pub fn band(&self) -> [f64; 2] {
         [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
     }
 
-    /// First-order Sobol indices of [`INPUTS`]. The rest up to 1 is due to interactions of inputs, or missed by the fit.
+    /// First-order Sobol indices of [`SHARES`]. The rest up to 1 is due to interactions of inputs, or missed by the fit.
     #[must_use]
-    pub fn sobol_indices(&self) -> [f64; INPUT_COUNT] {
+    pub fn sobol_indices(&self) -> [f64; SHARES.len()] {
         [
             self.sobol_length,
             self.sobol_diameter,
@@ -162,6 +189,7 @@ impl ForceScatter {
             self.sobol_waviness_phase,
             self.sobol_friction_coefficient,
             self.sobol_filament_count,
+            self.sobol_calibration,
         ]
     }
 }
@@ -176,6 +204,8 @@ pub struct Scatter {
     stds: [f64; INPUT_COUNT],
     /// Standard normal numbers for each tool, one per input.
     points: Vec<[f64; INPUT_COUNT]>,
+    /// Where settings are calibrated: numbers for each of them, and the means that they give the inputs, for each tool.
+    calibrated: Vec<(Vec<f64>, [f64; INPUT_COUNT])>,
 }
 
 impl Scatter {
@@ -187,12 +217,23 @@ impl Scatter {
         }
         let seed = settings.uncertainty.seed;
         let point = |index| INPUTS.map(|input| standard_normal(index, input.dimension, seed));
+        let tools = 0..settings.uncertainty.samples as u32;
+        let calibrated = settings.uncertainty.calibration.iter().flat_map(|own| {
+            tools.clone().map(move |index| {
+                let number = |dimension| standard_normal(index, (INPUT_COUNT + dimension) as u32, seed);
+                let numbers: Vec<f64> = (0..own.settings.len()).map(number).collect();
+                let mut sampled = settings.clone();
+                calibration::sample(own, &mut sampled, &numbers);
+                (numbers, INPUTS.map(|input| get(input.mean, &sampled)))
+            })
+        });
         Some(Self {
+            calibrated: calibrated.collect(),
             settings: settings.clone(),
             inputs: INPUTS.map(|input| parameter(input.mean)),
             means: INPUTS.map(|input| get(input.mean, settings)),
             stds: INPUTS.map(|input| get(input.std, settings)),
-            points: (0..settings.uncertainty.samples as u32).map(point).collect(),
+            points: tools.map(point).collect(),
         })
     }
 
@@ -211,13 +252,16 @@ impl Scatter {
     /// The settings of a tool, with one input at its mean.
     fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
         let mut settings = self.settings.clone();
+        if let (Some(own), Some((numbers, _))) = (&self.settings.uncertainty.calibration, self.calibrated.get(tool)) {
+            calibration::sample(own, &mut settings, numbers);
+        }
         for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
             self.inputs[input].set(&mut settings, self.value(tool, input));
         }
         // A thicker filament has the same taper.
         let nominal = &self.settings.filament;
         settings.filament.tip_diameter_m =
-            nominal.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
+            settings.filament.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
         if settings.uncertainty.hold == Hold::Machine {
             let [nominal, here] = [&self.settings, &settings].map(Settings::tool_radius_m);
             settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * here;
@@ -253,9 +297,17 @@ impl Scatter {
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
         let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
         let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
-        let any = || (0..MOVING).find(|&input| self.stds[input] > 0.0);
-        let input = own.or_else(cure).or_else(any).unwrap_or(MOVING);
+        let any = || (0..INPUT_COUNT).find(|&input| self.stds[input] > 0.0);
         let Violation { path, value, allowed } = violation;
+        let Some(input) = own.or_else(cure).or_else(any) else {
+            return Violation {
+                path: calibration::PATH,
+                value: "of errors so large".to_owned(),
+                allowed: format!(
+                    "such that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}"
+                ),
+            };
+        };
         Violation {
             path: INPUTS[input].std,
             value: format!("{:?}", self.stds[input]),
@@ -267,7 +319,13 @@ impl Scatter {
 
     /// An input of a tool.
     fn value(&self, tool: usize, input: usize) -> f64 {
-        INPUTS[input].distribution.value(self.means[input], self.stds[input], self.points[tool][input])
+        let mean = self.calibrated.get(tool).map_or(self.means[input], |(_, means)| means[input]);
+        INPUTS[input].distribution.value(mean, self.stds[input], self.points[tool][input])
+    }
+
+    /// The share of the nominal number of filaments that a calibrated one has.
+    fn calibrated_count(&self, tool: usize) -> f64 {
+        self.calibrated.get(tool).map_or(1.0, |(_, means)| means[MOVING] / self.means[MOVING])
     }
 
     /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the tool force. The impulse of a
@@ -287,9 +345,12 @@ impl Scatter {
         if 2 * known.len() < self.count() {
             return None;
         }
-        let per_filament: Vec<f64> = known.iter().map(|&(tool, p)| tool_force(p, 1.0, self.rate(tool))).collect();
+        // A calibrated number of filaments belongs to the force of one, as it is correlated with what is calibrated beside it.
+        let force = |&(tool, p): &(usize, f64)| tool_force(p, self.calibrated_count(tool), self.rate(tool));
+        let per_filament: Vec<f64> = known.iter().map(force).collect();
+        let count_of = |tool: usize| self.value(tool, MOVING) / self.calibrated_count(tool);
         let mut forces: Vec<f64> =
-            known.iter().zip(&per_filament).map(|(&(tool, _), force)| force * self.value(tool, MOVING)).collect();
+            known.iter().zip(&per_filament).map(|(&(tool, _), force)| force * count_of(tool)).collect();
         forces.sort_by(f64::total_cmp);
         let [lower, upper] = BAND.map(|share| quantile(&forces, share));
 
@@ -297,12 +358,20 @@ impl Scatter {
         let (count, count_std) = (self.means[MOVING], self.stds[MOVING]);
         let variance_of_force = variance * count.powi(2) + (mean * count_std).powi(2) + variance * count_std.powi(2);
         let scattering: Vec<usize> = (0..MOVING).filter(|&input| self.stds[input] > 0.0).collect();
-        let points: Vec<Vec<f64>> =
-            known.iter().map(|&(tool, _)| scattering.iter().map(|&input| self.points[tool][input]).collect()).collect();
-        let mut shares = [0.0; INPUT_COUNT];
+        let calibrated =
+            |tool: usize| self.calibrated.get(tool).map_or(&[][..], |(numbers, _)| numbers).iter().copied();
+        let point = |&(tool, _): &(usize, f64)| {
+            scattering.iter().map(|&input| self.points[tool][input]).chain(calibrated(tool)).collect()
+        };
+        let points: Vec<Vec<f64>> = known.iter().map(point).collect();
+        let (mut shares, mut sobol_calibration) = ([0.0; INPUT_COUNT], 0.0);
         if variance_of_force > 0.0 {
-            for (&input, index) in scattering.iter().zip(indices::first_order(&points, &per_filament)) {
-                shares[input] = index * variance * count.powi(2) / variance_of_force;
+            for (position, index) in indices::first_order(&points, &per_filament).into_iter().enumerate() {
+                let share = index * variance * count.powi(2) / variance_of_force;
+                match scattering.get(position) {
+                    Some(&input) => shares[input] = share,
+                    None => sobol_calibration += share,
+                }
             }
             shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
         }
@@ -329,6 +398,7 @@ impl Scatter {
             sobol_waviness_phase,
             sobol_friction_coefficient,
             sobol_filament_count,
+            sobol_calibration,
             failed_samples: self.count() - known.len(),
         })
     }
@@ -354,7 +424,8 @@ pub fn scatter_text(settings: &Settings) -> String {
         };
         input.scatters(settings).then(|| format!("{} ± {}", input.symbol, spread()))
     };
-    INPUTS.iter().filter_map(input).collect::<Vec<_>>().join(", ")
+    let calibrated = settings.uncertainty.calibration.as_ref().map(|_| "calibration".to_owned());
+    INPUTS.iter().filter_map(input).chain(calibrated).collect::<Vec<_>>().join(", ")
 }
 
 /// A number with two significant digits.

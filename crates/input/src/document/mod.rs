@@ -27,7 +27,7 @@ use crate::units::setting;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
-use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
+use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
 use bristle_text::units::{UNITS, Unit, without_unit};
 
 pub(crate) use tools::{SECTIONS, TOOLS};
@@ -48,6 +48,7 @@ const FILE: &str = "file";
 const SEPARATOR: &str = "separator";
 const DECIMAL: &str = "decimal";
 const COLUMNS: &str = "columns";
+const RELATIVE_STD: &str = "relative_std";
 /// A path of a table.
 const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
 
@@ -139,6 +140,17 @@ struct SweepRange {
     start: f64,
     stop: f64,
     step: f64,
+}
+
+/// A brush as a file states it, without its process.
+#[derive(Clone, Debug)]
+pub struct StatedBrush {
+    /// Its name among the tools; empty if it is the only one.
+    pub name: String,
+    /// Its settings. Velocity and depth are any.
+    pub settings: Settings,
+    /// The settings that state others in their own way, and their values.
+    pub followed: Vec<(&'static Parameter, f64)>,
 }
 
 impl<'t> Document<'t> {
@@ -425,6 +437,37 @@ impl<'t> Document<'t> {
         of_brush.map(|located| located.parameter.path).map_or(Ok(self), Err)
     }
 
+    /// The brushes that the file states, for a calibration: one, or each of the named tools. Velocity and depth are any.
+    ///
+    /// # Errors
+    /// If the study sweeps anything else, whose value is then unknown.
+    pub fn brushes(&self) -> Result<Vec<StatedBrush>, InputError> {
+        const MEASURED_AT: [&str; 3] = [VELOCITY, SPEED, DEPTH];
+        let is_unknown = |sweep: &&LocatedSweep| !MEASURED_AT.contains(&sweep.parameter.path);
+        if let Some(LocatedSweep { parameter, span, sweep }) = self.sweeps.iter().find(is_unknown) {
+            let value = format!("swept over {} values", sweep.values().len());
+            let allowed = "one value in its own section: a calibration has one brush, or named tools".to_owned();
+            let problem = Problem::NotAllowed { key: parameter.path.to_owned(), value, allowed };
+            return Err(self.error(problem, span.clone(), ""));
+        }
+        let any = [(VELOCITY, "1.0"), (DEPTH, "1e-300")].map(|(path, text)| (Parameter::find(path), text));
+        let absent = any.into_iter().filter_map(|(parameter, text)| Some((parameter?, text)));
+        let absent = absent.filter(|(parameter, _)| stated(&self.table, parameter).next().is_none());
+        let overrides: Vec<Override<'_>> =
+            absent.map(|(parameter, text)| Override { parameter, text, span: self.end() }).collect();
+        let brush = |tool: Option<&LocatedTool<'t>>| {
+            let Built { settings, followed, .. } = self.build(tool, &overrides)?;
+            let followed = followed.into_iter().filter(|(parameter, _)| !MEASURED_AT.contains(&parameter.path));
+            let name = tool.map_or_else(String::new, |tool| tool.name.clone());
+            Ok(StatedBrush { name, settings, followed: followed.collect() })
+        };
+        if self.tools.is_empty() {
+            Ok(vec![brush(None)?])
+        } else {
+            self.tools.iter().map(|tool| brush(Some(tool))).collect()
+        }
+    }
+
     /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
         if self.sweeps.is_empty() && self.tools.is_empty() {
@@ -643,7 +686,7 @@ impl<'t> Document<'t> {
 
     /// Reads the entries of `[measured]`, whose heading is at `span`.
     fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<(String, Format), InputError> {
-        let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS];
+        let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS, RELATIVE_STD];
         self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
         let allowed = MEASURED_FILE.to_owned();
@@ -666,8 +709,16 @@ impl<'t> Document<'t> {
             columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
             tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
             tools: Vec::new(),
+            relative_std: entries.get(RELATIVE_STD).map(|value| self.read_relative_std(value)).transpose()?,
         };
         Ok((file, format))
+    }
+
+    /// Reads the relative standard deviation of measured forces.
+    fn read_relative_std(&self, value: &Spanned<DeValue<'_>>) -> Result<f64, InputError> {
+        let number: Option<f64> = read(value).ok().filter(|number| *number > 0.0 && *number <= 1.0);
+        let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %".to_owned();
+        number.ok_or_else(|| self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed))
     }
 
     /// Reads the names of columns of measured forces.
@@ -1000,7 +1051,7 @@ fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Stri
 
 /// A hint at the setting whose key is most similar to the last part of `written`, or that people call by this name. Empty if none is
 /// close. Keys in the wrong section are found, too.
-pub(crate) fn setting_meant(written: &str) -> String {
+pub fn setting_meant(written: &str) -> String {
     /// By how much more similar a key of another section must be.
     const OWN_SECTION: f64 = 0.1;
     let whole = written;

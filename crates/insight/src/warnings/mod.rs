@@ -29,6 +29,12 @@ pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistic
     single.into_iter().flatten().chain(turns::of_contact(settings, metrics)).collect()
 }
 
+/// The warning about filaments that touch each other, where each is simulated alone.
+#[must_use]
+pub fn without_interaction(settings: &Settings) -> Option<Warning> {
+    is_packed(settings).then(|| packing::of_contact(settings)).flatten()
+}
+
 /// The warnings about the cases of a study.
 #[must_use]
 pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {

@@ -5,7 +5,7 @@ use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_grid::CaseSummary;
-use bristle_grid::uncertainty::{INPUTS, Input, scatter_text, scatters};
+use bristle_grid::uncertainty::{SHARES, scatter_text, scatters};
 use bristle_input::measured::{Measurement, same};
 use bristle_insight::measured::{Simulated, tool_force};
 use bristle_insight::slices::Slice;
@@ -72,17 +72,17 @@ impl View<'_> {
             let scatter = summary.scatter.as_ref()?;
             (scatter.tool_force_std_n > 0.0).then(|| scatter.sobol_indices())
         };
-        let known: Vec<Option<[f64; INPUTS.len()]>> = (0..x.values.len()).map(indices).collect();
+        let known: Vec<Option<[f64; SHARES.len()]>> = (0..x.values.len()).map(indices).collect();
         let mut curves = Vec::new();
-        let mut add = |name: &str, index: &dyn Fn(&[f64; INPUTS.len()]) -> f64| {
+        let mut add = |name: &str, index: &dyn Fn(&[f64; SHARES.len()]) -> f64| {
             let points = x.shown().into_iter().zip(&known);
             let points: Vec<(f64, f64)> =
                 points.map(|(at, known)| (at, known.as_ref().map_or(f64::NAN, index))).collect();
             curves.push(Curve::new(name, joined(x), points));
         };
-        for (position, Input { symbol, name, .. }) in INPUTS.iter().enumerate() {
+        for (position, [symbol, name]) in SHARES.iter().enumerate() {
             if known.iter().flatten().any(|indices| indices[position] > 0.0) {
-                add(&format!("{name} {symbol}"), &|indices| indices[position]);
+                add(format!("{name} {symbol}").trim_end(), &|indices| indices[position]);
             }
         }
         add("not attributed", &|indices| (1.0 - indices.iter().sum::<f64>()).max(0.0));

@@ -24,10 +24,12 @@ use bristle_insight::slices::{Side, Slice, offset_slices, process_slices, tellin
 use bristle_text::number::{short, significant};
 
 mod brush;
+mod calibration;
 mod force;
 mod profile;
 
 pub use brush::{Brush, brush_figures, is_of_brush};
+pub use calibration::{calibration_figures, is_of_calibration};
 pub use profile::drawn_shapes;
 
 /// Maximum number of values of the further sweeps for which figures are drawn.

@@ -131,7 +131,7 @@ pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<
 }
 
 /// A figure as an image, to which the style of the page does not apply.
-fn figure(Picture { name, canvas }: &Picture) -> String {
+pub(super) fn figure(Picture { name, canvas }: &Picture) -> String {
     let image = STANDARD.encode(canvas.svg());
     let name = name.replace('_', " ");
     format!("<figure><img alt=\"{name}\" src=\"data:image/svg+xml;base64,{image}\"></figure>\n")

@@ -23,11 +23,13 @@ use bristle_insight::measured::Comparison;
 use bristle_text::shown;
 
 mod brush;
+mod calibration;
 mod course;
 mod measured;
 mod packed;
 
 pub use brush::brush_page;
+pub use calibration::calibration_page;
 pub use course::{Course, MAX_COURSES, Recorder};
 
 /// A page with places to be filled in, of which one is for the sections of its own.

@@ -1,0 +1,153 @@
+//! The settings that are fitted, within bounds, and the coordinates in which they are.
+
+use bristle::model::parameters::Parameter;
+use bristle_grid::Setting;
+use bristle_text::shown;
+use bristle_text::units::own_keys;
+use thiserror::Error;
+
+/// Sections whose scalar settings can be fitted.
+const SECTIONS: [&str; 4] = ["tool", "filament", "contact", "brush"];
+/// Longest key in a message, in characters.
+const LONGEST_KEY: usize = 60;
+/// A value closer to the end of its range than this share of it is at that end.
+const AT_END: f64 = 1e-3;
+
+/// A setting that is fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// The setting.
+    pub parameter: &'static Parameter,
+    /// Its least and its largest value.
+    pub bounds: [f64; 2],
+}
+
+/// Why a setting cannot be fitted.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FitError {
+    /// Not of the form of an option.
+    #[error("`{}` is not a setting, as in filament.youngs_modulus_pa, or one with bounds, as in filament.damping_ratio=0.01..0.2", shown(.0, LONGEST_KEY))]
+    Form(String),
+    /// There is no such setting.
+    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush]; `bristle explain` lists them{}", shown(.key, LONGEST_KEY), .meant)]
+    Unknown {
+        /// What was written.
+        key: String,
+        /// What may have been meant, as a sentence.
+        meant: String,
+    },
+    /// A count or a seed.
+    #[error("`{0}` is a whole number, which cannot be fitted")]
+    Whole(&'static str),
+    /// It has no usual range.
+    #[error("`{0}` has no usual range: state one, as in --fit {0}=LOW..HIGH")]
+    NoRange(&'static str),
+    /// The bounds are not those of a range.
+    #[error("the bounds {low} and {high} of `{path}` must be {allowed}, the first one lower")]
+    Bounds {
+        /// Path of the setting.
+        path: &'static str,
+        /// The first bound.
+        low: f64,
+        /// The second bound.
+        high: f64,
+        /// The values that the setting can have.
+        allowed: String,
+    },
+}
+
+impl Fitted {
+    /// A setting between `bounds`, or else within its usual range.
+    ///
+    /// # Errors
+    /// If it cannot be fitted between them.
+    pub fn new(parameter: &'static Parameter, bounds: Option<[f64; 2]>) -> Result<Self, FitError> {
+        if !SECTIONS.contains(&parameter.section()) {
+            return Err(FitError::Unknown { key: parameter.path.to_owned(), meant: String::new() });
+        }
+        if parameter.range.whole {
+            return Err(FitError::Whole(parameter.path));
+        }
+        let usual = parameter.usual.map(|usual| [usual.least, usual.largest]);
+        let [low, high] = bounds.or(usual).ok_or(FitError::NoRange(parameter.path))?;
+        if !(low < high && parameter.range.contains(low) && parameter.range.contains(high)) {
+            return Err(FitError::Bounds { path: parameter.path, low, high, allowed: parameter.allowed() });
+        }
+        Ok(Self { parameter, bounds: [low, high] })
+    }
+
+    /// Reads `KEY` or `KEY=LOW..HIGH`. The key may end in another unit, in which the bounds then are.
+    ///
+    /// # Errors
+    /// If it is not of this form, or cannot be fitted.
+    pub fn parse(text: &str) -> Result<Self, FitError> {
+        let (key, bounds) = match text.split_once('=') {
+            Some((key, bounds)) => (key.trim(), Some(bounds)),
+            None => (text.trim(), None),
+        };
+        let found = own_keys(key).find_map(|(own, unit)| Some((Parameter::find(&own)?, unit)));
+        let Some((parameter, unit)) = found else {
+            return Err(FitError::Unknown { key: key.to_owned(), meant: bristle_input::document::setting_meant(key) });
+        };
+        let form = || FitError::Form(text.to_owned());
+        let bounds = bounds.map(|bounds| {
+            let (low, high) = bounds.split_once("..").ok_or_else(form)?;
+            let number = |text: &str| text.trim().parse().map(|number| unit.to_own(number)).map_err(|_| form());
+            Ok([number(low)?, number(high)?])
+        });
+        Self::new(parameter, bounds.transpose()?)
+    }
+
+    /// Whether its coordinate is its logarithm: all its values are positive.
+    #[must_use]
+    pub fn is_logarithmic(&self) -> bool {
+        self.bounds[0] > 0.0
+    }
+
+    /// The coordinate of a value: its logarithm, or else the value over the width of its bounds.
+    #[must_use]
+    pub fn coordinate(&self, value: f64) -> f64 {
+        if self.is_logarithmic() { value.ln() } else { value / self.width() }
+    }
+
+    /// The value of a coordinate, within its range.
+    #[must_use]
+    pub fn value(&self, coordinate: f64) -> f64 {
+        let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate * self.width() };
+        value.clamp(self.bounds[0], self.bounds[1])
+    }
+
+    /// How fast its value grows with its coordinate.
+    #[must_use]
+    pub fn slope(&self, value: f64) -> f64 {
+        if self.is_logarithmic() { value } else { self.width() }
+    }
+
+    fn width(&self) -> f64 {
+        self.bounds[1] - self.bounds[0]
+    }
+
+    /// The bounds of its coordinate.
+    #[must_use]
+    pub fn limits(&self) -> [f64; 2] {
+        self.bounds.map(|bound| self.coordinate(bound))
+    }
+
+    /// The end of its range at which a value is, if it is there.
+    #[must_use]
+    pub fn end(&self, value: f64) -> Option<&'static str> {
+        let [low, high] = self.limits();
+        let share = (self.coordinate(value) - low) / (high - low);
+        match share {
+            share if share < AT_END => Some("lower"),
+            share if share > 1.0 - AT_END => Some("upper"),
+            _ => None,
+        }
+    }
+
+    /// The setting as one of an axis, with its symbol and its unit for people.
+    #[must_use]
+    pub fn setting(&self) -> Setting {
+        Setting::Number(self.parameter)
+    }
+}

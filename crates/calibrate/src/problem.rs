@@ -1,0 +1,303 @@
+//! What is fitted to what: brushes, settings with their bounds, and measured points with their standard deviations.
+
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle_grid::uncertainty::check;
+use bristle_grid::{SPEED, VELOCITY};
+use bristle_input::document::StatedBrush;
+use bristle_input::measured::{MeasuredPoint, Quantity, Reading, Speed};
+use thiserror::Error;
+
+use crate::parameters::Fitted;
+
+/// What a tool exerts, in the order of [`Quantity::FORCES`].
+pub type Forces = [f64; 4];
+
+/// The forces of simulated metrics.
+#[must_use]
+pub fn forces_of(metrics: &Metrics) -> Forces {
+    [
+        metrics.tool_contact_normal_force_n,
+        metrics.tool_tangential_force_n,
+        metrics.tool_torque_n_m,
+        metrics.tool_power_w,
+    ]
+}
+
+/// Relative standard deviation that weighs points where the table states none: what counts is that it is the same for all.
+const ASSUMED_STD: f64 = 0.03;
+
+/// A force that was measured at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// The position of its point.
+    pub point: usize,
+    /// Its position in [`Quantity::FORCES`].
+    pub force: usize,
+    /// Its value, in the unit of its quantity.
+    pub value: f64,
+    /// Its standard deviation, in the same unit; if the table states none, a share of the value.
+    pub std: f64,
+}
+
+impl Observation {
+    /// What it is.
+    #[must_use]
+    pub fn quantity(&self) -> Quantity {
+        Quantity::FORCES[self.force]
+    }
+}
+
+/// A calibration that can be made.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The brush, or the named tools.
+    pub brushes: Vec<StatedBrush>,
+    /// The settings that are fitted.
+    pub fitted: Vec<Fitted>,
+    /// Where was measured.
+    pub points: Vec<MeasuredPoint>,
+    /// What was measured, at least as many as settings.
+    pub observations: Vec<Observation>,
+    /// Whether standard deviations are stated. If not, they follow from the residuals.
+    pub has_std: bool,
+}
+
+/// Why there is nothing to calibrate.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ProblemError {
+    /// Nothing is to be fitted.
+    #[error("state what is to be fitted, as in --fit filament.youngs_modulus_pa")]
+    NothingToFit,
+    /// A setting is named twice.
+    #[error("`{0}` is to be fitted twice")]
+    Twice(&'static str),
+    /// Two settings of which each follows from the other.
+    #[error("`{path}` and `{other}` cannot both be fitted: each follows from the other")]
+    Both {
+        /// The later one.
+        path: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// The file states in another way what is to be fitted.
+    #[error("the file states `{stated}`, from which `{path}` follows: fit `{stated}`, or state `{path}` instead")]
+    Follows {
+        /// What is to be fitted.
+        path: &'static str,
+        /// What the file states.
+        stated: &'static str,
+    },
+    /// A setting of brushes whose filaments do not touch.
+    #[error("`{0}` is a setting of filaments that touch: add a section [brush], or do not fit it")]
+    NoBrush(&'static str),
+    /// The tools have different values of a setting.
+    #[error("the tools state different values of `{0}`, and a fit is of one value: calibrate them one by one")]
+    Differs(&'static str),
+    /// The table does not say which tool it was measured with.
+    #[error("line {0} of the measured forces does not name its tool: add a column `tool`")]
+    NoTool(u64),
+    /// There are fewer forces than settings.
+    #[error(
+        "{found} measured forces cannot determine {settings} settings: measure at least {} points, better 12, at speeds and depths \
+         that differ",
+        .settings + usize::from(!.has_std)
+    )]
+    TooFew {
+        /// The number of measured forces.
+        found: usize,
+        /// The number of settings.
+        settings: usize,
+        /// Whether they have standard deviations.
+        has_std: bool,
+    },
+    /// A force that says nothing.
+    #[error(
+        "line {line} of the measured forces: `{key}` is {value}: a force that is not above zero tells nothing about the filaments; leave \
+         the cell empty or measure at a greater depth"
+    )]
+    NoForce {
+        /// Its line.
+        line: u64,
+        /// Its key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A force with a standard deviation of zero.
+    #[error("line {line} of the measured forces: the standard deviation of `{key}` is 0: no force is known exactly")]
+    NoStd {
+        /// Its line.
+        line: u64,
+        /// Its key.
+        key: &'static str,
+    },
+    /// Only some forces have a standard deviation.
+    #[error(
+        "line {line} of the measured forces: `{key}` has no standard deviation, others have: state it, or relative_std = 0.03 under \
+         [measured] for all that have none"
+    )]
+    SomeStd {
+        /// Its line.
+        line: u64,
+        /// Its key.
+        key: &'static str,
+    },
+    /// A point that cannot be simulated.
+    #[error("line {line} of the measured forces cannot be simulated: {violation}")]
+    Point {
+        /// Its line.
+        line: u64,
+        /// What is wrong with it.
+        violation: Violation,
+    },
+}
+
+impl Problem {
+    /// A calibration of `fitted` settings of `brushes` by measured `points`.
+    ///
+    /// # Errors
+    /// If the points cannot determine the settings, or cannot be simulated.
+    pub fn new(
+        brushes: Vec<StatedBrush>,
+        fitted: Vec<Fitted>,
+        points: Vec<MeasuredPoint>,
+    ) -> Result<Self, ProblemError> {
+        check_fitted(&brushes, &fitted)?;
+        let readings = points.iter().enumerate().flat_map(|(position, point)| {
+            let readings = point.readings.iter().enumerate();
+            readings.filter_map(move |(force, reading)| Some((position, point, force, (*reading)?)))
+        });
+        let readings: Vec<(usize, &MeasuredPoint, usize, Reading)> = readings.collect();
+        let has_std = readings.iter().any(|(.., reading)| reading.std.is_some());
+        let observation = |&(position, point, force, reading): &(usize, &MeasuredPoint, usize, Reading)| {
+            let Reading { value, std } = reading;
+            let (key, line) = (Quantity::FORCES[force].key(), point.line);
+            if value <= 0.0 {
+                return Err(ProblemError::NoForce { line, key, value });
+            }
+            let std = match std {
+                Some(0.0) => return Err(ProblemError::NoStd { line, key }),
+                None if has_std => return Err(ProblemError::SomeStd { line, key }),
+                std => std.unwrap_or(ASSUMED_STD * value),
+            };
+            Ok(Observation { point: position, force, value, std })
+        };
+        let observations = readings.iter().map(observation).collect::<Result<Vec<_>, _>>()?;
+        let needed = fitted.len() + usize::from(!has_std);
+        if observations.len() < needed {
+            return Err(ProblemError::TooFew { found: observations.len(), settings: fitted.len(), has_std });
+        }
+        if let Some(point) = points.iter().find(|point| brushes.len() > 1 && point.tool.is_none()) {
+            return Err(ProblemError::NoTool(point.line));
+        }
+        let problem = Self { brushes, fitted, points, observations, has_std };
+        let start = problem.stated();
+        for point in &problem.points {
+            let wrong = |violation| ProblemError::Point { line: point.line, violation };
+            problem.settings(&Place::of(point), &start).map_err(wrong)?;
+        }
+        Ok(problem)
+    }
+
+    /// The values of the fitted settings in the file, within their bounds.
+    #[must_use]
+    pub fn stated(&self) -> Vec<f64> {
+        let value = |fitted: &Fitted| {
+            let [low, high] = fitted.bounds;
+            fitted.parameter.get(&self.brushes[0].settings).clamp(low, high)
+        };
+        self.fitted.iter().map(value).collect()
+    }
+
+    /// Whether filaments touch in some brush.
+    #[must_use]
+    pub fn has_brush(&self) -> bool {
+        self.brushes.iter().any(|brush| brush.settings.brush.is_some())
+    }
+
+    /// The settings of a place with some values of the fitted settings.
+    ///
+    /// # Errors
+    /// If they contradict each other.
+    pub fn settings(&self, place: &Place, values: &[f64]) -> Result<Settings, Violation> {
+        let brush = &self.brushes[place.tool];
+        let mut settings = brush.settings.clone();
+        if settings.brush.is_none() {
+            settings.uncertainty = UncertaintySettings::default();
+        }
+        for (fitted, value) in self.fitted.iter().zip(values) {
+            fitted.parameter.set(&mut settings, *value);
+        }
+        let is_fitted =
+            |parameter: &Parameter| self.fitted.iter().any(|fitted| std::ptr::eq(fitted.parameter, parameter));
+        for (parameter, value) in brush.followed.iter().filter(|(parameter, _)| !is_fitted(parameter)) {
+            parameter.set(&mut settings, *value);
+        }
+        // What is fitted may itself follow from others that are.
+        for (fitted, value) in
+            self.fitted.iter().zip(values).filter(|(fitted, _)| !fitted.parameter.instead_of.is_empty())
+        {
+            fitted.parameter.set(&mut settings, *value);
+        }
+        let (path, speed) = match place.speed {
+            Speed::Velocity(speed) => (VELOCITY, speed),
+            Speed::Rotational(speed) => (SPEED, speed),
+        };
+        let parameter = Parameter::find(path).expect("the table has velocity and speed");
+        parameter.check(speed)?;
+        parameter.set(&mut settings, speed);
+        settings.process.penetration_depth_m = place.penetration_depth_m;
+        check(&settings)?;
+        Ok(settings)
+    }
+}
+
+/// Where a tool is simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The position of the tool.
+    pub tool: usize,
+    /// Its speed.
+    pub speed: Speed,
+    /// Penetration depth `a_e` in m.
+    pub penetration_depth_m: f64,
+}
+
+impl Place {
+    /// That of a measured point.
+    #[must_use]
+    pub fn of(point: &MeasuredPoint) -> Self {
+        Self { tool: point.tool.unwrap_or(0), speed: point.speed, penetration_depth_m: point.penetration_depth_m }
+    }
+}
+
+/// Checks that the settings can be fitted together, and to all brushes.
+fn check_fitted(brushes: &[StatedBrush], fitted: &[Fitted]) -> Result<(), ProblemError> {
+    if fitted.is_empty() {
+        return Err(ProblemError::NothingToFit);
+    }
+    for (position, Fitted { parameter, .. }) in fitted.iter().enumerate() {
+        let path = parameter.path;
+        if fitted[..position].iter().any(|other| other.parameter.path == path) {
+            return Err(ProblemError::Twice(path));
+        }
+        let is_same = |other: &&Fitted| parameter.group().any(|same| same.path == other.parameter.path);
+        if let Some(other) = fitted[..position].iter().find(is_same) {
+            return Err(ProblemError::Both { path, other: other.parameter.path });
+        }
+        for StatedBrush { settings, followed, .. } in brushes {
+            if let Some((stated, _)) = followed.iter().find(|(stated, _)| stated.instead_of == path) {
+                return Err(ProblemError::Follows { path, stated: stated.path });
+            }
+            if parameter.section() == "brush" && settings.brush.is_none() {
+                return Err(ProblemError::NoBrush(path));
+            }
+            if parameter.get(settings) != parameter.get(&brushes[0].settings) {
+                return Err(ProblemError::Differs(path));
+            }
+        }
+    }
+    Ok(())
+}

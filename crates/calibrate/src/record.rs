@@ -1,0 +1,228 @@
+//! A calibration as files: `calibration.json` and `residuals.csv`.
+
+use std::io::{self, Write};
+
+use bristle_input::measured::Speed;
+use serde::Serialize;
+
+use crate::words::place_words;
+use crate::{Calibration, Next, Undetermined};
+
+/// A fitted setting in `calibration.json`.
+#[derive(Serialize)]
+struct ParameterRecord {
+    key: &'static str,
+    unit: &'static str,
+    /// `null` where the forces do not determine it.
+    value: Option<f64>,
+    standard_error: Option<f64>,
+    interval_95: Option<[f64; 2]>,
+    range: [f64; 2],
+    /// `lower` or `upper` if the value is at that end of its range.
+    at_end: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct UndeterminedRecord {
+    keys: Vec<&'static str>,
+    statement: String,
+    /// Exponents of a product of two settings that is determined.
+    exponents: Option<[f64; 2]>,
+    relative_standard_error: Option<f64>,
+    /// The change of each setting together: of its logarithm, or over its range.
+    direction: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct ResidualRecord {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tool: Option<String>,
+    line: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    brushing_velocity_m_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rotational_speed_rpm: Option<f64>,
+    penetration_depth_m: f64,
+    quantity: &'static str,
+    measured: f64,
+    std: f64,
+    fitted: f64,
+    residual: f64,
+}
+
+#[derive(Serialize)]
+struct NextRecord {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tool: Option<String>,
+    brushing_velocity_m_s: f64,
+    rotational_speed_rpm: f64,
+    penetration_depth_m: f64,
+    /// By which factor the determinant of the covariance becomes smaller.
+    determinant_gain: f64,
+    /// The standard error of each setting with it, over that without.
+    standard_error_ratios: Vec<f64>,
+    statement: String,
+}
+
+#[derive(Serialize)]
+struct MinimumRecord {
+    chi_squared: f64,
+    starts: usize,
+}
+
+#[derive(Serialize)]
+struct Record {
+    version: &'static str,
+    parameters: Vec<ParameterRecord>,
+    correlations: Vec<Vec<f64>>,
+    /// Of the values, in the units of their keys.
+    covariance: Vec<Vec<f64>>,
+    chi_squared: f64,
+    degrees_of_freedom: usize,
+    probability: Option<f64>,
+    standard_deviations_are_stated: bool,
+    singular_values: Vec<f64>,
+    derivative_error: f64,
+    undetermined: Vec<UndeterminedRecord>,
+    minima: Vec<MinimumRecord>,
+    failed_starts: usize,
+    residuals: Vec<ResidualRecord>,
+    next_measurement: Vec<NextRecord>,
+}
+
+impl Calibration {
+    /// `calibration.json`.
+    ///
+    /// # Panics
+    /// Never: all keys are texts.
+    #[must_use]
+    pub fn json(&self) -> String {
+        let count = self.values.len();
+        let table = |entry: &dyn Fn(usize, usize) -> f64| {
+            (0..count).map(|row| (0..count).map(|column| entry(row, column)).collect()).collect()
+        };
+        let record = Record {
+            version: env!("CARGO_PKG_VERSION"),
+            parameters: (0..count).map(|setting| self.parameter_record(setting)).collect(),
+            correlations: table(&|row, column| self.errors.correlation(row, column)),
+            covariance: table(&|row, column| {
+                self.errors.correlation(row, column) * self.standard_error(row) * self.standard_error(column)
+            }),
+            chi_squared: self.chi_squared / self.errors.scale,
+            degrees_of_freedom: self.degrees_of_freedom(),
+            probability: self.probability(),
+            standard_deviations_are_stated: self.problem.has_std,
+            singular_values: self.errors.singular_values.clone(),
+            derivative_error: self.derivative_error,
+            undetermined: self.undetermined.iter().map(|group| self.undetermined_record(group)).collect(),
+            minima: self.minima.iter().map(|&(chi_squared, starts)| MinimumRecord { chi_squared, starts }).collect(),
+            failed_starts: self.failed_starts,
+            residuals: (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect(),
+            next_measurement: self.next.iter().map(|next| self.next_record(next)).collect(),
+        };
+        serde_json::to_string_pretty(&record).expect("all keys are texts") + "\n"
+    }
+
+    /// Writes `residuals.csv`: a heading, then one row for each force.
+    ///
+    /// # Errors
+    /// If `out` cannot be written to.
+    pub fn write_residuals(&self, out: impl Write) -> io::Result<()> {
+        let mut writer = csv::Writer::from_writer(out);
+        let records: Vec<ResidualRecord> =
+            (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect();
+        let speed = if records.iter().any(|record| record.brushing_velocity_m_s.is_some()) {
+            "brushing_velocity_m_s"
+        } else {
+            "rotational_speed_rpm"
+        };
+        let tool = records.iter().any(|record| record.tool.is_some()).then_some("tool");
+        let heading = [speed, "penetration_depth_m", "quantity", "measured", "std", "fitted", "residual", "line"];
+        writer.write_record(tool.into_iter().chain(heading))?;
+        for record in records {
+            let number = |number: f64| format!("{number:?}");
+            let speed = record.brushing_velocity_m_s.or(record.rotational_speed_rpm).unwrap_or_default();
+            let row = [
+                number(speed),
+                number(record.penetration_depth_m),
+                record.quantity.to_owned(),
+                number(record.measured),
+                number(record.std),
+                number(record.fitted),
+                number(record.residual),
+                record.line.to_string(),
+            ];
+            writer.write_record(record.tool.into_iter().chain(row))?;
+        }
+        writer.flush()
+    }
+
+    fn parameter_record(&self, setting: usize) -> ParameterRecord {
+        let fitted = &self.problem.fitted[setting];
+        let determined = self.is_determined(setting);
+        ParameterRecord {
+            key: fitted.parameter.path,
+            unit: fitted.parameter.unit,
+            value: determined.then_some(self.values[setting]),
+            standard_error: determined.then(|| self.standard_error(setting)),
+            interval_95: self.intervals[setting],
+            range: fitted.bounds,
+            at_end: fitted.end(self.values[setting]),
+        }
+    }
+
+    fn undetermined_record(&self, group: &Undetermined) -> UndeterminedRecord {
+        UndeterminedRecord {
+            keys: group.settings.iter().map(|&setting| self.problem.fitted[setting].parameter.path).collect(),
+            statement: group.statement.clone(),
+            exponents: group.product.map(|(exponents, _)| exponents),
+            relative_standard_error: group.product.map(|(_, error)| error),
+            direction: group.direction.clone(),
+        }
+    }
+
+    fn residual_record(&self, observation: usize) -> ResidualRecord {
+        let own = self.problem.observations[observation];
+        let point = self.problem.points[own.point];
+        let (brushing_velocity_m_s, rotational_speed_rpm) = match point.speed {
+            Speed::Velocity(velocity) => (Some(velocity), None),
+            Speed::Rotational(speed) => (None, Some(speed)),
+        };
+        ResidualRecord {
+            tool: self.tool_name(point.tool.unwrap_or(0)),
+            line: point.line,
+            brushing_velocity_m_s,
+            rotational_speed_rpm,
+            penetration_depth_m: point.penetration_depth_m,
+            quantity: own.quantity().key(),
+            measured: own.value,
+            std: own.std * self.errors.scale.sqrt(),
+            fitted: self.forces[observation],
+            residual: self.residual(observation),
+        }
+    }
+
+    fn next_record(&self, next: &Next) -> NextRecord {
+        NextRecord {
+            tool: self.tool_name(next.place.tool),
+            brushing_velocity_m_s: next.speeds[0],
+            rotational_speed_rpm: next.speeds[1],
+            penetration_depth_m: next.place.penetration_depth_m,
+            determinant_gain: next.gain,
+            standard_error_ratios: next.shrinks.clone(),
+            statement: place_words(self, next),
+        }
+    }
+
+    /// A point to measure at, and what that is good for, in words.
+    #[must_use]
+    pub fn next_words(&self, next: &Next) -> String {
+        place_words(self, next)
+    }
+
+    /// The name of a tool; none if there is only one.
+    #[must_use]
+    pub fn tool_name(&self, tool: usize) -> Option<String> {
+        (self.problem.brushes.len() > 1).then(|| self.problem.brushes[tool].name.clone())
+    }
+}

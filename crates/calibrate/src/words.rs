@@ -1,0 +1,148 @@
+//! A calibration in a few lines for people.
+
+use bristle_grid::DEPTH;
+use bristle_grid::Setting;
+use bristle_input::measured::Speed;
+use bristle_text::layout::wrap;
+use bristle_text::number::short;
+
+use crate::statistics::percent;
+use crate::{Calibration, Next};
+
+/// Probability of the sum of squares below which more than noise makes it as large.
+const NOT_NOISE: f64 = 0.01;
+/// Minima whose sum of squares exceeds the least by at most so much, over the variance, are worth a word: noise makes such differences.
+const RIVAL: f64 = 12.0;
+
+/// The result in lines of at most `width` columns: values, what is wrong with them, and what to do next.
+#[must_use]
+pub fn summary(calibration: &Calibration, width: usize) -> String {
+    let mut text = String::new();
+    let mut line = |words: &str| wrap(width, &mut text, "", words);
+    line(&format!("{}{}; {}", values(calibration), correlation(calibration), fit(calibration)));
+    for group in &calibration.undetermined {
+        line(&format!("not determined: {}", group.statement));
+    }
+    for (setting, fitted) in calibration.problem.fitted.iter().enumerate() {
+        if let Some(end) = fitted.end(calibration.values[setting])
+            && calibration.is_determined(setting)
+        {
+            line(&format!(
+                "{} is at the {end} end of its range; --fit {}=LOW..HIGH states another",
+                fitted.setting().symbol(),
+                fitted.parameter.path
+            ));
+        }
+    }
+    if let Some(probability) = calibration.probability().filter(|probability| *probability < NOT_NOISE) {
+        line(&format!(
+            "noise alone explains such residuals with a probability of {}: look at residuals.csv for what they have in common, or \
+             state larger standard deviations",
+            percent(probability)
+        ));
+    }
+    line(&minima(calibration));
+    if let Some(next) = calibration.next.first() {
+        line(&next_words(calibration, next));
+    }
+    text
+}
+
+/// `E = 2.62 ± 0.05 GPa, µ = 0.198 ± 0.007`, of what is determined.
+fn values(calibration: &Calibration) -> String {
+    let determined = (0..calibration.values.len()).filter(|&setting| calibration.is_determined(setting));
+    let texts: Vec<String> = determined.map(|setting| estimate(calibration, setting)).collect();
+    if texts.is_empty() { "nothing is determined".to_owned() } else { texts.join(", ") }
+}
+
+/// A setting with its value and its standard error: `E = 2.62 ± 0.05 GPa`.
+#[must_use]
+pub fn estimate(calibration: &Calibration, setting: usize) -> String {
+    let own = calibration.problem.fitted[setting].setting();
+    let value = rounded(calibration.values[setting] * own.factor(), calibration.standard_error(setting) * own.factor());
+    format!("{} = {value} {}", own.symbol(), own.unit()).trim_end().to_owned()
+}
+
+/// A value and its error, which has one digit, or two if the first is a 1 or a 2.
+fn rounded(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
+        return short(value);
+    }
+    let exponent = error.log10().floor();
+    let digits = if error / 10_f64.powf(exponent) < 2.95 { 1.0 } else { 0.0 };
+    let decimals = digits - exponent;
+    if !(0.0..=8.0).contains(&decimals) {
+        return format!("{} ± {}", short(value), short(error));
+    }
+    format!("{value:.*} ± {error:.*}", decimals as usize, decimals as usize)
+}
+
+/// The correlation of the two settings that are correlated most.
+fn correlation(calibration: &Calibration) -> String {
+    let determined: Vec<usize> =
+        (0..calibration.values.len()).filter(|&setting| calibration.is_determined(setting)).collect();
+    let pairs = determined.iter().flat_map(|&a| determined.iter().map(move |&b| (a, b))).filter(|(a, b)| a < b);
+    let largest = pairs.max_by(|a, b| {
+        let [a, b] = [a, b].map(|&(a, b)| calibration.errors.correlation(a, b).abs());
+        a.total_cmp(&b)
+    });
+    let Some((a, b)) = largest else { return String::new() };
+    let value = calibration.errors.correlation(a, b);
+    if determined.len() == 2 {
+        return format!(" (correlation {value:.2})");
+    }
+    let [a, b] = [a, b].map(|setting| calibration.problem.fitted[setting].setting());
+    format!(" (largest correlation {value:.2}, of {} and {})", a.symbol(), b.symbol())
+}
+
+/// How well the forces are met.
+fn fit(calibration: &Calibration) -> String {
+    let (count, freedom) = (calibration.problem.observations.len(), calibration.degrees_of_freedom());
+    if calibration.problem.has_std {
+        let deviation = (calibration.chi_squared / count as f64).sqrt();
+        return format!("{count} forces within {deviation:.1} σ (χ² = {:.1} of {freedom})", calibration.chi_squared);
+    }
+    let observations = calibration.problem.observations.iter().zip(&calibration.forces);
+    let squares: f64 = observations.map(|(own, force)| (force / own.value - 1.0).powi(2)).sum();
+    format!("{count} forces within {} (they have no standard deviations)", percent((squares / count as f64).sqrt()))
+}
+
+/// How many minima the starts found.
+fn minima(calibration: &Calibration) -> String {
+    let starts: usize = calibration.minima.iter().map(|(_, starts)| starts).sum();
+    let most = calibration.minima[0].0 + RIVAL * calibration.errors.scale;
+    let rivals = calibration.minima.iter().skip(1).filter(|(squares, _)| *squares < most);
+    match (calibration.minima.len(), rivals.count()) {
+        (1, _) => format!("all {starts} starts lead to this minimum"),
+        (count, 0) => format!("{starts} starts lead to {count} minima, of which this is by far the least"),
+        (count, _) => format!(
+            "{starts} starts lead to {count} minima, and the second is nearly as low (χ² = {:.1} there): narrow the ranges of what \
+             is fitted, as in --fit KEY=LOW..HIGH",
+            calibration.minima[1].0
+        ),
+    }
+}
+
+/// Where to measure next, and what for.
+fn next_words(calibration: &Calibration, next: &Next) -> String {
+    format!("measure next at {}", place_words(calibration, next))
+}
+
+/// A place, and what a measurement there is good for.
+pub(crate) fn place_words(calibration: &Calibration, next: &Next) -> String {
+    let best = next.shrinks.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    let Some((setting, shrinks)) = best else { return String::new() };
+    let of = calibration.problem.fitted[setting].setting();
+    let tool = calibration.tool_name(next.place.tool).map_or_else(String::new, |name| format!("{name}, "));
+    format!("{tool}{}: it would shrink the error of {} by {}", place(next), of.symbol(), percent(1.0 - shrinks))
+}
+
+/// Speed and depth, as they were measured.
+fn place(next: &Next) -> String {
+    let depth = Setting::Number(bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"));
+    let speed = match next.place.speed {
+        Speed::Velocity(velocity) => format!("{} m/s", short(velocity)),
+        Speed::Rotational(speed) => format!("{} rpm", short(speed)),
+    };
+    format!("{speed}, {}", depth.text(next.place.penetration_depth_m))
+}

@@ -1,0 +1,256 @@
+//! `bristle calibrate`.
+
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf, absolute};
+use std::process::{self, ExitCode};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+
+use bristle::model::settings::Settings;
+use bristle::simulation::Stop;
+use bristle_calibrate::{
+    Calibration, FitError, Fitted, Forces, Frame, Interrupted, Means, Observer, Problem, Reach, calibrate, calibrated,
+    summary,
+};
+use bristle_grid::Resources;
+use bristle_grid::uncertainty::check;
+use bristle_input::measured::read_points;
+use bristle_insight::warnings::without_interaction;
+use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, write_calibration};
+use bristle_store::force_journal::{FORCE_JOURNAL, ForceJournal};
+use bristle_store::staged::{occupy, prepare_directory, read_document, read_table, relative_to};
+use bristle_text::shown_path;
+use clap::Args;
+
+use crate::error::CliError;
+use crate::input::InputArgs;
+use crate::pictures::{FIGURES, FigureArgs, draw_calibration, is_picture_of_calibration, say_drawn};
+use crate::progress::PassProgress;
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+
+/// Fit settings of a file to measured forces, and write DIR/calibrated.toml
+///
+/// The section [measured] of the file names a table of measured forces at several speeds and depths. It may have columns of normal force,
+/// tangential force, torque and power, each with its standard deviation; relative_std = 0.03 under [measured] states 3 % for all that have
+/// none. The values of the settings that --fit names are those with the least sum of squared residuals, whichever of 9 starts leads there.
+///
+/// Printed are the values with their standard errors, what the forces do not determine, and where to measure next. DIR/calibrated.toml is the
+/// file with these values, for every other command: it carries their errors, so that forces come with the band that the calibration leaves.
+/// If a setting is not determined, it is not written. DIR/calibration.json has all numbers, DIR/residuals.csv the forces, DIR/calibration.html
+/// a page with figures.
+///
+/// With [brush], filaments touch each other. Each simulated brush is a line of DIR/calibration.jsonl: the same command goes on from there
+/// after Ctrl-C or a crash.
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct CalibrateArgs {
+    #[command(flatten)]
+    input: InputArgs,
+    /// Setting to fit, as filament.youngs_modulus_pa, or with its range, as contact.friction_coefficient=0..0.6 [default: its usual
+    /// range]; may be repeated
+    #[arg(long, value_name = "KEY", required = true)]
+    fit: Vec<String>,
+    /// Directory for the results, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Largest rotational speed at which can be measured next, in rpm [default: the fastest point]
+    #[arg(long, value_name = "RPM", value_parser = positive)]
+    max_rpm: Option<f64>,
+    /// Largest depth at which can be measured next, in mm [default: the deepest point]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    max_depth: Option<f64>,
+    #[command(flatten)]
+    figures: FigureArgs,
+    /// Number of threads [default: one per core]; does not change the results
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// Discard the simulated brushes in DIR/calibration.jsonl
+    #[arg(long)]
+    restart: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "must be a number greater than 0".to_owned())
+}
+
+/// Runs the command.
+pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
+    let path = &arguments.input.file;
+    let refused = |error: String| CliError::Calibration { path: path.clone(), error };
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let fitted = arguments.fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
+    let fitted = fitted.map_err(|error| refused(error.to_string()))?;
+    let brushes = document.brushes()?;
+    let Some((file, format)) = document.measured() else {
+        let advice = "there is no section [measured]: add one with `file = \"forces.csv\"`, a table of measured forces";
+        return Err(refused(advice.to_owned()));
+    };
+    let table = relative_to(path, file);
+    let points = read_points(&read_table(&table)?, &table.to_string_lossy(), format)?;
+    let settings: Vec<Settings> = brushes.iter().map(|brush| brush.settings.clone()).collect();
+    let problem = Problem::new(brushes, fitted, points).map_err(|error| refused(error.to_string()))?;
+    prepare_directory(&arguments.out)?;
+    let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
+    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_calibration)])?;
+    let journal = problem.has_brush().then(|| ForceJournal::open(&arguments.out, arguments.restart)).transpose()?;
+    if let Some(earlier) = journal.as_ref().map(ForceJournal::earlier).filter(|earlier| *earlier > 0) {
+        say(format_args!("{earlier} simulated brushes are in `{}`", shown_path(&arguments.out.join(FORCE_JOURNAL))));
+    }
+    let stop = Stop::default();
+    let mark = stop.clone();
+    // If signals are handled elsewhere, or ignored, that is intended.
+    let _ = ctrlc::try_set_handler(move || {
+        if mark.is_requested() {
+            process::exit(INTERRUPTED.into());
+        }
+        mark.request();
+    });
+    let watch = Watch { journal, progress: Mutex::new(PassProgress::begin("the calibration", 0.0)) };
+    let resources = Resources {
+        threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),
+        memory: arguments.memory.limit(),
+    };
+    let reach = Reach { max_rpm: arguments.max_rpm, max_depth_m: arguments.max_depth.map(|depth| depth / 1e3) };
+    let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch });
+    let Watch { journal, progress } = watch;
+    progress.into_inner().unwrap_or_else(PoisonError::into_inner).end();
+    if let Some(journal) = &journal {
+        journal.settle()?;
+    }
+    let calibration = match outcome {
+        Ok(Some(calibration)) => calibration,
+        Ok(None) => {
+            return Err(refused(
+                "none of the starts can be simulated: narrow the ranges, as in --fit KEY=LOW..HIGH".to_owned(),
+            ));
+        }
+        Err(Interrupted::Stopped) => {
+            let resume = if journal.is_some() { "; run the same command again to resume" } else { "" };
+            say_at_the_end(format_args!("stopped: nothing was written{resume}"));
+            return Ok(INTERRUPTED.into());
+        }
+        Err(error) => return Err(refused(error.to_string())),
+    };
+    let is_whole = calibration.undetermined.is_empty();
+    let restated = is_whole.then(|| restated(arguments, text.text(), &calibration)).transpose();
+    let restated = restated.map_err(refused)?;
+    let name = arguments.input.short_name();
+    for file in write_calibration(&arguments.out, &name, &calibration, restated.as_deref())? {
+        say_written(&file);
+    }
+    say_drawn(&draw_calibration(&arguments.out, &calibration, &figures)?)?;
+    show(summary(&calibration, width()))?;
+    if !is_whole {
+        say(format_args!(
+            "warning: {CALIBRATED} is not written, as not all settings are determined\nhelp: measure where it helps, or state what is known \
+             and leave out its --fit"
+        ));
+    }
+    settings.iter().filter_map(without_interaction).for_each(say);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The text of `calibrated.toml`, which states what was fitted.
+fn restated(arguments: &CalibrateArgs, text: &str, calibration: &Calibration) -> Result<String, String> {
+    let InputArgs { file, set, .. } = &arguments.input;
+    let out = arguments.out.clone();
+    let moved = |path: &str| from_directory(&relative_to(file, path), &out);
+    let frame = Frame { date: &today(), options: set, moved: &moved };
+    let text = calibrated(text, calibration, &frame)?;
+    // What cannot be read again, or states something else, would be worse than no file.
+    let path = arguments.out.join(CALIBRATED);
+    let document = read_document(&path, &text, CALIBRATED, &[]).map_err(|error| error.to_string())?;
+    for brush in document.brushes().map_err(|error| error.to_string())? {
+        check(&brush.settings).map_err(|violation| violation.to_string())?;
+        for (fitted, value) in calibration.problem.fitted.iter().zip(&calibration.values) {
+            let stated = fitted.parameter.get(&brush.settings);
+            if (stated / value - 1.0).abs() > 1e-2 && (stated - value).abs() > 1e-9 {
+                let path = fitted.parameter.path;
+                return Err(format!(
+                    "`{path}` of a tool cannot be restated: state it in its own section, not under the tool"
+                ));
+            }
+        }
+    }
+    Ok(text)
+}
+
+/// A path as seen from a directory, with forward slashes.
+fn from_directory(path: &Path, directory: &Path) -> String {
+    let [path, directory] = [path, directory]
+        .map(|path| path.canonicalize().or_else(|_| absolute(path)).unwrap_or_else(|_| path.to_owned()));
+    let common = path.components().zip(directory.components()).take_while(|(a, b)| a == b).count();
+    let up = directory.components().skip(common).map(|_| "..".to_owned());
+    let down = path.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
+}
+
+/// The date in Greenwich, as 2026-11-24.
+fn today() -> String {
+    let seconds = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    date(seconds / 86_400)
+}
+
+/// The date so many days after 1 January 1970, by the Gregorian calendar.
+fn date(days: u64) -> String {
+    // Years begin in March, so that the day that some of them have more is their last; 400 of them have 146 097 days.
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let of_year = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * of_year + 2) / 153;
+    let of_month = of_year - (153 * month + 2) / 5 + 1;
+    let (month, later) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    format!("{:04}-{month:02}-{of_month:02}", 400 * era + year + later)
+}
+
+/// Shows progress, and keeps brushes in the journal.
+struct Watch {
+    journal: Option<ForceJournal>,
+    progress: Mutex<PassProgress>,
+}
+
+impl Watch {
+    fn progress(&self) -> MutexGuard<'_, PassProgress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Observer for Watch {
+    fn done(&self, share: f64) {
+        self.progress().tell(share);
+    }
+
+    fn recall(&self, settings: &Settings) -> Option<Forces> {
+        self.journal.as_ref()?.recall(settings)
+    }
+
+    fn keep(&self, settings: &Settings, forces: &Forces) -> ControlFlow<()> {
+        self.journal.as_ref().map_or(ControlFlow::Continue(()), |journal| journal.append(settings, *forces))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        let expected = [
+            (0, "1970-01-01"),
+            (11_016, "2000-02-29"),
+            (11_017, "2000-03-01"),
+            (20_781, "2026-11-24"),
+            (47_540, "2100-02-28"),
+            (47_541, "2100-03-01"),
+        ];
+        assert_eq!(expected.map(|(days, _)| date(days)), expected.map(|(_, text)| text.to_owned()));
+    }
+}

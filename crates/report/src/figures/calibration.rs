@@ -1,0 +1,126 @@
+//! Figures of a calibration: measured against fitted forces, and the confidence ellipse of each pair of settings.
+
+use std::f64::consts::TAU;
+
+use bristle_calibrate::{Calibration, estimate};
+use bristle_grid::Setting;
+use bristle_input::measured::Quantity;
+
+use super::Picture;
+use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::format::Format;
+use crate::drawing::scale::Axis;
+
+/// How the names of the figures begin.
+const FITTED: &str = "calibration_";
+const ELLIPSE: &str = "ellipse_";
+/// The names of what is measured, their units, and the words in file names.
+const FORCES: [[&str; 3]; 4] = [
+    ["contact normal force F_n,w", "N", "force"],
+    ["tangential force F_t,w", "N", "tangential_force"],
+    ["torque M_w", "N m", "torque"],
+    ["power P_w", "W", "power"],
+];
+/// Standard errors on either side that hold 95 %.
+const BAND: f64 = 1.96;
+/// Sum of two squared standard normal numbers that 95 % stay below.
+const OF_ELLIPSE: f64 = 5.991;
+/// Points of an ellipse.
+const POINTS: usize = 180;
+/// The most ellipses that are drawn.
+const MOST: usize = 10;
+
+/// The figures of a calibration: `calibration_force` and the like have measured over fitted forces with the 95 % band that the calibration
+/// leaves, `ellipse_A_B` the region that holds two settings with a confidence of 95 %.
+#[must_use]
+pub fn calibration_figures(calibration: &Calibration, format: &Format) -> Vec<Picture> {
+    let measured = |force: &usize| calibration.problem.observations.iter().any(|own| own.force == *force);
+    let forces = (0..FORCES.len()).filter(measured).map(|force| fitted(calibration, force, format));
+    let determined: Vec<usize> = (0..calibration.values.len()).filter(|&own| calibration.is_determined(own)).collect();
+    let pairs = determined.iter().flat_map(|&a| determined.iter().map(move |&b| [a, b])).filter(|[a, b]| a < b);
+    forces.chain(pairs.take(MOST).map(|pair| ellipse(calibration, pair, format))).collect()
+}
+
+/// Whether [`calibration_figures`] can make a figure of this name.
+#[must_use]
+pub fn is_of_calibration(name: &str) -> bool {
+    name.starts_with(FITTED) || name.starts_with(ELLIPSE)
+}
+
+/// Measured over fitted forces.
+fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
+    let [name, unit, word] = FORCES[force];
+    let scale = calibration.errors.scale.sqrt();
+    let observations = calibration.problem.observations.iter().enumerate().filter(|(_, own)| own.force == force);
+    let mut points: Vec<[f64; 4]> = observations
+        .map(|(row, own)| [calibration.forces[row], own.value, own.std * scale, calibration.force_errors[row]])
+        .collect();
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let line: Vec<(f64, f64)> = points.iter().map(|[fitted, ..]| (*fitted, *fitted)).collect();
+    let upper = points.iter().map(|[fitted, _, _, error]| (*fitted, fitted + BAND * error));
+    let lower = points.iter().rev().map(|[fitted, _, _, error]| (*fitted, fitted - BAND * error));
+    let bars = points.iter().flat_map(|[fitted, value, std, _]| [(*fitted, value - std), (*fitted, value + std)]);
+    let std = if calibration.problem.has_std {
+        "measured ± standard deviation"
+    } else {
+        "measured ± scatter of the residuals"
+    };
+    let diagram = Diagram {
+        title: "Measured and fitted forces".to_owned(),
+        subtitle: (0..calibration.values.len())
+            .filter(|&own| calibration.is_determined(own))
+            .map(|own| estimate(calibration, own))
+            .collect::<Vec<_>>()
+            .join(", "),
+        x: Axis::amount(format!("fitted {name} in {unit}")),
+        y: Axis::amount(format!("measured {name} in {unit}")),
+        curves: vec![
+            Curve::new("95 % of fitted forces", Look::Band, upper.chain(lower).collect()),
+            Curve::new("measured = fitted", Look::Reference, line),
+            Curve::new(std, Look::Bars, bars.collect()).with_pen(1),
+            Curve::new("", Look::Markers, points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect())
+                .with_pen(1),
+        ],
+    };
+    debug_assert_eq!(Quantity::FORCES.len(), FORCES.len());
+    Picture { name: format!("{FITTED}{word}"), canvas: diagram.draw_in(format) }
+}
+
+/// The region that holds two settings.
+fn ellipse(calibration: &Calibration, [a, b]: [usize; 2], format: &Format) -> Picture {
+    let fitted = [a, b].map(|own| &calibration.problem.fitted[own]);
+    let settings: [Setting; 2] = fitted.map(|own| own.setting());
+    let centre = [a, b].map(|own| calibration.values[own]);
+    let errors = [a, b].map(|own| calibration.errors.standard_error(own));
+    let correlation = calibration.errors.correlation(a, b);
+    let point = |index: usize| {
+        let angle = TAU * index as f64 / POINTS as f64;
+        let (along, across) = (angle.cos(), angle.sin());
+        let unit = [along, correlation * along + (1.0 - correlation * correlation).max(0.0).sqrt() * across];
+        let at = |side: usize| {
+            let coordinate = fitted[side].coordinate(centre[side]) + OF_ELLIPSE.sqrt() * errors[side] * unit[side];
+            settings[side].factor() * fitted[side].value(coordinate)
+        };
+        (at(0), at(1))
+    };
+    let shown = [0, 1].map(|side| settings[side].factor() * centre[side]);
+    let mut curves = vec![
+        Curve::new("95 % of both", Look::Line, (0..=POINTS).map(point).collect()),
+        Curve::new("estimate", Look::Markers, vec![(shown[0], shown[1])]),
+    ];
+    if let [Some(of_a), Some(of_b)] = [a, b].map(|own| calibration.intervals[own]) {
+        let [of_a, of_b] =
+            [(of_a, &settings[0]), (of_b, &settings[1])].map(|(ends, own)| ends.map(|end| end * own.factor()));
+        let corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)].map(|(x, y)| (of_a[x], of_b[y]));
+        curves.push(Curve::new("95 % of each", Look::Reference, corners.to_vec()));
+    }
+    let diagram = Diagram {
+        title: "Confidence ellipse".to_owned(),
+        subtitle: format!("{}, {}, correlation {correlation:.2}", estimate(calibration, a), estimate(calibration, b)),
+        x: Axis::linear(settings[0].label()),
+        y: Axis::linear(settings[1].label()),
+        curves,
+    };
+    let name = format!("{ELLIPSE}{}_{}", fitted[0].parameter.key(), fitted[1].parameter.key());
+    Picture { name, canvas: diagram.draw_in(format) }
+}

@@ -1,0 +1,103 @@
+//! The page of a calibration, without a script.
+
+use bristle_calibrate::{Calibration, estimate, summary};
+use bristle_grid::{DEPTH, Setting};
+use bristle_input::measured::Speed;
+use bristle_text::number::{short, significant};
+use bristle_text::shown;
+
+use super::brush::figure;
+use super::{LONGEST_NAME, STYLE, escape_html, fill};
+use crate::drawing::format::Format;
+use crate::figures::calibration_figures;
+
+const TEMPLATE: &str = include_str!("calibration.html");
+/// The most forces in the table.
+const MOST: usize = 200;
+
+/// The page of a calibration of the input file `name`.
+#[must_use]
+pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
+    let name = escape_html(&shown(name, LONGEST_NAME));
+    let lines = summary(calibration, usize::MAX);
+    let mut lines = lines.lines().map(escape_html);
+    let lead = lines.next().unwrap_or_default();
+    let rest: Vec<String> = lines.collect();
+    let warnings: String = calibration
+        .undetermined
+        .iter()
+        .map(|group| format!("  <p class=\"note\">{}</p>\n", escape_html(&group.statement)))
+        .collect();
+    let settings: String = (0..calibration.values.len()).map(|own| setting_row(calibration, own)).collect();
+    let next: String = calibration
+        .next
+        .iter()
+        .map(|next| {
+            let words = escape_html(&calibration.next_words(next));
+            format!("<tr><td>{words}</td><td class=\"number\">÷ {}</td></tr>\n", significant(next.gain))
+        })
+        .collect();
+    let figures: String = calibration_figures(calibration, &Format::default()).iter().map(figure).collect();
+    let forces: String = (0..calibration.forces.len().min(MOST)).map(|row| force_row(calibration, row)).collect();
+    let fit = rest.join(". ");
+    fill(
+        TEMPLATE,
+        &[
+            ("title", &format!("{name}: calibration")),
+            ("style", STYLE),
+            ("name", &name),
+            ("lead", &lead),
+            ("warnings", &warnings),
+            ("settings", &settings),
+            ("fit", &fit),
+            ("next", &next),
+            ("figures", &figures),
+            ("forces", &forces),
+        ],
+    )
+}
+
+fn setting_row(calibration: &Calibration, own: usize) -> String {
+    let fitted = &calibration.problem.fitted[own];
+    let setting = fitted.setting();
+    let cell = |[low, high]: [f64; 2]| {
+        let [low, high] = [low, high].map(|end| short(end * setting.factor()));
+        format!("{low} to {high} {}", setting.unit())
+    };
+    let value = if calibration.is_determined(own) {
+        let text = estimate(calibration, own);
+        text.split_once(" = ").map_or(text.clone(), |(_, value)| value.to_owned())
+    } else {
+        "not determined".to_owned()
+    };
+    format!(
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
+        escape_html(setting.name()),
+        escape_html(&setting.symbol()),
+        escape_html(&value),
+        escape_html(calibration.intervals[own].map_or_else(String::new, cell).trim_end()),
+        escape_html(cell(fitted.bounds).trim_end()),
+    )
+}
+
+fn force_row(calibration: &Calibration, row: usize) -> String {
+    let own = calibration.problem.observations[row];
+    let point = calibration.problem.points[own.point];
+    let depth = Setting::Number(bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"));
+    let speed = match point.speed {
+        Speed::Velocity(velocity) => format!("{} m/s", short(velocity)),
+        Speed::Rotational(speed) => format!("{} rpm", short(speed)),
+    };
+    let tool = calibration.tool_name(point.tool.unwrap_or(0)).map_or_else(String::new, |name| format!("{name}, "));
+    let at = format!("{tool}{speed}, {}", depth.text(point.penetration_depth_m));
+    let std = own.std * calibration.errors.scale.sqrt();
+    format!(
+        "<tr><td>{}</td><td><code>{}</code></td><td class=\"number\">{} ± {}</td><td class=\"number\">{}</td><td class=\"number\">{:+.1}</td></tr>\n",
+        escape_html(&at),
+        own.quantity().key(),
+        significant(own.value),
+        significant(std),
+        significant(calibration.forces[row]),
+        calibration.residual(row)
+    )
+}

@@ -1,0 +1,42 @@
+//! The files of a calibration.
+
+use std::path::{Path, PathBuf};
+
+use bristle_calibrate::Calibration;
+use bristle_report::page::calibration_page;
+use bristle_store::force_journal::FORCE_JOURNAL;
+use bristle_store::staged::{FileError, StagedFile, remove};
+
+/// The input file with the fitted values.
+pub const CALIBRATED: &str = "calibrated.toml";
+/// All numbers of a calibration.
+pub const CALIBRATION: &str = "calibration.json";
+/// Measured and fitted forces.
+pub const RESIDUALS: &str = "residuals.csv";
+/// The page.
+pub const CALIBRATION_PAGE: &str = "calibration.html";
+/// All files that a calibration writes.
+pub const OF_CALIBRATION: [&str; 5] = [CALIBRATED, CALIBRATION, RESIDUALS, CALIBRATION_PAGE, FORCE_JOURNAL];
+
+/// Writes the files of a calibration to its directory, which must be occupied, and returns their paths. `calibrated` is the input file with the
+/// fitted values; without one, that of an earlier calibration goes. `name` is that of the input file.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_calibration(
+    directory: &Path,
+    name: &str,
+    calibration: &Calibration,
+    calibrated: Option<&str>,
+) -> Result<Vec<PathBuf>, FileError> {
+    let mut staged = vec![
+        StagedFile::text(directory, CALIBRATION, &calibration.json())?,
+        StagedFile::write(directory.join(RESIDUALS), |out| calibration.write_residuals(out))?,
+        StagedFile::text(directory, CALIBRATION_PAGE, &calibration_page(name, calibration))?,
+    ];
+    match calibrated {
+        Some(text) => staged.insert(0, StagedFile::text(directory, CALIBRATED, text)?),
+        None => remove(&directory.join(CALIBRATED))?,
+    }
+    staged.into_iter().map(StagedFile::commit).collect()
+}

@@ -1,0 +1,195 @@
+//! The journal of a calibration: the forces of each brush that it has simulated, by its settings. A calibration that is repeated goes the
+//! same way and finds them here.
+
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
+
+use bristle::equations::FINGERPRINT;
+use bristle::model::settings::Settings;
+use bristle::simulation::SOLVER_FINGERPRINT;
+use bristle_text::shown_path;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::digest::digest;
+use crate::origin::{listed, programs, sealed, unsealed};
+use crate::staged::FileError;
+
+/// Name of the file in the directory of the results.
+pub const FORCE_JOURNAL: &str = "calibration.jsonl";
+const KIND: &str = "bristle calibration";
+const UNBROKEN: &str = "nothing panics with the journal in hand";
+
+/// Normal force, tangential force, torque and power of a tool.
+pub type Forces = [f64; 4];
+
+/// Why a journal cannot be used.
+#[derive(Debug, Error)]
+pub enum ForceJournalError {
+    /// It cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// It is no journal of a calibration.
+    #[error("`{}` is no journal of a calibration: choose another directory with --out", shown_path(.0))]
+    Foreign(PathBuf),
+    /// It is of another program.
+    #[error(
+        "`{}` is of another build of Bristle:{}\nhelp: --restart discards it",
+        shown_path(path),
+        listed(differences)
+    )]
+    Other {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        differences: Vec<String>,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    journal: String,
+    version: String,
+    equations: String,
+    solver: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    /// Digest of the settings.
+    key: String,
+    forces: Forces,
+}
+
+/// A journal that is read and appended to.
+#[derive(Debug)]
+pub struct ForceJournal {
+    path: PathBuf,
+    known: HashMap<String, Forces>,
+    file: Mutex<(File, Option<io::Error>)>,
+}
+
+impl ForceJournal {
+    /// Opens the journal in a directory, which must be occupied. Begins a new one if there is none, or it is to `restart`.
+    ///
+    /// # Errors
+    /// If there is one that is not of this program, or it cannot be read or written.
+    pub fn open(directory: &Path, restart: bool) -> Result<Self, ForceJournalError> {
+        let path = directory.join(FORCE_JOURNAL);
+        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let mut file = opened.map_err(|error| FileError::new("open", &path, error))?;
+        let mut text = String::new();
+        file.read_to_string(&mut text).map_err(|error| FileError::new("read", &path, error))?;
+        let mut known = HashMap::new();
+        let mut intact = 0;
+        if let Some(line) = text.split_inclusive('\n').next() {
+            let header: Option<Header> = unsealed("", line).filter(|header: &Header| header.journal == KIND);
+            let header = header.ok_or_else(|| ForceJournalError::Foreign(path.clone()))?;
+            let differences = programs(&header.version, &header.equations, [&header.solver, SOLVER_FINGERPRINT]);
+            if !differences.is_empty() && !restart {
+                return Err(ForceJournalError::Other { path, differences });
+            }
+            // What follows a damaged line is not read: it is simulated again.
+            let entries =
+                text.split_inclusive('\n').skip(1).map_while(|line| Some((line, unsealed::<Entry>("", line)?)));
+            if !restart {
+                intact = line.len();
+                for (line, Entry { key, forces }) in entries {
+                    intact += line.len();
+                    known.insert(key, forces);
+                }
+            }
+        }
+        let begin = |file: &mut File| {
+            file.set_len(intact as u64)?;
+            file.seek(SeekFrom::End(0))?;
+            if intact == 0 {
+                let header = Header {
+                    journal: KIND.to_owned(),
+                    version: env!("CARGO_PKG_VERSION").to_owned(),
+                    equations: FINGERPRINT.to_owned(),
+                    solver: SOLVER_FINGERPRINT.to_owned(),
+                };
+                file.write_all(sealed("", &header).as_bytes())?;
+            }
+            Ok(())
+        };
+        begin(&mut file).map_err(|error| FileError::new("write", &path, error))?;
+        Ok(Self { path, known, file: Mutex::new((file, None)) })
+    }
+
+    fn file(&self) -> MutexGuard<'_, (File, Option<io::Error>)> {
+        self.file.lock().expect(UNBROKEN)
+    }
+
+    /// The forces of an earlier simulation with these settings.
+    #[must_use]
+    pub fn recall(&self, settings: &Settings) -> Option<Forces> {
+        self.known.get(&key(settings)).copied()
+    }
+
+    /// Appends the forces of a simulation. Appends nothing after an error; [`Self::settle`] returns that error.
+    pub fn append(&self, settings: &Settings, forces: Forces) -> ControlFlow<()> {
+        let line = sealed("", &Entry { key: key(settings), forces });
+        let (file, error) = &mut *self.file();
+        if error.is_none() {
+            *error = file.write_all(line.as_bytes()).err();
+        }
+        if error.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+
+    /// The number of simulations that were there when it was opened.
+    #[must_use]
+    pub fn earlier(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Syncs everything to disk.
+    ///
+    /// # Errors
+    /// The first error since the journal was opened.
+    pub fn settle(&self) -> Result<(), FileError> {
+        let (file, error) = &mut *self.file();
+        let settled = error.take().map_or_else(|| file.sync_data(), Err);
+        settled.map_err(|error| FileError::new("write", &self.path, error))
+    }
+}
+
+/// What identifies settings.
+fn key(settings: &Settings) -> String {
+    digest(serde_json::to_string(settings).expect("all keys are texts").as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_are_recalled_up_to_a_damaged_line() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let settings = [1e-3, 2e-3, 3e-3].map(|depth| Settings::paper(10.0, depth));
+        let open = |restart| ForceJournal::open(directory.path(), restart);
+        let journal = open(false).expect("a new journal");
+        for (own, force) in settings.iter().zip([1.0, 2.0]) {
+            assert!(journal.append(own, [force; 4]).is_continue());
+        }
+        journal.settle().expect("a disk");
+        drop(journal);
+        let path = directory.path().join(FORCE_JOURNAL);
+        let text = std::fs::read_to_string(&path).expect("a journal");
+        std::fs::write(&path, text[..text.len() - 9].to_owned()).expect("a disk");
+        let journal = open(false).expect("the same journal");
+        let recalled = settings.each_ref().map(|own| journal.recall(own));
+        assert_eq!(recalled, [Some([1.0; 4]), None, None]);
+        assert!(journal.append(&settings[1], [2.0; 4]).is_continue());
+        drop(journal);
+        assert_eq!(open(false).expect("the same journal").earlier(), 2);
+        assert_eq!(open(true).expect("a new journal").earlier(), 0);
+        std::fs::write(&path, "mine\n").expect("a disk");
+        assert!(matches!(open(true), Err(ForceJournalError::Foreign(_))));
+    }
+}
